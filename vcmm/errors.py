@@ -1,0 +1,57 @@
+"""What vcmm says when something is wrong. Which exception to raise:
+
+    UsageError    your call or your command line is wrong (a mistyped word, a wrong type)
+    DataError     your file is wrong (what, file, line, what is allowed, what to do next)
+    ModelLimit    the numbers leave the range in which the model is valid (travel, 1 mrad, a missing column)
+    Environment   the computer cannot do it (a folder that cannot be written, a missing library)
+
+Every message is one plain sentence that ends with the fix. Nothing is clipped, nothing becomes NaN in silence.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class VcmmError(Exception):
+    """Base of all errors that vcmm raises on purpose. `exit_code` is what the command line returns."""
+
+    exit_code = 2
+
+
+class UsageError(VcmmError):
+    """The call is wrong."""
+
+
+class DataError(VcmmError):
+    """A file is wrong. `problems` holds every problem found in it, one sentence each."""
+
+    def __init__(self, problems: str | Iterable[str]) -> None:
+        self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
+        super().__init__("\n".join(self.problems))
+
+
+class ModelLimit(VcmmError):
+    """The numbers leave the range in which the model is valid."""
+
+
+class Environment(VcmmError):
+    """The computer lacks something: a writable folder, a library, a display."""
+
+    exit_code = 3
+
+
+def did_you_mean(word: str, allowed: Iterable[str]) -> str:
+    """' Did you mean "travel"?' for the closest allowed word, else ''."""
+    allowed = list(allowed)
+    match = difflib.get_close_matches(word, allowed, n=1, cutoff=0.6)
+    if not match:  # Exx for EXX: the case alone is wrong
+        match = [a for a in allowed if a.lower() == word.lower()][:1]
+    return f' Did you mean "{match[0]}"?' if match else ""
+
+
+def choose_from(word: str, allowed: Iterable[str]) -> str:
+    """Suggestion followed by the whole list of allowed words."""
+    allowed = list(allowed)
+    return f"{did_you_mean(word, allowed)} Allowed: {', '.join(allowed)}."

@@ -1,0 +1,226 @@
+"""Text with a unit to canonical numbers: mm, rad, s, degC, N, kg inside; a bare number is refused.
+
+    quantity("0.8 um", "length")              -> 0.0008   (mm)
+    quantity("8.0 um/(m K)", "expansion")     -> 8.0e-6   (1/K)
+    vector("0 0 20 mm", "length")             -> (0, 0, 20.0)
+
+Conversion happens at the border only (files in, reports out); arrays inside are plain float64.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from vcmm.errors import UsageError, choose_from
+
+# exponents of (length, angle, time, temperature, force, mass)
+Dimension = tuple[int, int, int, int, int, int]
+_NONE: Dimension = (0, 0, 0, 0, 0, 0)
+
+
+def _dim(length: int = 0, angle: int = 0, time: int = 0, temperature: int = 0, force: int = 0, mass: int = 0) -> Dimension:
+    return (length, angle, time, temperature, force, mass)
+
+
+DIMENSIONS: dict[str, Dimension] = {
+    "number": _NONE,
+    "length": _dim(length=1),
+    "angle": _dim(angle=1),
+    "time": _dim(time=1),
+    "frequency": _dim(time=-1),
+    "temperature": _dim(temperature=1),
+    "temperature difference": _dim(temperature=1),
+    "speed": _dim(length=1, time=-1),
+    "acceleration": _dim(length=1, time=-2),
+    "jerk": _dim(length=1, time=-3),
+    "expansion": _dim(temperature=-1),
+    "curvature": _dim(length=-1),
+    "angle per length": _dim(angle=1, length=-1),
+    "length per temperature": _dim(length=1, temperature=-1),
+    "length per time": _dim(length=1, time=-1),
+    "force": _dim(force=1),
+    "compliance": _dim(length=1, force=-1),
+    "mass": _dim(mass=1),
+}
+
+# what a correct value looks like, for messages
+EXAMPLES: dict[str, str] = {
+    "number": "0.5", "length": "0.8 um", "angle": "3 urad", "time": "30 s", "frequency": "40 1/s",
+    "temperature": "20.4 degC", "temperature difference": "0.05 K", "speed": "5 mm/s",
+    "acceleration": "2 m/s^2", "jerk": "50 m/s^3", "expansion": "8.0 um/(m K)", "curvature": "2 um/m^2",
+    "angle per length": "3 urad/m", "length per temperature": "0.4 um/K", "length per time": "0.5 um/h",
+    "force": "0.1 N", "compliance": "0.1 um/N", "mass": "20 kg",
+}  # fmt: skip
+
+_DEG = math.pi / 180.0
+UNITS: dict[str, tuple[float, Dimension]] = {
+    "nm": (1e-6, _dim(length=1)), "um": (1e-3, _dim(length=1)), "µm": (1e-3, _dim(length=1)), "mm": (1.0, _dim(length=1)),
+    "cm": (10.0, _dim(length=1)), "m": (1e3, _dim(length=1)), "in": (25.4, _dim(length=1)),
+    "rad": (1.0, _dim(angle=1)), "mrad": (1e-3, _dim(angle=1)), "urad": (1e-6, _dim(angle=1)), "µrad": (1e-6, _dim(angle=1)),
+    "nrad": (1e-9, _dim(angle=1)), "deg": (_DEG, _dim(angle=1)), "arcmin": (_DEG / 60, _dim(angle=1)),
+    "arcsec": (_DEG / 3600, _dim(angle=1)),
+    "us": (1e-6, _dim(time=1)), "ms": (1e-3, _dim(time=1)), "s": (1.0, _dim(time=1)), "min": (60.0, _dim(time=1)),
+    "h": (3600.0, _dim(time=1)), "Hz": (1.0, _dim(time=-1)),
+    "K": (1.0, _dim(temperature=1)), "mK": (1e-3, _dim(temperature=1)), "degC": (1.0, _dim(temperature=1)),
+    "N": (1.0, _dim(force=1)), "mN": (1e-3, _dim(force=1)), "kN": (1e3, _dim(force=1)),
+    "g": (1e-3, _dim(mass=1)), "kg": (1.0, _dim(mass=1)),
+    "%": (0.01, _NONE), "ppm": (1e-6, _NONE), "1": (1.0, _NONE),
+}  # fmt: skip
+
+_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµ%]+)|(?P<number>\d+)|(?P<op>[*/^().·]))")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A parsed unit: multiply a number by `factor` to get the canonical unit of `dimension`."""
+
+    factor: float
+    dimension: Dimension
+
+
+def parse_unit(text: str) -> Unit:
+    """'um/(m K)' -> Unit. Products by space, '*' or '·', powers by '^', brackets allowed.
+
+    Raises UsageError for an unknown unit (with the closest one) or bad syntax.
+    """
+    tokens = _tokens(text)
+    unit, rest = _product(tokens, text)
+    if rest:
+        raise UsageError(f'unit "{text}" cannot be read after "{"".join(tokens[: len(tokens) - len(rest)])}"')
+    return unit
+
+
+def quantity(text: object, dimension: str, what: str = "value") -> float:
+    """One number with its unit, in canonical units (a float).
+
+    `what` names the key in the message. Raises UsageError: no unit, a wrong unit, an unknown unit, not finite.
+    """
+    numbers, unit = _split(text, dimension, what)
+    if len(numbers) != 1:
+        raise UsageError(f'{what} = "{text}" has {len(numbers)} numbers where one is due; write for example "{EXAMPLES[dimension]}"')
+    return numbers[0] * unit
+
+
+def vector(text: object, dimension: str, what: str = "value") -> tuple[float, ...]:
+    """'0 0 20 mm', or a list of texts ['0 mm', '20 mm'], in canonical units."""
+    if isinstance(text, list | tuple) and text and all(isinstance(item, str) for item in text):
+        return tuple(quantity(item, dimension, what) for item in text)
+    numbers, unit = _split(text, dimension, what)
+    return tuple(n * unit for n in numbers)
+
+
+def format_quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A canonical number as text in `unit`: format_quantity(0.0008, "um") -> '0.8 um'."""
+    return f"{in_unit(value, unit):.{digits}g} {unit}"
+
+
+def in_unit(value: float, unit: str) -> float:
+    """A canonical number expressed in `unit`: in_unit(0.0008, "um") -> 0.8."""
+    return value / parse_unit(unit).factor
+
+
+def dimension_of(unit: str) -> str:
+    """The name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion'."""
+    found = parse_unit(unit).dimension
+    for name, dimension in DIMENSIONS.items():
+        if dimension == found:
+            return name
+    raise UsageError(f'no dimension is known for the unit "{unit}"')
+
+
+def _split(text: object, dimension: str, what: str) -> tuple[list[float], float]:
+    example = EXAMPLES.get(dimension, "1 mm")
+    if not isinstance(text, str):
+        unit = example.split(" ", 1)[1] if " " in example else ""
+        shown = " ".join(str(v) for v in text) if isinstance(text, list | tuple) else text
+        raise UsageError(f'{what} = {text} has no unit; write for example {what} = "{shown} {unit}"')
+    numbers, unit_text = _numbers_and_unit(text)
+    if not numbers:
+        raise UsageError(f'{what} = "{text}" has no number; write for example "{example}"')
+    if not all(math.isfinite(n) for n in numbers):
+        raise UsageError(f'{what} = "{text}" is not finite; give a number, for example "{example}"')
+    if not unit_text and dimension != "number":
+        unit = example.split(" ", 1)[1]
+        raise UsageError(f'{what} = "{text}" has no unit; write for example {what} = "{text.strip()} {unit}"')
+    unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
+    factor = unit.factor
+    if unit.dimension != DIMENSIONS[dimension] and not _angle_as_slope(unit.dimension, dimension):
+        raise UsageError(f'{what} = "{text}" is not a {dimension}: unit "{unit_text}" does not fit; write for example "{example}"')
+    if unit_text == "degC" and dimension == "temperature difference":
+        raise UsageError(f'{what} = "{text}" is a temperature difference; write it in K, for example "{example}"')
+    if dimension == "temperature" and unit_text in ("K", "mK"):
+        raise UsageError(f'{what} = "{text}" is a temperature; write it in degC, for example "{example}"')
+    return numbers, factor
+
+
+def _angle_as_slope(found: Dimension, dimension: str) -> bool:
+    """Shop practice writes angles as um/m: accept the slope where an angle is due."""
+    return dimension == "angle" and found == _NONE
+
+
+def _numbers_and_unit(text: str) -> tuple[list[float], str]:
+    words = text.split()
+    numbers: list[float] = []
+    while words:
+        try:
+            numbers.append(float(words[0]))
+        except ValueError:
+            break
+        words.pop(0)
+    rest = " ".join(words)
+    if not numbers:  # "0.8um": number and unit written together
+        match = re.match(r"\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)(.*)$", text)
+        if match:
+            return [float(match[1])], match[2].strip()
+    return numbers, rest
+
+
+def _tokens(text: str) -> list[str]:
+    found, position = [], 0
+    while position < len(text.rstrip()):
+        match = _TOKEN.match(text, position)
+        if not match:
+            raise UsageError(f'unit "{text}" cannot be read at "{text[position:]}"')
+        found.append(match.group().strip())
+        position = match.end()
+    return found
+
+
+def _product(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
+    factor, dimension, sign = 1.0, _NONE, 1
+    while tokens and tokens[0] != ")":
+        if tokens[0] in "*·.":
+            tokens = tokens[1:]
+            continue
+        if tokens[0] == "/":
+            sign, tokens = -1, tokens[1:]
+            continue
+        unit, tokens = _power(tokens, text)
+        factor *= unit.factor**sign
+        dimension = _add(dimension, unit.dimension, sign)
+        sign = 1  # a/b c means (a/b) c; a/(b c) is written with brackets
+    return Unit(factor, dimension), tokens
+
+
+def _power(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
+    head, tokens = tokens[0], tokens[1:]
+    if head == "(":
+        unit, tokens = _product(tokens, text)
+        if not tokens:
+            raise UsageError(f'unit "{text}" has an open bracket')
+        tokens = tokens[1:]
+    elif head in UNITS:
+        unit = Unit(*UNITS[head])
+    else:
+        raise UsageError(f'unknown unit "{head}" in "{text}".{choose_from(head, UNITS)}')
+    if len(tokens) > 1 and tokens[0] == "^":
+        exponent, tokens = int(tokens[1]), tokens[2:]
+        unit = Unit(unit.factor**exponent, _add(_NONE, unit.dimension, exponent))
+    return unit, tokens
+
+
+def _add(a: Dimension, b: Dimension, sign: int) -> Dimension:
+    d = tuple(x + sign * y for x, y in zip(a, b))
+    return (d[0], d[1], d[2], d[3], d[4], d[5])
