@@ -1,0 +1,27 @@
+"""Backlash: an axis stops short of its target by half the lost motion, on the side it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.effect import Effect, at, motion, param
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class Backlash(Effect):
+    """-1/2 gap d_a e_a with d_a = +1 or -1 the direction in which the axis last moved (ISO 230-2: B = -gap)."""
+
+    name = "backlash"
+    per = "axis"
+    needs = ("sense_{axis}",)
+    cites = "ISO 230-2:2014, 2.16 reversal error B = mean(up) - mean(down)"
+    axis: str = at("X", "linear or rotary axis")
+    gap: float = param(0.0, "um", "lost motion on reversal")
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, **{self.axis: -0.5 * self.gap * run.column(f"sense_{self.axis}")})

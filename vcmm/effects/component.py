@@ -1,0 +1,140 @@
+"""The 18 (or more) component errors of ISO 230-1 as tables, splines and polynomials over the axis positions.
+
+EXX is the error in X of axis X, EYX its straightness in Y, EAX EBX ECX its rotations (roll, and the two tilts).
+The numbers are the axis's own motion (for a table axis: the table's), so `own = True`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from vcmm.effect import COLUMN, Effect, at, param
+from vcmm.errors import ModelLimit, UsageError
+from vcmm.run import Array, Run
+
+EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
+_KINDS = {"X": "EX", "Y": "EY", "Z": "EZ", "A": "EA", "B": "EB", "C": "EC"}
+
+
+@dataclass(frozen=True, eq=False)
+class _Component(Effect):
+    """Common part: `component` such as EBX names direction and axis."""
+
+    component: str = at("EXX", "component error, for example EXX, EYX, EBX")
+    per = "component"
+    own = True
+
+    def __post_init__(self) -> None:
+        c = self.component
+        if len(c) != 3 or c[0] != "E" or c[1] not in _KINDS or c[2] not in "XYZABC":
+            raise UsageError(f'component = "{c}" is not a component error; write for example "EXX", "EZY" or "EBX"')
+
+    @property
+    def link(self) -> str:
+        return self.component[2]
+
+    @property
+    def column(self) -> int:
+        return COLUMN[self.component[1]]
+
+    def _place(self, values: Array) -> Array:
+        out = np.zeros((len(values), 6))
+        out[:, self.column] = values
+        return out
+
+
+def _inside(component: str, axis: str, q: Array, grid: Array) -> Array:
+    low, high = grid[0], grid[-1]
+    outside = np.flatnonzero((q < low - EDGE) | (q > high + EDGE))
+    if len(outside):
+        raise ModelLimit(
+            f"{component}: {axis} = {q[outside[0]]:.6g} lies outside its table ({low:.6g} to {high:.6g}); "
+            "extend the table or move the part"
+        )
+    return np.minimum(np.maximum(q, low), high)
+
+
+@dataclass(frozen=True, eq=False)
+class ComponentTable(_Component):
+    """A component error tabulated over one axis, or over a grid of several; linear between the nodes."""
+
+    name = "component_table"
+    cites = "ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it"
+    arguments: tuple[str, ...] = field(default=("X",))
+    grids: tuple[Array, ...] = field(default_factory=lambda: (np.array([0.0, 1.0]),))
+    values: Any = param(lambda: np.zeros(2), "mm or rad", "error at the nodes", shape="(nodes, ...)")
+
+    def error_motion(self, run: Run) -> Array:
+        values = np.asarray(self.values, dtype=float)
+        positions = [_inside(self.component, a, run.q(a), g) for a, g in zip(self.arguments, self.grids)]
+        if len(self.arguments) == 1:
+            return self._place(np.interp(positions[0], self.grids[0], values))
+        weights, nodes = multilinear(positions, self.grids)
+        return self._place((weights * values.reshape(-1)[nodes]).sum(axis=1))
+
+    def response(self, name: str, run: Run) -> Array:
+        positions = [_inside(self.component, a, run.q(a), g) for a, g in zip(self.arguments, self.grids)]
+        weights, nodes = multilinear(positions, self.grids)
+        out = np.zeros((run.n, 6, np.asarray(self.values).size))
+        for corner in range(weights.shape[1]):
+            out[np.arange(run.n), self.column, nodes[:, corner]] += weights[:, corner]
+        return out
+
+
+def multilinear(positions: list[Array], grids: tuple[Array, ...]) -> tuple[Array, np.ndarray[Any, Any]]:
+    """Weights (n, 2^d) and flat node numbers (n, 2^d) of linear interpolation on a rectilinear grid."""
+    n = len(positions[0])
+    weights, nodes = np.ones((n, 1)), np.zeros((n, 1), dtype=np.intp)
+    for q, grid in zip(positions, grids):
+        if len(grid) == 1:
+            nodes = nodes * 1
+            continue
+        cell = np.clip(np.searchsorted(grid, q, side="right") - 1, 0, len(grid) - 2)
+        share = ((q - grid[cell]) / (grid[cell + 1] - grid[cell]))[:, None]
+        weights = np.concatenate([weights * (1 - share), weights * share], axis=1)
+        nodes = nodes * len(grid)
+        nodes = np.concatenate([nodes + cell[:, None], nodes + cell[:, None] + 1], axis=1)
+    return weights, nodes
+
+
+@dataclass(frozen=True, eq=False)
+class ComponentSpline(_Component):
+    """A component error as a natural cubic spline through nodes."""
+
+    name = "component_spline"
+    cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
+    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
+    values: Any = param(lambda: np.zeros(3), "mm or rad", "error at the nodes", shape="(nodes,)")
+
+    def error_motion(self, run: Run) -> Array:
+        return self._place(self._weights(run) @ np.asarray(self.values, dtype=float))
+
+    def response(self, name: str, run: Run) -> Array:
+        weights = self._weights(run)
+        out = np.zeros((run.n, 6, weights.shape[1]))
+        out[:, self.column, :] = weights
+        return out
+
+    def _weights(self, run: Run) -> Array:
+        from scipy.interpolate import CubicSpline
+
+        nodes = np.asarray(self.nodes, dtype=float)
+        q = _inside(self.component, self.link, run.q(self.link), nodes)
+        return np.asarray(CubicSpline(nodes, np.eye(len(nodes)), bc_type="natural")(q))
+
+
+@dataclass(frozen=True, eq=False)
+class ComponentPolynomial(_Component):
+    """A component error as c0 + c1 s + c2 s^2 ..., s = position in m (linear axis) or rad (rotary axis)."""
+
+    name = "component_polynomial"
+    cites = "ISO 230-1:2012, 3.4; power series"
+    coefficients: Any = param(lambda: np.zeros(2), "mm or rad", "c0, c1 ... per power of the position in m or rad", shape="(powers,)")
+
+    def error_motion(self, run: Run) -> Array:
+        q = run.q(self.link)
+        s = q / 1000.0 if self.link in "XYZ" else q
+        return self._place(np.vander(s, len(self.coefficients), increasing=True) @ np.asarray(self.coefficients, dtype=float))

@@ -1,0 +1,222 @@
+"""Residual error fields: what a compensated machine still does, given at nodes of its volume.
+
+ResidualField: node vectors interpolated as in Gaska et al. 2014 ("columns": a curve along z through the nodes of
+each vertical column, then linear on Delaunay triangles of the columns or the nearest column; the z error from the
+nearest node) or trilinear on a rectangular grid. Interpolating independent draws shrinks the variance between the
+nodes; CorrelatedField keeps it: a Gaussian process whose standard deviation follows the nodes'.
+All vectors are tip errors (actual - nominal) in workpiece axes. Outside the nodes' hull the field is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.effect import Effect, param
+from vcmm.effects.component import multilinear
+from vcmm.errors import ModelLimit, UsageError
+from vcmm.run import Array, Run
+
+Ints = npt.NDArray[np.intp]
+METHODS = ("columns-linear", "columns-nearest", "trilinear")
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualField(Effect):
+    """Tip errors at nodes, interpolated."""
+
+    name = "residual_field"
+    per = "machine"
+    cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
+    nodes: Any = field(default_factory=lambda: _unit_cube())
+    interpolation: str = "trilinear"
+    values: Any = param(lambda: np.zeros((8, 3)), "um", "tip error at the nodes", shape="(nodes, 3)")
+
+    def __post_init__(self) -> None:
+        if self.interpolation not in METHODS:
+            raise UsageError(f'residual_field: interpolation = "{self.interpolation}"; allowed: {", ".join(METHODS)}')
+        if np.shape(self.values) != np.shape(self.nodes):
+            raise UsageError(f"residual_field: {len(self.values)} values for {len(self.nodes)} nodes; give one row of x y z per node")
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def error_motion(self, run: Run) -> Array:
+        lateral, vertical = field_weights(np.asarray(self.nodes, dtype=float), self.interpolation, run.tip)
+        values = np.asarray(self.values, dtype=float)
+        out = np.zeros((run.n, 6))
+        out[:, :2] = lateral @ values[:, :2]
+        out[:, 2] = vertical @ values[:, 2]
+        return out
+
+    def response(self, name: str, run: Run) -> Array:
+        lateral, vertical = field_weights(np.asarray(self.nodes, dtype=float), self.interpolation, run.tip)
+        out = np.zeros((run.n, 6, len(self.nodes), 3))
+        out[:, 0, :, 0] = out[:, 1, :, 1] = lateral
+        out[:, 2, :, 2] = vertical
+        return out.reshape(run.n, 6, -1)
+
+
+def field_weights(nodes: Array, method: str, tip: Array) -> tuple[Array, Array]:
+    """(lateral, vertical) weights (n, nodes): field x, y = lateral @ values, z = vertical @ values.
+
+    Raises ModelLimit for a point outside the hull of the nodes.
+    """
+    if method == "trilinear":
+        weights = _trilinear(nodes, tip)
+        return weights, weights
+    _refuse_outside(nodes, tip)
+    columns = _columns(nodes)
+    plane = np.array([nodes[c[0], :2] for c in columns])
+    in_plane = _triangle_weights(plane, tip[:, :2]) if method == "columns-linear" else _nearest_weights(plane, tip[:, :2])
+    lateral = np.zeros((len(tip), len(nodes)))
+    for j, column in enumerate(columns):
+        lateral[:, column] += in_plane[:, j, None] * _curve_weights(nodes[column, 2], tip[:, 2])
+    return lateral, _nearest_weights(nodes, tip)
+
+
+def _columns(nodes: Array) -> list[Ints]:
+    """Node numbers of every vertical column, from low to high z."""
+    keys = {tuple(xy) for xy in nodes[:, :2]}
+    out = []
+    for x, y in sorted(keys):
+        members = np.flatnonzero((nodes[:, 0] == x) & (nodes[:, 1] == y))
+        out.append(members[np.argsort(nodes[members, 2])])
+    return out
+
+
+def _curve_weights(levels: Array, z: Array) -> Array:
+    """Weights (n, levels) of the interpolating b-spline through the nodes of one column.
+
+    Degree 3 where there are four levels or more: through four nodes this is their cubic.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    degree = min(3, len(levels) - 1)
+    if degree < 1:
+        return np.ones((len(z), 1))
+    return np.asarray(make_interp_spline(levels, np.eye(len(levels)), k=degree)(z))
+
+
+def _triangle_weights(plane: Array, xy: Array) -> Array:
+    """Barycentric weights (n, columns) on the Delaunay triangulation of the columns."""
+    from scipy.spatial import Delaunay
+
+    triangulation = Delaunay(plane)
+    simplex = triangulation.find_simplex(xy, tol=1e-9)
+    if (simplex < 0).any():
+        raise _outside(xy[np.flatnonzero(simplex < 0)[0]], "the columns of nodes in the plane", int(np.flatnonzero(simplex < 0)[0]))
+    transform = triangulation.transform[simplex]
+    two = np.einsum("nij,nj->ni", transform[:, :2], xy - transform[:, 2])
+    weights = np.zeros((len(xy), len(plane)))
+    corners = np.concatenate([two, 1 - two.sum(axis=1, keepdims=True)], axis=1)
+    np.put_along_axis(weights, triangulation.simplices[simplex], corners, axis=1)
+    return weights
+
+
+def _nearest_weights(nodes: Array, points: Array) -> Array:
+    distance = np.linalg.norm(points[:, None, :] - nodes, axis=2)
+    weights = np.zeros(distance.shape)
+    weights[np.arange(len(points)), distance.argmin(axis=1)] = 1.0
+    return weights
+
+
+def _trilinear(nodes: Array, tip: Array) -> Array:
+    grids = tuple(np.unique(nodes[:, i]) for i in range(3))
+    if int(np.prod([len(g) for g in grids])) != len(nodes):
+        raise UsageError(
+            f"residual_field: {len(nodes)} nodes do not fill a rectangular grid of "
+            f'{" x ".join(str(len(g)) for g in grids)}; use interpolation = "columns-linear" for staggered columns'
+        )
+    for i, grid in enumerate(grids):
+        bad = np.flatnonzero((tip[:, i] < grid[0] - 1e-6) | (tip[:, i] > grid[-1] + 1e-6))
+        if len(bad):
+            raise _outside(tip[bad[0]], "the grid of nodes", int(bad[0]))
+    weights, cells = multilinear([tip[:, i] for i in range(3)], grids)
+    flat = [np.searchsorted(grids[i], nodes[:, i]) for i in range(3)]
+    number = np.empty(len(nodes), dtype=np.intp)
+    number[(flat[0] * len(grids[1]) + flat[1]) * len(grids[2]) + flat[2]] = np.arange(len(nodes))
+    out = np.zeros((len(tip), len(nodes)))
+    for corner in range(weights.shape[1]):
+        out[np.arange(len(tip)), number[cells[:, corner]]] += weights[:, corner]
+    return out
+
+
+def _refuse_outside(nodes: Array, tip: Array) -> None:
+    low, high = nodes[:, 2].min(), nodes[:, 2].max()
+    bad = np.flatnonzero((tip[:, 2] < low - 1e-6) | (tip[:, 2] > high + 1e-6))
+    if len(bad):
+        raise _outside(tip[bad[0]], f"the nodes' heights {low:g} to {high:g} mm", int(bad[0]))
+
+
+def _outside(point: Array, what: str, row: int) -> ModelLimit:
+    at = " ".join(f"{v:.6g}" for v in point)
+    return ModelLimit(
+        f"row {row + 1}: the tip at ({at}) mm lies outside the hull of {what}; the residual field is not known there: "
+        "move the part or measure more nodes"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelatedField(Effect):
+    """A Gaussian process over the volume: unit-variance kriging of correlated node draws, times a local deviation.
+
+    tip error at x = s(x) w(x)^T values / sqrt(w^T K w), K_ij = exp(-|x_i - x_j|^2 / (2 length^2)),
+    w = K^-1 k(x); s(x) = kernel-weighted mean of the nodes' standard deviations. `values` are drawn with covariance K
+    per direction (see `covariance`), so the variance between nodes is that of the nodes, not less.
+    """
+
+    name = "correlated_field"
+    per = "machine"
+    cites = "Rasmussen & Williams, Gaussian Processes (2006), eq. 2.25, normalised to unit variance"
+    nodes: Any = field(default_factory=lambda: _unit_cube())
+    deviation: Any = field(default_factory=lambda: np.full((8, 3), 1e-3))
+    length: float = 150.0
+    values: Any = param(lambda: np.zeros((8, 3)), "1", "standardised node draws", shape="(nodes, 3)")
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def error_motion(self, run: Run) -> Array:
+        out = np.zeros((run.n, 6))
+        weights, deviation = self._weights(run.tip)
+        out[:, :3] = deviation * (weights @ np.asarray(self.values, dtype=float))
+        return out
+
+    def response(self, name: str, run: Run) -> Array:
+        weights, deviation = self._weights(run.tip)
+        out = np.zeros((run.n, 6, len(self.nodes), 3))
+        for i in range(3):
+            out[:, i, :, i] = deviation[:, i, None] * weights
+        return out.reshape(run.n, 6, -1)
+
+    def covariance(self) -> Array:
+        """Covariance (3 nodes, 3 nodes) of `values` flattened: K for each direction, directions independent."""
+        return np.kron(self._kernel(np.asarray(self.nodes, dtype=float)), np.eye(3))
+
+    def _kernel(self, points: Array) -> Array:
+        nodes = np.asarray(self.nodes, dtype=float)
+        squared = ((points[:, None, :] - nodes) ** 2).sum(axis=2)
+        return np.exp(-squared / (2 * self.length**2))
+
+    def _weights(self, tip: Array) -> tuple[Array, Array]:
+        nodes = np.asarray(self.nodes, dtype=float)
+        low, high = nodes.min(axis=0), nodes.max(axis=0)
+        bad = np.flatnonzero(((tip < low - 1e-6) | (tip > high + 1e-6)).any(axis=1))
+        if len(bad):
+            raise _outside(tip[bad[0]], "the nodes", int(bad[0]))
+        kernel = self._kernel(nodes) + 1e-10 * np.eye(len(nodes))  # the jitter keeps the factor stable
+        near = self._kernel(tip)
+        weights = np.linalg.solve(kernel, near.T).T
+        size = np.sqrt(np.einsum("ni,ij,nj->n", weights, kernel, weights))
+        share = near / near.sum(axis=1, keepdims=True)
+        return weights / size[:, None], share @ np.asarray(self.deviation, dtype=float)
+
+
+def _unit_cube() -> Array:
+    return np.array([[x, y, z] for x in (0.0, 1e4) for y in (0.0, 1e4) for z in (-1e4, 1e4)])

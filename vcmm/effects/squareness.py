@@ -1,0 +1,74 @@
+"""Squareness of linear axes and location of rotary axes (ISO 230-1 position-independent errors)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.effect import COLUMN, Effect, at, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+PAIRS = ("C0Y", "B0Z", "A0Z")
+
+
+@dataclass(frozen=True, eq=False)
+class Squareness(Effect):
+    """The travel direction of the second-named axis is turned about A, B or C; the stylus does not turn.
+
+    A tool-side Y with C0Y = +c shifts the tip by (-c y, 0, 0); Z with B0Z = +b by (b z, 0, 0), with A0Z = +a by
+    (0, -a z, 0); the same formulas hold for an axis that carries the workpiece.
+    """
+
+    name = "squareness"
+    per = "pair"
+    place = "travel"
+    cites = "ISO 230-1:2012, 3.6 and annex A"
+    pair: str = at("C0Y", "C0Y, B0Z or A0Z (also B0X, A0Y ... where another axis is primary)")
+    angle: float = param(0.0, "urad", "angle between the axes, right-hand about the first letter")
+
+    def __post_init__(self) -> None:
+        p = self.pair
+        if len(p) != 3 or p[0] not in "ABC" or p[1] != "0" or p[2] not in "XYZ" or "XYZ"["ABC".index(p[0])] == p[2]:
+            raise UsageError(f'pair = "{p}" is not a squareness error; allowed are {", ".join(PAIRS)}')
+
+    @property
+    def link(self) -> str:
+        return self.pair[2]
+
+    def error_motion(self, run: Run) -> Array:
+        out = np.zeros((run.n, 6))
+        out[:, COLUMN[self.pair[0]]] = self.angle
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class RotaryLocation(Effect):
+    """The centre line of a rotary axis is shifted (X0C, Y0C) or tilted (A0C, B0C) in the frame that carries it.
+
+    A tilting head with X0B = +d shifts the tip by +d, a table with X0C = +d by -d, already at zero angle.
+    """
+
+    name = "rotary_location"
+    per = "component"
+    place = "location"
+    own = True
+    cites = "ISO 230-1:2012, 3.7; ISO 230-7"
+    component: str = at("X0C", "location error, for example X0C, A0C, Y0A, C0A")
+    offset: float = param(0.0, "um", "shift of the centre line (X0, Y0, Z0 errors)")
+    tilt: float = param(0.0, "urad", "tilt of the centre line (A0, B0, C0 errors)")
+
+    def __post_init__(self) -> None:
+        c = self.component
+        if len(c) != 3 or c[0] not in COLUMN or c[1] != "0" or c[2] not in "ABC":
+            raise UsageError(f'component = "{c}" is not a location error of a rotary axis; write for example "X0C" or "A0C"')
+
+    @property
+    def link(self) -> str:
+        return self.component[2]
+
+    def error_motion(self, run: Run) -> Array:
+        out = np.zeros((run.n, 6))
+        out[:, COLUMN[self.component[0]]] = self.offset if self.component[0] in "XYZ" else self.tilt
+        return out

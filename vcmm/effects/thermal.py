@@ -1,0 +1,38 @@
+"""Thermal drift: the structure moves with a temperature, behind a first-order lag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.effect import Effect, at, motion, param
+from vcmm.errors import UsageError
+from vcmm.run import T0_DEG_C, Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalDrift(Effect):
+    """k (T lagged by tau - 20 degC) along one direction of the workpiece axes."""
+
+    name = "thermal_drift"
+    per = "direction, sensor"
+    cites = "ISO 230-3:2020 (environmental temperature variation error); first-order lag"
+    direction: str = at("z", "x, y or z of the workpiece axes")
+    sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
+    k: float = param(0.0, "um/K", "displacement per temperature difference")
+    tau: float = param(0.0, "s", "time constant of the structure", scan=(60.0, 300.0, 1200.0, 3600.0, 10800.0))
+
+    def __post_init__(self) -> None:
+        if self.direction not in ("x", "y", "z"):
+            raise UsageError(f'thermal_drift: direction = "{self.direction}" must be "x", "y" or "z"')
+        if self.tau < 0:
+            raise UsageError(f"{self.id}: tau = {self.tau:g} s is negative; a lag is zero or positive")
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def required(self) -> tuple[str, ...]:
+        return (f"temp_{self.sensor}_C",)
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, **{self.direction.upper(): self.k * (run.lagged(self.sensor, self.tau) - T0_DEG_C)})
