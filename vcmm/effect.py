@@ -59,7 +59,9 @@ class Effect(ABC):
     cites: ClassVar[str] = ""
     place: ClassVar[str] = "motion"
     own: ClassVar[bool] = False
-    aliases: ClassVar[dict[str, str]] = {}  # names of the contract for a parameter that is kept in linear form
+    aliases: ClassVar[
+        dict[str, str]
+    ] = {}  # names of the contract for a parameter that is kept in linear form
 
     @property
     @abstractmethod
@@ -80,7 +82,9 @@ class Effect(ABC):
     @property
     def where(self) -> str:
         """The place fields joined: "X" of backlash[X]; empty for an effect of the whole machine."""
-        return ",".join(str(getattr(self, f.name)) for f in place_fields(type(self)) if getattr(self, f.name) != "")
+        return ",".join(
+            str(getattr(self, f.name)) for f in place_fields(type(self)) if getattr(self, f.name) != ""
+        )
 
     @property
     def id(self) -> str:

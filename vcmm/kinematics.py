@@ -67,20 +67,26 @@ class Chain:
 def parse_structure(text: str) -> Chain:
     """'w b Y X Z t' -> Chain. Raises UsageError: no w/b/t, a repeated or unknown axis, a prime on the wrong side."""
     words = text.split()
-    example = 'write for example structure = "w X\' Y\' b Z t" (workpiece to tool through the bed b)'
+    example = "write for example structure = \"w X' Y' b Z t\" (workpiece to tool through the bed b)"
     if len(words) < 3 or words[0] != "w" or words[-1] != "t" or words.count("b") != 1:
         raise UsageError(f'structure = "{text}" must start with w, end with t and hold one b; {example}')
     bed = words.index("b")
     work, tool = words[1:bed], words[bed + 1 : -1]
     for word in work + tool:
         if not re.fullmatch(r"[XYZABC]'?", word):
-            raise UsageError(f'structure = "{text}": unknown axis "{word}"; allowed are X Y Z A B C, primed before b; {example}')
+            raise UsageError(
+                f'structure = "{text}": unknown axis "{word}"; allowed are X Y Z A B C, primed before b; {example}'
+            )
     if any(not word.endswith("'") for word in work) or any(word.endswith("'") for word in tool):
-        raise UsageError(f'structure = "{text}": axes before b carry the workpiece and take a prime, axes after b take none; {example}')
+        raise UsageError(
+            f'structure = "{text}": axes before b carry the workpiece and take a prime, axes after b take none; {example}'
+        )
     letters = [word[0] for word in work + tool]
     for letter in letters:
         if letters.count(letter) > 1:
-            raise UsageError(f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once')
+            raise UsageError(
+                f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once'
+            )
     return Chain(text, tuple(word[0] for word in tool), tuple(word[0] for word in reversed(work)))
 
 
@@ -190,7 +196,13 @@ def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequen
 
 
 def _carried(
-    motion: Motion, frames: Mapping[str, Pose6], axes: Mapping[str, Axis], tool: Frame, work: Frame, tip: Array, run: Run
+    motion: Motion,
+    frames: Mapping[str, Pose6],
+    axes: Mapping[str, Axis],
+    tool: Frame,
+    work: Frame,
+    tip: Array,
+    run: Run,
 ) -> tuple[Frame, Array, Array]:
     """(frame in which the motion is expressed, tip shift, turn), both (n, 3) in that frame."""
     shift, turn = motion.six[:, :3], motion.six[:, 3:]
@@ -201,7 +213,11 @@ def _carried(
     axis, pose = axes[motion.link], frames[motion.link]
     if motion.place == "travel":
         # the travel q e turns to q (e + w x e); nothing else changes
-        return pose.before, run.q(motion.link)[:, None] * np.cross(turn, UNIT[motion.link]), np.zeros_like(turn)
+        return (
+            pose.before,
+            run.q(motion.link)[:, None] * np.cross(turn, UNIT[motion.link]),
+            np.zeros_like(turn),
+        )
     fixed = motion.place == "location" or axis.error_frame == "fixed"
     frame = pose.before if fixed else pose.after
     pivot = np.array(axis.centre) if motion.place == "location" else axis.pivot
@@ -235,7 +251,9 @@ def _by_link(motions: Sequence[Motion], n: int) -> dict[tuple[str, str], Array]:
     return summed
 
 
-def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: Mapping[tuple[str, str], Array]) -> Frame:
+def _actual_motion(
+    axis: Axis, q: Array, carries_work: bool, summed: Mapping[tuple[str, str], Array]
+) -> Frame:
     """L · T_nominal · E of one axis (or L · E · T_nominal), errors included."""
     sign = -1.0 if carries_work else 1.0  # motions are in tip sense; the table's own motion is opposite
     nominal = nominal_motion(axis, q, carries_work)

@@ -33,13 +33,19 @@ class Machine:
     def __post_init__(self) -> None:
         for letter in self.chain.letters:
             if letter not in self.axes:
-                raise UsageError(f"structure names axis {letter}, but there is no [axes.{letter}]; add it with its travel")
+                raise UsageError(
+                    f"structure names axis {letter}, but there is no [axes.{letter}]; add it with its travel"
+                )
         for letter in self.axes:
             if letter not in self.chain.letters:
-                raise UsageError(f'[axes.{letter}] is not in structure = "{self.chain.structure}"; add it there or remove it')
+                raise UsageError(
+                    f'[axes.{letter}] is not in structure = "{self.chain.structure}"; add it there or remove it'
+                )
         for effect in self.effects:
             if effect.link not in ("tip", "tool", "reading", *self.chain.letters):
-                raise UsageError(f"{effect.id} acts on axis {effect.link}, which is not in structure {self.chain.structure}")
+                raise UsageError(
+                    f"{effect.id} acts on axis {effect.link}, which is not in structure {self.chain.structure}"
+                )
 
     def with_effect(self, *effects: Effect) -> Machine:
         """A copy with further effects."""
@@ -49,7 +55,9 @@ class Machine:
         """A copy without the effects of that name (and place)."""
         gone = [e for e in self.effects if e.name == name and where in (None, e.where)]
         if not gone:
-            raise UsageError(f"the machine has no effect {name}.{choose_from(name, sorted({e.name for e in self.effects}))}")
+            raise UsageError(
+                f"the machine has no effect {name}.{choose_from(name, sorted({e.name for e in self.effects}))}"
+            )
         return replace(self, effects=tuple(e for e in self.effects if e not in gone))
 
     def prepare(self, run: Run) -> Run:
@@ -76,8 +84,13 @@ class Machine:
     def asked(self, effect: Effect, run: Run) -> Array:
         """error_motion, after checking that the run has the columns the effect needs."""
         for column in effect.required():
-            if column not in run.columns and column.removeprefix("temp_").removesuffix("_C") not in run.series:
-                raise ModelLimit(f"{effect.id} needs the column {column}, which this run lacks; add it or remove the effect")
+            if (
+                column not in run.columns
+                and column.removeprefix("temp_").removesuffix("_C") not in run.series
+            ):
+                raise ModelLimit(
+                    f"{effect.id} needs the column {column}, which this run lacks; add it or remove the effect"
+                )
         return effect.error_motion(run)
 
     def tip_motion(self, run: Run) -> Array:

@@ -23,35 +23,33 @@ from vcmm.mesh import Mesh, load_mesh
 from vcmm.pose import Array, Pose, dot, frozen, length, triad, unit
 
 __all__ = [
-    "KINDS", "MINIMUM_POINTS", "TYPES", "Characteristic", "Feature", "Mesh", "Part", "Shape",
+    "KINDS", "TYPES", "Characteristic", "Feature", "Mesh", "Part", "Shape",
     "centre", "ends", "frame", "load_mesh", "moved", "normal", "signed_distance", "surface_point",
 ]  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What numbers a kind of feature has, and how many points its fit needs at least."""
+    """What numbers a kind of feature has; `direction`: whether it has an axis."""
 
     sizes: tuple[str, ...]
     extent: tuple[str, ...]
-    minimum: int
+    direction: bool = True
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
-        "point": Kind((), (), 1),
-        "line": Kind((), ("length",), 2),
-        "plane": Kind((), ("first size", "second size"), 3),
-        "circle": Kind(("radius",), (), 3),
-        "sphere": Kind(("radius",), (), 4),
-        "cylinder": Kind(("radius",), ("length",), 5),
-        "cone": Kind(("radius at the point", "half apex angle"), ("length",), 6),
-        "torus": Kind(("ring radius", "tube radius"), (), 7),
-        "mesh": Kind((), (), 1),
+        "point": Kind((), ()),
+        "line": Kind((), ("length",)),
+        "plane": Kind((), ("first size", "second size")),
+        "circle": Kind(("radius",), ()),
+        "sphere": Kind(("radius",), (), direction=False),
+        "cylinder": Kind(("radius",), ("length",)),
+        "cone": Kind(("radius at the point", "half apex angle"), ("length",)),
+        "torus": Kind(("ring radius", "tube radius"), ()),
+        "mesh": Kind((), (), direction=False),
     }
 )
-MINIMUM_POINTS: Mapping[str, int] = MappingProxyType({name: kind.minimum for name, kind in KINDS.items()})
-WITHOUT_AXIS = ("sphere", "mesh")
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,8 @@ TYPES: Mapping[str, Roles] = MappingProxyType(
         "straightness": _FORM, "flatness": _FORM, "roundness": _FORM, "cylindricity": _FORM,
         "line_profile": Roles(datums=(0, 3)), "surface_profile": Roles(datums=(0, 3)),
         "parallelism": _ONE_DATUM, "perpendicularity": _ONE_DATUM, "angularity": _ONE_DATUM,
-        "position": Roles(datums=(0, 3)), "coaxiality": _ONE_DATUM, "symmetry": Roles(of=(1, 2), datums=(1, 2)),
+        "position": Roles(datums=(0, 3)), "coaxiality": _ONE_DATUM,
+        "symmetry": Roles(of=(1, 2), datums=(1, 2)),
         "circular_runout": Roles(datums=(1, 2)), "total_runout": Roles(datums=(1, 2)),
     }
 )  # fmt: skip
@@ -91,8 +90,9 @@ class Shape(Protocol):
 class Feature:
     """One nominal surface or element.
 
-    `point` (3,): centre, point on a plane, or for line, cylinder and cone the end from which `axis` leads along the
-    length. `axis` (3,): normal out of the material (plane, point), direction or axis; zeros for sphere and mesh.
+    `point` (3,): centre, point on a plane, or for line, cylinder and cone the end from which `axis` leads
+    along the length. `axis` (3,): normal out of the material (plane, point), direction or axis; zeros for
+    sphere and mesh.
     `sizes` as in KINDS: a cone's radius grows along its axis. `extent`: size along u and v, or the length.
     `u` (3,): see the head of this module; by default `triad` chooses it from the axis.
     """
@@ -115,7 +115,7 @@ class Feature:
         problems = list(_feature_problems(self))
         if problems:
             raise DataError(f'Feature "{self.name}": {problem}' for problem in problems)
-        if self.kind not in WITHOUT_AXIS:
+        if KINDS[self.kind].direction:
             object.__setattr__(self, "axis", frozen(unit(self.axis)))
 
 
@@ -128,7 +128,7 @@ def _feature_problems(f: Feature) -> Iterable[str]:
         if vector is not None and (vector.shape != (3,) or not np.all(np.isfinite(vector))):
             yield f"{word} must be three finite numbers, not {vector.tolist()}."
             return
-    if f.kind not in WITHOUT_AXIS and length(f.axis) == 0.0:
+    if kind.direction and length(f.axis) == 0.0:
         yield "its direction is zero; give a vector with a length, for example [0, 0, 1]."
     elif f.u is not None and length(np.cross(f.axis, f.u)) <= 1e-9 * length(f.axis) * length(f.u):
         yield "u is parallel to the axis; give a direction square to it."
@@ -153,14 +153,14 @@ def _number_problems(names: tuple[str, ...], values: list[float]) -> Iterable[st
 
 @dataclass(frozen=True)
 class Characteristic:
-    """One requirement of the drawing. `limits` (lower, upper) count from nominal; `zone` is a tolerance zone's width.
+    """One requirement. `limits` (lower, upper) count from nominal; `zone` is the width of a tolerance zone.
 
     mm, or rad for an angle. `criterion` is the association of ISO 14405-1 (GG = least squares).
     """
 
     name: str
     type: str
-    of: tuple[str, ...] = ()
+    of: tuple[str, ...] = ()  # a single name may be given as it is
     between: tuple[str, ...] = ()
     datums: tuple[str, ...] = ()
     criterion: str = "GG"
@@ -168,6 +168,9 @@ class Characteristic:
     zone: float | None = None
 
     def __post_init__(self) -> None:
+        for role in ("of", "between", "datums"):
+            names = getattr(self, role)
+            object.__setattr__(self, role, (names,) if isinstance(names, str) else tuple(names))
         problems = list(_characteristic_problems(self))
         if problems:
             raise DataError(f'Characteristic "{self.name}": {problem}' for problem in problems)
@@ -229,13 +232,13 @@ def _part_problems(part: Part) -> Iterable[str]:
 
 
 def frame(feature: Feature) -> Array:
-    """Orthonormal rows u, v, w (3, 3) of the feature, w = axis; the frame axes themselves for sphere and mesh."""
-    return np.eye(3) if feature.kind in WITHOUT_AXIS else triad(feature.axis, feature.u)
+    """Orthonormal rows u, v, w (3, 3) of the feature, w = axis; the axes of the frame for sphere and mesh."""
+    return triad(feature.axis, feature.u) if KINDS[feature.kind].direction else np.eye(3)
 
 
 def moved(feature: Feature, b_from_a: Pose) -> Feature:
     """The same feature in another frame (one pose, not a batch)."""
-    u = None if feature.kind in WITHOUT_AXIS else b_from_a.turn(frame(feature)[0])
+    u = b_from_a.turn(frame(feature)[0]) if KINDS[feature.kind].direction else None
     point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
     return Feature(feature.name, feature.kind, point, axis, feature.sizes, feature.inside, feature.extent, u)
 
@@ -253,8 +256,8 @@ def centre(feature: Feature) -> Array:
 def signed_distance(feature: Feature, points: npt.ArrayLike) -> Array:
     """Distance (...) of points (..., 3) from the nominal surface, positive outside the material, mm.
 
-    The surface is unbounded: extents do not cut it. A circle stands for the cylinder through it, a point and a line
-    for the plane on which they lie. UsageError for kind mesh (use vcmm.mesh.closest).
+    The surface is unbounded: extents do not cut it. A circle stands for the cylinder through it, a point and
+    a line for the plane on which they lie. UsageError for kind mesh (use vcmm.mesh.closest).
     """
     side = -1.0 if feature.inside else 1.0
     arm = np.asarray(points, dtype=np.float64) - feature.point
@@ -274,7 +277,7 @@ def signed_distance(feature: Feature, points: npt.ArrayLike) -> Array:
 def normal(feature: Feature, points: npt.ArrayLike) -> Array:
     """Unit normal out of the material (..., 3) where points (..., 3) lie nearest to the nominal surface.
 
-    It is the gradient of `signed_distance`. On the axis or in the centre, where every direction is right, u is taken.
+    It is the gradient of `signed_distance`. On the axis and in the centre, where all directions fit, it is u.
     """
     side = -1.0 if feature.inside else 1.0
     arm = np.asarray(points, dtype=np.float64) - feature.point
@@ -294,9 +297,7 @@ def normal(feature: Feature, points: npt.ArrayLike) -> Array:
 
 def _outward(feature: Feature) -> Array:
     if feature.kind == "mesh":
-        raise UsageError(
-            f'Feature "{feature.name}" lies on a mesh: it has no formula; use vcmm.mesh.closest.'
-        )
+        raise UsageError(f'Feature "{feature.name}" lies on a mesh: use vcmm.mesh.closest.')
     return np.asarray(frame(feature)[0]) if feature.kind == "line" else feature.axis
 
 
@@ -317,9 +318,9 @@ def _direction(vectors: Array, otherwise: Array) -> Array:
 def surface_point(feature: Feature, first: npt.ArrayLike, second: npt.ArrayLike = 0.0) -> Array:
     """Points (..., 3) on the nominal surface from two surface coordinates that broadcast.
 
-    plane: mm along u, mm along v · line: mm along it · circle: angle from u · cylinder, cone: angle from u, mm along
-    the axis from `point` · sphere: longitude from x, latitude · torus: angle around the ring, around the tube
-    (0 = outermost, pi/2 = towards the axis direction). Angles in rad.
+    plane: mm along u, mm along v · line: mm along it · circle: angle from u · cylinder, cone: angle from u,
+    mm along the axis from `point` · sphere: longitude from x, latitude · torus: angle around the ring, around
+    the tube (0 = outermost, pi/2 = towards the axis direction). Angles in rad.
     """
     a, b = np.broadcast_arrays(np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64))
     u, v, w = frame(feature)
@@ -334,13 +335,10 @@ def surface_point(feature: Feature, first: npt.ArrayLike, second: npt.ArrayLike 
     if feature.kind in ("circle", "cylinder", "cone"):
         slope = math.tan(feature.sizes[1]) if feature.kind == "cone" else 0.0
         along = np.zeros_like(b) if feature.kind == "circle" else b
-        return np.asarray(
-            feature.point + (feature.sizes[0] + slope * along)[..., None] * around + along[..., None] * w
-        )
+        radius = (feature.sizes[0] + slope * along)[..., None]
+        return np.asarray(feature.point + radius * around + along[..., None] * w)
     if feature.kind == "mesh":
-        raise UsageError(
-            f'Feature "{feature.name}" lies on a mesh: it has no surface coordinates; give points.'
-        )
+        raise UsageError(f'Feature "{feature.name}" lies on a mesh: give points instead.')
     ring, tube = feature.sizes
     return np.asarray(
         feature.point + (ring + tube * np.cos(b))[..., None] * around + (tube * np.sin(b))[..., None] * w

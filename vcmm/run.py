@@ -44,14 +44,18 @@ class Run:
 
     def __post_init__(self) -> None:
         if self.offset.ndim != 2 or self.offset.shape[1] != 3:
-            raise UsageError(f"offset must have shape (n, 3), got {self.offset.shape}; use numpy.zeros((n, 3)) for none")
+            raise UsageError(
+                f"offset must have shape (n, 3), got {self.offset.shape}; use numpy.zeros((n, 3)) for none"
+            )
         for kind, table in (("position", self.position), ("column", self.columns), ("label", self.labels)):
             for name, values in table.items():
                 if values.shape != (self.n,):
                     raise UsageError(f"{kind} {name} has shape {values.shape}, but the run has {self.n} rows")
                 if kind != "label" and not np.isfinite(values).all():
                     bad = int(np.flatnonzero(~np.isfinite(values))[0])
-                    raise ModelLimit(f"{kind} {name} is not a finite number in row {bad + 1}; remove or repair that row")
+                    raise ModelLimit(
+                        f"{kind} {name} is not a finite number in row {bad + 1}; remove or repair that row"
+                    )
 
     @property
     def n(self) -> int:
@@ -108,7 +112,9 @@ class Run:
         if tau == 0.0:
             return self.column(name)
         if sensor not in self.series:
-            raise ModelLimit(f"a lag of {tau:g} s needs a log of {name} over time (time_s and {name} columns or a series)")
+            raise ModelLimit(
+                f"a lag of {tau:g} s needs a log of {name} over time (time_s and {name} columns or a series)"
+            )
         series = self.series[sensor]
         return np.interp(self.column("time_s"), series.time, _first_order_lag(series, tau))
 

@@ -20,7 +20,9 @@ Dimension = tuple[int, int, int, int, int, int]
 _NONE: Dimension = (0, 0, 0, 0, 0, 0)
 
 
-def _dim(length: int = 0, angle: int = 0, time: int = 0, temperature: int = 0, force: int = 0, mass: int = 0) -> Dimension:
+def _dim(
+    length: int = 0, angle: int = 0, time: int = 0, temperature: int = 0, force: int = 0, mass: int = 0
+) -> Dimension:
     return (length, angle, time, temperature, force, mass)
 
 
@@ -99,7 +101,9 @@ def quantity(text: object, dimension: str, what: str = "value") -> float:
     """
     numbers, unit = _split(text, dimension, what)
     if len(numbers) != 1:
-        raise UsageError(f'{what} = "{text}" has {len(numbers)} numbers where one is due; write for example "{EXAMPLES[dimension]}"')
+        raise UsageError(
+            f'{what} = "{text}" has {len(numbers)} numbers where one is due; write for example "{EXAMPLES[dimension]}"'
+        )
     return numbers[0] * unit
 
 
@@ -147,9 +151,13 @@ def _split(text: object, dimension: str, what: str) -> tuple[list[float], float]
     unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
     factor = unit.factor
     if unit.dimension != DIMENSIONS[dimension] and not _angle_as_slope(unit.dimension, dimension):
-        raise UsageError(f'{what} = "{text}" is not a {dimension}: unit "{unit_text}" does not fit; write for example "{example}"')
+        raise UsageError(
+            f'{what} = "{text}" is not a {dimension}: unit "{unit_text}" does not fit; write for example "{example}"'
+        )
     if unit_text == "degC" and dimension == "temperature difference":
-        raise UsageError(f'{what} = "{text}" is a temperature difference; write it in K, for example "{example}"')
+        raise UsageError(
+            f'{what} = "{text}" is a temperature difference; write it in K, for example "{example}"'
+        )
     if dimension == "temperature" and unit_text in ("K", "mK"):
         raise UsageError(f'{what} = "{text}" is a temperature; write it in degC, for example "{example}"')
     return numbers, factor

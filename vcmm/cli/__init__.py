@@ -1,0 +1,78 @@
+"""The command line. One verb per file, imported when it is called, so that `vcmm --help` starts at once."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from vcmm import __version__
+from vcmm.errors import VcmmError
+
+VERBS = ("demo", "new", "check", "field", "measure", "uncertainty", "list", "explain", "doctor", "schema")
+LATER = ("place", "nc", "cut", "compensate", "calibrate", "diagnose", "audit", "serve")
+BUG, INTERRUPTED, WRONG = 70, 130, 2
+
+
+def build_app() -> Any:
+    """The cyclopts application; verbs are import paths, resolved on use."""
+    from cyclopts import App, Group
+
+    app = App(
+        name="vcmm",
+        help="Virtual CMM: from machine errors to task-specific measurement uncertainty. Start with: vcmm demo",
+        version=f"vcmm {__version__}",
+        version_flags=["--version"],
+        help_epilogue="Exit codes: 0 done, 1 a requirement failed, 2 wrong input, 3 environment, 70 our bug, 130 interrupted.",
+    )
+    jobs, about = Group.create_ordered("Jobs"), Group.create_ordered("About")
+    for verb in VERBS:
+        group = jobs if verb in ("demo", "new", "check", "field", "measure", "uncertainty") else about
+        app.command(f"vcmm.cli.{verb}:{verb}_command", name=verb, group=group)
+    app.register_install_completion_command(name="--install-completion")
+    return app
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the `vcmm` command; exits with the documented codes."""
+    words = sys.argv[1:] if arguments is None else arguments
+    sys.exit(run(words))
+
+
+def run(words: list[str]) -> int:
+    """Run one command line and return its exit code; messages of errors go to stderr."""
+    try:
+        return _dispatch(words)
+    except VcmmError as error:
+        print(f"vcmm: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("vcmm: interrupted; nothing was half-written", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        return 0
+    except Exception as error:
+        import traceback
+
+        traceback.print_exc()
+        print(
+            f"vcmm: this is our bug ({type(error).__name__}); please report it with the lines above",
+            file=sys.stderr,
+        )
+        return BUG
+
+
+def _dispatch(words: list[str]) -> int:
+    from cyclopts import CycloptsError
+    from rich.console import Console
+
+    if words and words[0] in LATER:
+        from vcmm.errors import UsageError
+
+        raise UsageError(f"{words[0]} is planned and not built yet; what works today: {', '.join(VERBS)}")
+    app = build_app()
+    try:
+        code = app(words, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        Console(stderr=True, highlight=False, soft_wrap=True).print(f"vcmm: {error}", markup=False)
+        return WRONG
+    return code if isinstance(code, int) else 0

@@ -8,6 +8,7 @@ from vcmm.effects.component import ComponentPolynomial, ComponentSpline, Compone
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
 from vcmm.effects.pitch import ScrewPitch
 from vcmm.effects.probe import ProbeLobing, StylusBending, TipOffset, TipRadius, TriggerDelay
+from vcmm.effects.qualification import StylusQualification
 from vcmm.effects.residual import CorrelatedField, ResidualField
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
@@ -30,6 +31,7 @@ ALL: tuple[type[Effect], ...] = (
     ProbeLobing,
     TipRadius,
     TipOffset,
+    StylusQualification,
     StylusBending,
     TriggerDelay,
     ResidualField,

@@ -30,7 +30,9 @@ class _Component(Effect):
     def __post_init__(self) -> None:
         c = self.component
         if len(c) != 3 or c[0] != "E" or c[1] not in _KINDS or c[2] not in "XYZABC":
-            raise UsageError(f'component = "{c}" is not a component error; write for example "EXX", "EZY" or "EBX"')
+            raise UsageError(
+                f'component = "{c}" is not a component error; write for example "EXX", "EZY" or "EBX"'
+            )
 
     @property
     def link(self) -> str:
@@ -132,9 +134,16 @@ class ComponentPolynomial(_Component):
 
     name = "component_polynomial"
     cites = "ISO 230-1:2012, 3.4; power series"
-    coefficients: Any = param(lambda: np.zeros(2), "mm or rad", "c0, c1 ... per power of the position in m or rad", shape="(powers,)")
+    coefficients: Any = param(
+        lambda: np.zeros(2),
+        "mm or rad",
+        "c0, c1 ... per power of the position in m or rad",
+        shape="(powers,)",
+    )
 
     def error_motion(self, run: Run) -> Array:
         q = run.q(self.link)
         s = q / 1000.0 if self.link in "XYZ" else q
-        return self._place(np.vander(s, len(self.coefficients), increasing=True) @ np.asarray(self.coefficients, dtype=float))
+        return self._place(
+            np.vander(s, len(self.coefficients), increasing=True) @ np.asarray(self.coefficients, dtype=float)
+        )

@@ -22,12 +22,16 @@ class ScrewPitch(Effect):
     axis: str = at("X", "linear axis")
     sine: float = param(0.0, "um", "sine part; `amplitude` in files")
     cosine: float = param(0.0, "um", "cosine part")
-    period: float = param(10.0, "mm", "lead of the screw", scan=(2.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0))
+    period: float = param(
+        10.0, "mm", "lead of the screw", scan=(2.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0)
+    )
     harmonic: int = 1
 
     def __post_init__(self) -> None:
         if not self.period > 0:
-            raise UsageError(f'{self.id}: period = {self.period:g} mm must be positive; write for example period = "10 mm"')
+            raise UsageError(
+                f'{self.id}: period = {self.period:g} mm must be positive; write for example period = "10 mm"'
+            )
 
     @property
     def link(self) -> str:

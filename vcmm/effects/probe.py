@@ -42,7 +42,9 @@ class ProbeLobing(_Probe):
     name = "probe_lobing"
     needs = ("probe_angle_rad", "probe_lateral", "nx", "ny", "nz")
     aliases = {"amplitude": "cosine"}  # noqa: RUF012 - read only
-    cites = "Estler et al., Precision Engineering 19 (1996) 85: three-lobed pre-travel of kinematic touch probes"
+    cites = (
+        "Estler et al., Precision Engineering 19 (1996) 85: three-lobed pre-travel of kinematic touch probes"
+    )
     stylus: str = at("", "stylus name; empty = all")
     cosine: float = param(0.0, "um", "cosine part; `amplitude` in files")
     sine: float = param(0.0, "um", "sine part")

@@ -37,9 +37,13 @@ class ResidualField(Effect):
 
     def __post_init__(self) -> None:
         if self.interpolation not in METHODS:
-            raise UsageError(f'residual_field: interpolation = "{self.interpolation}"; allowed: {", ".join(METHODS)}')
+            raise UsageError(
+                f'residual_field: interpolation = "{self.interpolation}"; allowed: {", ".join(METHODS)}'
+            )
         if np.shape(self.values) != np.shape(self.nodes):
-            raise UsageError(f"residual_field: {len(self.values)} values for {len(self.nodes)} nodes; give one row of x y z per node")
+            raise UsageError(
+                f"residual_field: {len(self.values)} values for {len(self.nodes)} nodes; give one row of x y z per node"
+            )
 
     @property
     def link(self) -> str:
@@ -72,7 +76,11 @@ def field_weights(nodes: Array, method: str, tip: Array) -> tuple[Array, Array]:
     _refuse_outside(nodes, tip)
     columns = _columns(nodes)
     plane = np.array([nodes[c[0], :2] for c in columns])
-    in_plane = _triangle_weights(plane, tip[:, :2]) if method == "columns-linear" else _nearest_weights(plane, tip[:, :2])
+    in_plane = (
+        _triangle_weights(plane, tip[:, :2])
+        if method == "columns-linear"
+        else _nearest_weights(plane, tip[:, :2])
+    )
     lateral = np.zeros((len(tip), len(nodes)))
     for j, column in enumerate(columns):
         lateral[:, column] += in_plane[:, j, None] * _curve_weights(nodes[column, 2], tip[:, 2])
@@ -109,7 +117,11 @@ def _triangle_weights(plane: Array, xy: Array) -> Array:
     triangulation = Delaunay(plane)
     simplex = triangulation.find_simplex(xy, tol=1e-9)
     if (simplex < 0).any():
-        raise _outside(xy[np.flatnonzero(simplex < 0)[0]], "the columns of nodes in the plane", int(np.flatnonzero(simplex < 0)[0]))
+        raise _outside(
+            xy[np.flatnonzero(simplex < 0)[0]],
+            "the columns of nodes in the plane",
+            int(np.flatnonzero(simplex < 0)[0]),
+        )
     transform = triangulation.transform[simplex]
     two = np.einsum("nij,nj->ni", transform[:, :2], xy - transform[:, 2])
     weights = np.zeros((len(xy), len(plane)))

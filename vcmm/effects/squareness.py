@@ -30,7 +30,13 @@ class Squareness(Effect):
 
     def __post_init__(self) -> None:
         p = self.pair
-        if len(p) != 3 or p[0] not in "ABC" or p[1] != "0" or p[2] not in "XYZ" or "XYZ"["ABC".index(p[0])] == p[2]:
+        if (
+            len(p) != 3
+            or p[0] not in "ABC"
+            or p[1] != "0"
+            or p[2] not in "XYZ"
+            or "XYZ"["ABC".index(p[0])] == p[2]
+        ):
             raise UsageError(f'pair = "{p}" is not a squareness error; allowed are {", ".join(PAIRS)}')
 
     @property
@@ -62,7 +68,9 @@ class RotaryLocation(Effect):
     def __post_init__(self) -> None:
         c = self.component
         if len(c) != 3 or c[0] not in COLUMN or c[1] != "0" or c[2] not in "ABC":
-            raise UsageError(f'component = "{c}" is not a location error of a rotary axis; write for example "X0C" or "A0C"')
+            raise UsageError(
+                f'component = "{c}" is not a location error of a rotary axis; write for example "X0C" or "A0C"'
+            )
 
     @property
     def link(self) -> str:

@@ -19,7 +19,9 @@ class ThermalDrift(Effect):
     direction: str = at("z", "x, y or z of the workpiece axes")
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
     k: float = param(0.0, "um/K", "displacement per temperature difference")
-    tau: float = param(0.0, "s", "time constant of the structure", scan=(60.0, 300.0, 1200.0, 3600.0, 10800.0))
+    tau: float = param(
+        0.0, "s", "time constant of the structure", scan=(60.0, 300.0, 1200.0, 3600.0, 10800.0)
+    )
 
     def __post_init__(self) -> None:
         if self.direction not in ("x", "y", "z"):
@@ -35,4 +37,6 @@ class ThermalDrift(Effect):
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, **{self.direction.upper(): self.k * (run.lagged(self.sensor, self.tau) - T0_DEG_C)})
+        return motion(
+            run, **{self.direction.upper(): self.k * (run.lagged(self.sensor, self.tau) - T0_DEG_C)}
+        )

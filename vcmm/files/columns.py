@@ -10,7 +10,20 @@ import numpy as np
 from vcmm.errors import DataError, did_you_mean
 from vcmm.run import Array, Run
 
-LABELS = ("pose", "part", "stylus", "tool", "feature", "setup", "run", "event", "instrument", "clamp", "repeat", "mode")
+LABELS = (
+    "pose",
+    "part",
+    "stylus",
+    "tool",
+    "feature",
+    "setup",
+    "run",
+    "event",
+    "instrument",
+    "clamp",
+    "repeat",
+    "mode",
+)
 DEG = np.pi / 180.0
 
 
@@ -43,7 +56,9 @@ def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
     for axis in axes:
         name = f"{axis}_deg" if axis in "ABC" else f"{axis}_mm"
         if name not in numbers:
-            raise DataError(f"{path}:1: the column {name} is missing.{did_you_mean(name, header)} The machine has the axes {' '.join(axes)}")
+            raise DataError(
+                f"{path}:1: the column {name} is missing.{did_you_mean(name, header)} The machine has the axes {' '.join(axes)}"
+            )
         position[axis] = numbers.pop(name) * (DEG if axis in "ABC" else 1.0)
     offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(len(rows))) for c in "xyz"], axis=1)
     return Run(position, offset, canonical_columns(numbers), labels)
@@ -53,11 +68,15 @@ def canonical_columns(numbers: dict[str, Array]) -> dict[str, Array]:
     """Angles to rad: probe_angle_deg -> probe_angle_rad; everything else is canonical already."""
     out = {}
     for name, values in numbers.items():
-        out[f"{name[:-4]}_rad" if name.endswith("_deg") else name] = values * DEG if name.endswith("_deg") else values
+        out[f"{name[:-4]}_rad" if name.endswith("_deg") else name] = (
+            values * DEG if name.endswith("_deg") else values
+        )
     return out
 
 
-def _typed(path: Path, header: list[str], rows: list[list[str]]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
+def _typed(
+    path: Path, header: list[str], rows: list[list[str]]
+) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     numbers: dict[str, Array] = {}
     labels: dict[str, np.ndarray] = {}
     for i, name in enumerate(header):
@@ -72,6 +91,8 @@ def _typed(path: Path, header: list[str], rows: list[list[str]]) -> tuple[dict[s
             except ValueError:
                 raise DataError(f'{path}:{j + 2}: "{cell}" in column {name} is not a number') from None
             if not np.isfinite(values[j]):
-                raise DataError(f'{path}:{j + 2}: "{cell}" in column {name} is not finite; remove or repair the row')
+                raise DataError(
+                    f'{path}:{j + 2}: "{cell}" in column {name} is not finite; remove or repair the row'
+                )
         numbers[name] = values
     return numbers, labels

@@ -12,7 +12,17 @@ from vcmm.effect import Effect, parameter_fields, place_fields
 from vcmm.effects import find
 from vcmm.errors import UsageError, choose_from, did_you_mean
 from vcmm.inputs import EVERY, Input
-from vcmm.laws import Arcsine, Law, MultivariateNormal, Normal, Samples, StudentT, Trapezoidal, Triangular, Uniform
+from vcmm.laws import (
+    Arcsine,
+    Law,
+    MultivariateNormal,
+    Normal,
+    Samples,
+    StudentT,
+    Trapezoidal,
+    Triangular,
+    Uniform,
+)
 from vcmm.run import Array
 from vcmm.units import dimension_of, parse_unit, quantity, vector
 
@@ -42,13 +52,20 @@ def build_effect(table: dict[str, Any], known: type[Effect] | None = None) -> Ef
         elif key in other:
             values[key] = _plain(kind, key, value)
         else:
-            allowed = [*places, *parameters, *kind.aliases, *(k for k in other if k not in parameters and k not in places)]
+            allowed = [
+                *places,
+                *parameters,
+                *kind.aliases,
+                *(k for k in other if k not in parameters and k not in places),
+            ]
             raise UsageError(f'unknown key "{key}" of effect {kind.name}.{choose_from(key, allowed)}')
     missing = [f.name for f in place_fields(kind) if f.name not in values and f.name != "stylus"]
     if missing:
         example = next(f for f in fields(kind) if f.name == missing[0])
         default = "" if example.default is MISSING else example.default
-        raise UsageError(f'effect {kind.name} needs {missing[0]}; write for example {missing[0]} = "{default}"')
+        raise UsageError(
+            f'effect {kind.name} needs {missing[0]}; write for example {missing[0]} = "{default}"'
+        )
     return kind(**values)
 
 
@@ -75,7 +92,11 @@ def _plain(kind: type[Effect], key: str, value: Any) -> Any:
     if key in ("nodes", "deviation"):
         return np.array([vector(row, "length", key) for row in value])
     if key in ("grids", "length"):
-        return quantity(value, "length", key) if key == "length" else tuple(np.array(vector(v, "length", key)) for v in value)
+        return (
+            quantity(value, "length", key)
+            if key == "length"
+            else tuple(np.array(vector(v, "length", key)) for v in value)
+        )
     if key == "arguments":
         return tuple(value)
     if isinstance(value, float):
@@ -104,7 +125,9 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect]) -> Input:
     matching = [e for e in effects if e.name == kind.name and (where in (EVERY, e.where))]
     if not matching:
         have = [e.id for e in effects if e.name == kind.name]
-        hint = f"; there is {', '.join(have)}" if have else f'; add it with [[effects]] effect = "{kind.name}"'
+        hint = (
+            f"; there is {', '.join(have)}" if have else f'; add it with [[effects]] effect = "{kind.name}"'
+        )
         raise UsageError(f"input for {kind.name}[{where}], but the machine has no such effect{hint}")
     component = str(getattr(matching[0], "component", ""))
     law, scale = _law(table, unit_of(known[name].metadata["unit"], component))
@@ -119,10 +142,21 @@ def _refuse_unknown(table: dict[str, Any], places: Sequence[str]) -> None:
 
 def channel_unit(channel: str) -> str:
     """Unit stated in the name of a run column: temp_part_C -> K, speed_X_mm_s -> mm/s."""
-    for ending, unit in (("_C", "K"), ("_mm_s2", "mm/s^2"), ("_mm_s", "mm/s"), ("_rad", "rad"), ("_mm", "mm"), ("_kg", "kg"), ("_N", "N"), ("_s", "s")):
+    for ending, unit in (
+        ("_C", "K"),
+        ("_mm_s2", "mm/s^2"),
+        ("_mm_s", "mm/s"),
+        ("_rad", "rad"),
+        ("_mm", "mm"),
+        ("_kg", "kg"),
+        ("_N", "N"),
+        ("_s", "s"),
+    ):
         if channel.endswith(ending):
             return unit
-    raise UsageError(f'channel = "{channel}" states no unit; columns end in _C, _mm, _mm_s, _rad, _kg, _N or _s, for example temp_part_C')
+    raise UsageError(
+        f'channel = "{channel}" states no unit; columns end in _C, _mm, _mm_s, _rad, _kg, _N or _s, for example temp_part_C'
+    )
 
 
 def _law(table: dict[str, Any], unit: str) -> tuple[Any, Array | None]:
@@ -150,7 +184,9 @@ def _spread_key(table: dict[str, Any], name: str) -> str:
     if len(given) != 1:
         other = [k for k in ("u", "scale", "half_width") if k in table]
         has = f", but {' and '.join(other)} is given" if other else ""
-        raise UsageError(f'law = "{name}" needs {" or ".join(allowed)}{has}{did_you_mean(other[0] if other else "", allowed)}')
+        raise UsageError(
+            f'law = "{name}" needs {" or ".join(allowed)}{has}{did_you_mean(other[0] if other else "", allowed)}'
+        )
     return given[0]
 
 
@@ -167,7 +203,9 @@ def _scalar_law(name: str, key: str, value: float, table: dict[str, Any]) -> Law
     if name == "trapezoidal":
         ratio = float(table.get("top", 0.5))
         if not 0 <= ratio <= 1:
-            raise UsageError(f"top = {ratio:g} is the plateau as a share of the half width and lies between 0 and 1")
+            raise UsageError(
+                f"top = {ratio:g} is the plateau as a share of the half width and lies between 0 and 1"
+            )
         half = value if key == "half_width" else value / (Trapezoidal(1.0, ratio).u)
         return Trapezoidal(half, half * ratio)
     kind = BOUNDED[name]

@@ -53,7 +53,9 @@ def read_isg(path: str | Path) -> ErrorFile:
         numbers = _numbers(path, block[1:], names)
         if not arguments:
             if len(numbers) != 1:
-                raise DataError(f"{path}:{line}: position-independent errors {' '.join(names)} need one row, got {len(numbers)}")
+                raise DataError(
+                    f"{path}:{line}: position-independent errors {' '.join(names)} need one row, got {len(numbers)}"
+                )
             constants.update({canonical(name): float(v) for name, v in zip(names, numbers[0])})
         else:
             tables.append(_table(path, line, arguments, names, numbers))
@@ -95,11 +97,15 @@ def _numbers(path: Path, rows: list[tuple[int, list[str]]], names: list[str]) ->
     out = []
     for line, words in rows:
         if len(words) != len(names):
-            raise DataError(f"{path}:{line}: {len(words)} numbers where the header names {len(names)} ({' '.join(names)})")
+            raise DataError(
+                f"{path}:{line}: {len(words)} numbers where the header names {len(names)} ({' '.join(names)})"
+            )
         try:
             values = [float(w) for w in words]
         except ValueError:
-            raise DataError(f"{path}:{line}: not a number in {' '.join(words)}; decimals are written with a point") from None
+            raise DataError(
+                f"{path}:{line}: not a number in {' '.join(words)}; decimals are written with a point"
+            ) from None
         if not np.isfinite(values).all():
             raise DataError(f"{path}:{line}: a value is not finite; remove the row or measure it again")
         out.append(values)
@@ -125,7 +131,12 @@ def _table(path: Path, line: int, arguments: tuple[str, ...], names: list[str], 
         )
     order = np.lexsort(tuple(numbers[:, i] for i in reversed(range(k))))
     sorted_rows = numbers[order]
-    if any(not (sorted_rows[:, i].reshape(shape) == g.reshape([-1 if j == i else 1 for j in range(k)])).all() for i, g in enumerate(grids)):
-        raise DataError(f"{path}:{line}: a node of the grid over {' '.join(arguments)} is given twice and another is missing")
+    if any(
+        not (sorted_rows[:, i].reshape(shape) == g.reshape([-1 if j == i else 1 for j in range(k)])).all()
+        for i, g in enumerate(grids)
+    ):
+        raise DataError(
+            f"{path}:{line}: a node of the grid over {' '.join(arguments)} is given twice and another is missing"
+        )
     values = {name: sorted_rows[:, k + i].reshape(shape) for i, name in enumerate(names[k:])}
     return ErrorTable(arguments, grids, values, line)

@@ -120,7 +120,10 @@ def machine_from(document: Document, data: dict[str, Any], at: Location) -> Mach
             "drawing machines that are consistent with a certificate is not built yet; give [errors], [repeatability] or [[effects]]",
         )
     chain = problems.attempt((*at, "structure"), lambda: parse_structure(model.structure))
-    axes = {k: problems.attempt((*at, "axes", k, "travel"), lambda k=k, a=a: _axis(k, a)) for k, a in model.axes.items()}
+    axes = {
+        k: problems.attempt((*at, "axes", k, "travel"), lambda k=k, a=a: _axis(k, a))
+        for k, a in model.axes.items()
+    }
     effects, inputs = _known_errors(model, document, problems, at, chain, axes)
     for i, table in enumerate(model.effects):
         built = problems.attempt((*at, "effects", i), lambda table=table: build_effect(table))
@@ -133,7 +136,8 @@ def machine_from(document: Document, data: dict[str, Any], at: Location) -> Mach
     active = tuple(model.errors.compensation) if model.errors else ()
     name = model.name or document.path.stem
     machine = problems.attempt(
-        (*at, "structure"), lambda: Machine(name, model.kind, chain, axes, tuple(effects), tuple(inputs), state, active)
+        (*at, "structure"),
+        lambda: Machine(name, model.kind, chain, axes, tuple(effects), tuple(inputs), state, active),
     )
     problems.raise_if_any()
     assert isinstance(machine, Machine)
@@ -147,13 +151,20 @@ def _axis(letter: str, table: AxisTable) -> Axis:
         raise UsageError(f'travel of {letter} needs two ends, for example travel = ["0 mm", "600 mm"]')
     low, high = (quantity(t, "angle" if letter in "ABC" else "length", "travel") for t in table.travel)
     if not low < high:
-        raise UsageError(f"travel of {letter} runs from {table.travel[0]} to {table.travel[1]}; the first end must be the lower one")
+        raise UsageError(
+            f"travel of {letter} runs from {table.travel[0]} to {table.travel[1]}; the first end must be the lower one"
+        )
     dynamics = {k: v for k, v in table.dynamics.model_dump().items() if v is not None}
     return Axis(letter, (low, high), table.centre, table.measured_at, table.error_frame, dynamics)
 
 
 def _known_errors(
-    model: MachineFile, document: Document, problems: Problems, at: Location, chain: Chain | None, axes: dict[str, Axis | None]
+    model: MachineFile,
+    document: Document,
+    problems: Problems,
+    at: Location,
+    chain: Chain | None,
+    axes: dict[str, Axis | None],
 ) -> tuple[list[Effect], list[Input]]:
     effects: list[Effect] = []
     inputs: list[Input] = []
@@ -168,7 +179,9 @@ def _known_errors(
     if model.repeatability:
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(model.repeatability))  # type: ignore[arg-type]
         effects.append(Scatter())
-        inputs += [Input("scatter", "", "value", law, "touch", "repeatability of the machine file")] if law else []
+        inputs += (
+            [Input("scatter", "", "value", law, "touch", "repeatability of the machine file")] if law else []
+        )
     if model.environment and model.environment.scales and chain:
         more, known = _scales(model.environment.scales, [a for a in chain.letters if a in "XYZ"])
         effects, inputs = effects + more, inputs + known
@@ -195,14 +208,24 @@ def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
 
 
 def _check_on_machine(
-    effect: Effect, chain: Chain | None, axes: dict[str, Axis | None], problems: Problems, at: Location, path: Path
+    effect: Effect,
+    chain: Chain | None,
+    axes: dict[str, Axis | None],
+    problems: Problems,
+    at: Location,
+    path: Path,
 ) -> None:
     if chain and effect.link not in chain.letters:
-        problems.add(at, f'{path.name} holds {effect.where} of axis {effect.link}, which structure = "{chain.structure}" lacks')
+        problems.add(
+            at,
+            f'{path.name} holds {effect.where} of axis {effect.link}, which structure = "{chain.structure}" lacks',
+        )
     if isinstance(effect, ComponentTable):
         for letter in effect.arguments:
             if chain and letter not in chain.letters:
-                problems.add(at, f"{path.name} tabulates {effect.where} over axis {letter}, which the machine lacks")
+                problems.add(
+                    at, f"{path.name} tabulates {effect.where} over axis {letter}, which the machine lacks"
+                )
 
 
 def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Input]:
@@ -215,13 +238,28 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
             u = known.translation if effect.component[1] in "XYZ" else known.rotation
             if u > 0:
                 law = _correlated(effect, u, known.correlation_length)
-                inputs.append(Input(effect.name, effect.where, "values", law, "machine", "calibration of the error table"))
+                inputs.append(
+                    Input(
+                        effect.name, effect.where, "values", law, "machine", "calibration of the error table"
+                    )
+                )
         elif isinstance(effect, Squareness) and known.squareness > 0:
-            inputs.append(Input("squareness", effect.where, "angle", Normal(known.squareness), "machine", "calibration of the error table"))
+            inputs.append(
+                Input(
+                    "squareness",
+                    effect.where,
+                    "angle",
+                    Normal(known.squareness),
+                    "machine",
+                    "calibration of the error table",
+                )
+            )
     return inputs
 
 
-def _correlated(effect: ComponentTable | ComponentSpline, u: float, length: float | None) -> MultivariateNormal:
+def _correlated(
+    effect: ComponentTable | ComponentSpline, u: float, length: float | None
+) -> MultivariateNormal:
     """u^2 exp(-(dq)^2 / (2 l^2)) between the nodes; without a correlation length the nodes are independent.
 
     A rotary axis has no length: its nodes are taken as independent unless they coincide.
@@ -246,7 +284,9 @@ def _repeatability(table: Repeatability) -> Law:
             raise UsageError('[repeatability] law = "normal" needs u, for example u = "0.5 um"')
         return Normal(spread)
     if table.scale is None or table.dof is None:
-        raise UsageError('[repeatability] law = "t" needs scale and dof, for example scale = "0.7 um" and dof = 6')
+        raise UsageError(
+            '[repeatability] law = "t" needs scale and dof, for example scale = "0.7 um" and dof = 6'
+        )
     return StudentT(table.scale, table.dof)
 
 
@@ -256,10 +296,28 @@ def _scales(table: Scales, letters: list[str]) -> tuple[list[Effect], list[Input
     effects: list[Effect] = [ScaleExpansion(a, table.expansion, corrected) for a in letters]
     inputs = []
     if table.u_expansion > 0:
-        inputs.append(Input("scale_expansion", EVERY, "alpha", Normal(table.u_expansion), "machine", "expansion of the scales"))
+        inputs.append(
+            Input(
+                "scale_expansion",
+                EVERY,
+                "alpha",
+                Normal(table.u_expansion),
+                "machine",
+                "expansion of the scales",
+            )
+        )
     if table.u_sensor > 0:
         for a in letters:
-            inputs.append(Input("channel", "", f"temp_scale_{a.lower()}_C", Normal(table.u_sensor), "machine", f"temperature sensor of scale {a}"))
+            inputs.append(
+                Input(
+                    "channel",
+                    "",
+                    f"temp_scale_{a.lower()}_C",
+                    Normal(table.u_sensor),
+                    "machine",
+                    f"temperature sensor of scale {a}",
+                )
+            )
     return effects, inputs
 
 

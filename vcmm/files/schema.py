@@ -33,14 +33,22 @@ def _as_value_error(convert: Callable[..., Any], dimension: str, value: object) 
 
 
 def _quantity_type(dimension: str) -> Any:
-    schema = {"type": "string", "description": f"{dimension} with its unit", "examples": [EXAMPLES[dimension]]}
-    return Annotated[float, BeforeValidator(partial(_as_value_error, quantity, dimension)), WithJsonSchema(schema)]
+    schema = {
+        "type": "string",
+        "description": f"{dimension} with its unit",
+        "examples": [EXAMPLES[dimension]],
+    }
+    return Annotated[
+        float, BeforeValidator(partial(_as_value_error, quantity, dimension)), WithJsonSchema(schema)
+    ]
 
 
 def _vector(value: object, dimension: str, what: str) -> tuple[float, ...]:
     out = vector(value, dimension, what)
     if len(out) != 3:
-        raise UsageError(f'{what} = "{value}" has {len(out)} numbers where three are due; write for example "0 0 20 mm"')
+        raise UsageError(
+            f'{what} = "{value}" has {len(out)} numbers where three are due; write for example "0 0 20 mm"'
+        )
     return out
 
 
@@ -50,16 +58,31 @@ def _vector_type(dimension: str, example: str) -> Any:
         "description": f"three numbers and a unit ({dimension})",
         "examples": [example],
     }
-    return Annotated[tuple[float, float, float], BeforeValidator(partial(_as_value_error, _vector, dimension)), WithJsonSchema(schema)]
+    return Annotated[
+        tuple[float, float, float],
+        BeforeValidator(partial(_as_value_error, _vector, dimension)),
+        WithJsonSchema(schema),
+    ]
 
 
 def _list_type(dimension: str, example: str) -> Any:
-    schema = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}], "examples": [example]}
-    return Annotated[tuple[float, ...], BeforeValidator(partial(_as_value_error, vector, dimension)), WithJsonSchema(schema)]
+    schema = {
+        "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
+        "examples": [example],
+    }
+    return Annotated[
+        tuple[float, ...],
+        BeforeValidator(partial(_as_value_error, vector, dimension)),
+        WithJsonSchema(schema),
+    ]
 
 
 def _direction(value: object) -> Any:
-    if not isinstance(value, list | tuple) or len(value) != 3 or not all(isinstance(v, int | float) for v in value):
+    if (
+        not isinstance(value, list | tuple)
+        or len(value) != 3
+        or not all(isinstance(v, int | float) for v in value)
+    ):
         raise ValueError("\0 must be three plain numbers, for example [0, 0, 1]")
     if not any(value):
         raise ValueError("\0 = [0, 0, 0] has no direction; write for example [0, 0, 1]")
@@ -82,7 +105,9 @@ Lengths = _list_type("length", "5 15 mm")
 Direction = Annotated[
     tuple[float, float, float],
     BeforeValidator(_direction),
-    WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3, "examples": [[0, 0, 1]]}),
+    WithJsonSchema(
+        {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3, "examples": [[0, 0, 1]]}
+    ),
 ]
 
 
@@ -91,12 +116,16 @@ def read_model(model: type[M], data: object, document: Document, at: Location = 
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise DataError([explain(item, model, document, at) for item in error.errors(include_url=False)]) from None
+        raise DataError(
+            [explain(item, model, document, at) for item in error.errors(include_url=False)]
+        ) from None
 
 
 def explain(item: Any, model: type[BaseModel], document: Document, at: Location) -> str:
     """One pydantic error in plain words: 'machine.toml:12: unknown key "travle" in [axes.X]. Did you mean "travel"?'"""
-    location = tuple(part for part in item["loc"] if not (isinstance(part, str) and part.startswith("function-")))
+    location = tuple(
+        part for part in item["loc"] if not (isinstance(part, str) and part.startswith("function-"))
+    )
     here = document.where(at + location)
     key = str(location[-1]) if location else "the file"
     table = "".join(f".{p}" if isinstance(p, str) else f"[{p + 1}]" for p in at + location[:-1]).lstrip(".")
@@ -118,7 +147,11 @@ def allowed_keys(model: type[BaseModel], location: Location) -> list[str]:
     """Keys of the (nested) model at a location; empty when it cannot be told."""
     current: Any = model
     for part in location:
-        models = list(_models_in(current.model_fields[part].annotation)) if part in getattr(current, "model_fields", {}) else []
+        models = (
+            list(_models_in(current.model_fields[part].annotation))
+            if part in getattr(current, "model_fields", {})
+            else []
+        )
         if models:
             current = models[0]
         elif not isinstance(part, int) and part not in getattr(current, "model_fields", {}):

@@ -44,7 +44,9 @@ def read_toml(path: str | Path) -> Document:
         text = path.read_text(encoding="utf-8")
         data = tomllib.loads(text)
     except UnicodeDecodeError as error:
-        raise DataError(f"{path} is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8") from None
+        raise DataError(
+            f"{path} is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
+        ) from None
     except tomllib.TOMLDecodeError as error:
         line = re.search(r"line (\d+)", str(error))
         at = f"{path}:{line[1]}" if line else str(path)
@@ -62,7 +64,9 @@ def check_version(document: Document, kind: str, version: int = 1) -> None:
     if not match or match[1] != kind:
         raise DataError(f'{at}: vcmm = "{word}", but a {kind} file is due here: vcmm = "{kind}/{version}"')
     if int(match[2]) > version:
-        raise DataError(f'{at}: "{word}" was written by a newer vcmm; this one reads {kind}/1 to {kind}/{version}: update vcmm')
+        raise DataError(
+            f'{at}: "{word}" was written by a newer vcmm; this one reads {kind}/1 to {kind}/{version}: update vcmm'
+        )
 
 
 def key_lines(text: str) -> dict[Location, int]:

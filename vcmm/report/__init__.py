@@ -1,0 +1,70 @@
+"""Building blocks of a report: each function returns HTML, `page` joins them into one self-contained file.
+
+The names below are functions; the modules of the same name hold the rest (`from vcmm.report.bars import shares`).
+"""
+
+from __future__ import annotations
+
+from vcmm.report.bars import bars, stacked
+from vcmm.report.curve import Band, Series, curve
+from vcmm.report.heatmap import heat_map
+from vcmm.report.histogram import histogram
+from vcmm.report.meshes import (
+    box_mesh,
+    cone_mesh,
+    cylinder_mesh,
+    disc_mesh,
+    plane_mesh,
+    sphere_mesh,
+    torus_mesh,
+    tube_mesh,
+)
+from vcmm.report.page import columns, details, heading, note, page, paragraph, write
+from vcmm.report.polar import polar
+from vcmm.report.scene import scene
+from vcmm.report.scene_items import Arrows, Box, Ellipsoids, Label, Lines, Mesh, Points
+from vcmm.report.svg import standalone
+from vcmm.report.table import Cell, Raw, table
+from vcmm.report.text import number, with_uncertainty
+from vcmm.report.zones import zones
+
+__all__ = [
+    "Arrows",
+    "Band",
+    "Box",
+    "Cell",
+    "Ellipsoids",
+    "Label",
+    "Lines",
+    "Mesh",
+    "Points",
+    "Raw",
+    "Series",
+    "bars",
+    "box_mesh",
+    "columns",
+    "cone_mesh",
+    "curve",
+    "cylinder_mesh",
+    "details",
+    "disc_mesh",
+    "heading",
+    "heat_map",
+    "histogram",
+    "note",
+    "number",
+    "page",
+    "paragraph",
+    "plane_mesh",
+    "polar",
+    "scene",
+    "sphere_mesh",
+    "stacked",
+    "standalone",
+    "table",
+    "torus_mesh",
+    "tube_mesh",
+    "with_uncertainty",
+    "write",
+    "zones",
+]

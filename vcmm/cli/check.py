@@ -1,0 +1,84 @@
+"""vcmm check: read a file and everything it names; say what is wrong, or what was understood."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+
+def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+    """Check a machine or scenario file: all problems at once, each with file, line and fix.
+
+    Parameters
+    ----------
+    file
+        Machine (machine/1) or scenario (scenario/1) file.
+    json
+        Print one JSON document.
+    """
+    from vcmm.cli.common import document, print_json, show_table, sources
+    from vcmm.errors import DataError
+    from vcmm.files.toml import read_toml
+
+    kind = str(read_toml(file).data.get("vcmm", "")).split("/")[0]
+    if kind == "machine":
+        rows = _machine_rows(file)
+    elif kind == "scenario":
+        rows = _scenario_rows(file)
+    else:
+        raise DataError(f'{file}:1: the first line must be vcmm = "scenario/1" or vcmm = "machine/1"')
+    if json:
+        body = {"file": str(file), "kind": kind, "understood": {k: v for k, v in rows}}
+        print_json(document("vcmm.check/1", body, files=sources(file)))
+    else:
+        show_table(f"{file}: no problems found", ["", "understood as"], rows, left=(0, 1))
+    return 0
+
+
+def _machine_rows(file: Path) -> list[list[str]]:
+    from vcmm.files.machine import load_machine
+
+    return _describe_machine(load_machine(file))
+
+
+def _describe_machine(machine: Any) -> list[list[str]]:
+    rows = [["machine", f"{machine.name} ({machine.kind}), structure {machine.chain.structure}"]]
+    for letter, axis in machine.axes.items():
+        scale, unit = (57.29577951308232, "deg") if axis.rotary else (1.0, "mm")
+        rows.append(
+            [f"axis {letter}", f"travel {axis.travel[0] * scale:g} to {axis.travel[1] * scale:g} {unit}"]
+        )
+    names: dict[str, list[str]] = {}
+    for effect in machine.effects:
+        names.setdefault(effect.name, []).append(effect.where)
+    rows += [
+        [f"effect {name}", " ".join(w for w in where if w) or "whole machine"]
+        for name, where in names.items()
+    ]
+    rows += [[f"input {i.id}", f"{_law(i)}, redraw {i.redraw}"] for i in machine.inputs]
+    return rows
+
+
+def _law(one: Any) -> str:
+    return str(getattr(one.law, "name", type(one.law).__name__))
+
+
+def _scenario_rows(file: Path) -> list[list[str]]:
+    from vcmm.files.scenario import load_scenario
+
+    scenario = load_scenario(file)
+    task = scenario.task()
+    rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
+    rows += [[f"feature {n}", f.kind] for n, f in scenario.part.features.items()]
+    rows += [[f"characteristic {c.name}", c.type] for c in scenario.part.characteristics]
+    rows += [
+        ["plan", f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"]
+    ]
+    rows += [
+        [f"input {i.id}", f"{_law(i)}, redraw {i.redraw}"]
+        for i in task.inputs
+        if i not in scenario.machine.inputs
+    ]
+    return rows

@@ -1,0 +1,56 @@
+"""vcmm explain: one effect in words, formula, parameters, source."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+    """Explain an effect: formula, sign, parameters with units, needed columns, source, how to write it in a file.
+
+    Parameters
+    ----------
+    effect
+        Name of an effect; see `vcmm list effects`.
+    json
+        Print one JSON document.
+    """
+    from inspect import cleandoc
+
+    from vcmm.cli.common import document, print_json, show_table
+    from vcmm.effect import parameter_fields, place_fields
+    from vcmm.effects import find
+
+    kind = find(effect)
+    back = {v: k for k, v in kind.aliases.items()}
+    parameters = [
+        [
+            back.get(f.name, f.name),
+            f.metadata["unit"],
+            f.metadata["doc"] + (" (scanned)" if f.metadata["scan"] else ""),
+        ]
+        for f in parameter_fields(kind)
+    ]
+    places = [[f.name, str(f.metadata["doc"])] for f in place_fields(kind)]
+    text = cleandoc(kind.__doc__ or "")
+    link = (
+        "reading: indicated - true"
+        if kind.__module__.endswith(("probe", "qualification"))
+        else "tip error: actual - nominal"
+    )
+    if json:
+        body = {"effect": kind.name, "text": text, "sign": link, "per": kind.per, "needs": list(kind.needs), "cites": kind.cites,
+                "parameters": [dict(zip(("name", "unit", "doc"), p)) for p in parameters], "places": [dict(zip(("key", "doc"), p)) for p in places]}  # fmt: skip
+        print_json(document("vcmm.explain/1", body))
+        return 0
+    print(f"{kind.name}\n\n{text}\n")
+    print(
+        f"source    {kind.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
+    )
+    rows = [["place", n, d] for n, d in places] + [["parameter", n, f"{u}: {d}"] for n, u, d in parameters]
+    rows += [["key", f.name, "further key of the table"] for f in fields(kind) if not f.metadata]
+    show_table("keys of the [[effects]] table", ["", "key", "meaning"], rows, left=(0, 1, 2))
+    return 0

@@ -1,0 +1,119 @@
+"""vcmm list: what there is to choose from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+What = Literal[
+    "scenarios", "effects", "features", "strategies", "characteristics", "laws", "aliases", "units"
+]
+
+
+def list_command(what: What = "scenarios", *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+    """List scenarios, effects, features, strategies, characteristics, laws, aliases of error names, or units.
+
+    Parameters
+    ----------
+    what
+        What to list.
+    json
+        Print one JSON document.
+    """
+    from vcmm.cli.common import document, print_json, show_table
+
+    columns, rows = _TABLES[what]()
+    if json:
+        print_json(
+            document("vcmm.list/1", {"what": what, "items": [dict(zip(columns, row)) for row in rows]})
+        )
+    else:
+        show_table(what, columns, rows, left=tuple(range(len(columns))))
+    return 0
+
+
+Rows = tuple[list[str], list[list[str]]]
+
+
+def _scenarios() -> Rows:
+    from vcmm.library import scenarios
+
+    return ["name", "what it shows"], [[name, text] for name, text in scenarios().items()]
+
+
+def _effects() -> Rows:
+    from vcmm.effect import parameter_fields
+    from vcmm.effects import ALL
+
+    def parameters(kind: Any) -> str:
+        back = {v: k for k, v in kind.aliases.items()}
+        return ", ".join(f"{back.get(f.name, f.name)} ({f.metadata['show']})" for f in parameter_fields(kind))
+
+    rows = [[e.name, e.per, parameters(e), (e.__doc__ or "").strip().split("\n")[0]] for e in ALL]
+    return ["effect", "per", "parameters", "what"], rows
+
+
+def _features() -> Rows:
+    from vcmm.files.part import TABLES
+
+    rows = [[name, ", ".join(k for k in model.model_fields if k != "type")] for name, model in TABLES.items()]
+    return ["feature", "keys"], rows
+
+
+def _strategies() -> Rows:
+    from dataclasses import fields
+
+    from vcmm.strategies import PATTERNS
+
+    rows = []
+    for kind, patterns in PATTERNS.items():
+        for name, pattern in patterns.items():
+            rows.append(
+                [
+                    kind,
+                    name,
+                    ", ".join(f.name for f in fields(pattern)),
+                    (pattern.__doc__ or "").split(": ", 1)[-1].split("\n")[0],
+                ]
+            )
+    return ["feature", "strategy", "keys", "what"], rows
+
+
+def _characteristics() -> Rows:
+    from vcmm.gps.characteristics import IMPLEMENTED
+    from vcmm.part import TYPES
+
+    return ["characteristic", "state"], [
+        [t, "evaluated" if t in IMPLEMENTED else "comes later"] for t in TYPES
+    ]
+
+
+def _laws() -> Rows:
+    keys = {
+        "normal": "u", "t": "scale, dof", "uniform": "half_width or u", "triangular": "half_width or u",
+        "trapezoidal": "half_width or u, top (share of the half width)", "arcsine": "half_width or u",
+        "samples": "values", "multivariate": "covariance",
+    }  # fmt: skip
+    return ["law", "keys"], [[k, v] for k, v in keys.items()]
+
+
+def _aliases() -> Rows:
+    from vcmm.aliases import table
+
+    return ["ISO 230-1", "VDI 2617-3", "delta/epsilon literature", "plain words"], [
+        list(row) for row in table()
+    ]
+
+
+def _units() -> Rows:
+    from vcmm.units import EXAMPLES, UNITS
+
+    rows = [["units", " ".join(UNITS)]] + [[name, text] for name, text in EXAMPLES.items()]
+    return ["quantity", "example"], rows
+
+
+_TABLES = {
+    "scenarios": _scenarios, "effects": _effects, "features": _features, "strategies": _strategies,
+    "characteristics": _characteristics, "laws": _laws, "aliases": _aliases, "units": _units,
+}  # fmt: skip

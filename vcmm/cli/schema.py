@@ -1,0 +1,32 @@
+"""vcmm schema: JSON Schema of the file formats, for editors and other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+
+def schema_command(
+    kind: Literal["machine", "scenario", "part", "plan"] = "scenario", *, out: Path | None = None
+) -> int:
+    """Print the JSON Schema of a file format.
+
+    Parameters
+    ----------
+    kind
+        Which file format.
+    out
+        Folder for <kind>.schema.json instead of stdout.
+    """
+    import json
+
+    from vcmm.cli.common import output_folder, say, write_text
+    from vcmm.files.schemas import json_schema
+
+    text = json.dumps(json_schema(kind), indent=1)
+    if out:
+        path = write_text(output_folder(out) / f"{kind}.schema.json", text + "\n")
+        say(f"wrote {path}")
+    else:
+        print(text)
+    return 0

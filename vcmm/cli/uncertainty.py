@@ -1,0 +1,174 @@
+"""vcmm uncertainty: value, U, decision and budget of every characteristic."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+
+def uncertainty_command(
+    scenario: Path,
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    engine: Literal["auto", "montecarlo", "exact"] = "auto",
+    digits: int | None = None,
+    json: Annotated[bool, Parameter(name="--json")] = False,
+    out: Path | None = None,
+) -> int:
+    """Task-specific uncertainty: value, U, coverage interval, decision and budget of every characteristic.
+
+    Exit code 1 when a characteristic does not conform.
+
+    Parameters
+    ----------
+    scenario
+        Scenario file (scenario/1).
+    trials
+        Monte Carlo trials (default: the scenario's, else 10^6).
+    seed
+        Seed of the random streams (default: the scenario's, else 0).
+    engine
+        auto: closed form where the output is smooth, else Monte Carlo; montecarlo: sample all; exact: every trial
+        with multiplied transforms, contact and iterated fits.
+    digits
+        Adaptive Monte Carlo to this many significant digits of u (JCGM 101, 7.9) instead of fixed trials.
+    json
+        Print one JSON document.
+    out
+        Folder for report.html, uncertainty.json, budget.csv.
+    """
+    from vcmm.cli.common import document, output_folder, print_json, progress, sources
+    from vcmm.files.scenario import load_scenario
+    from vcmm.jobs import uncertainty
+
+    folder = output_folder(out) if out else None
+    loaded = load_scenario(scenario)
+    with progress() as report:
+        found = uncertainty(loaded, seed=seed, trials=trials, engine=engine, digits=digits, progress=report)
+    content = document(
+        "vcmm.uncertainty/1",
+        uncertainty_json(found),
+        seed=found.seed,
+        files=sources(scenario),
+        warnings=found.warnings,
+    )
+    if folder:
+        _write(folder, loaded, found, content)
+    if json:
+        print_json(content)
+    else:
+        show(found)
+    return (
+        1 if any(c.decision and c.decision.text == "does not conform" for c in found.characteristics) else 0
+    )
+
+
+def uncertainty_json(found: Any) -> dict[str, Any]:
+    """The body of the JSON document; angles use _rad keys."""
+    return {"trials": found.trials, "characteristics": [_characteristic(c) for c in found.characteristics]}
+
+
+def _characteristic(c: Any) -> dict[str, Any]:
+    unit = c.unit
+    budget = [
+        {
+            "input": b.input, "distribution": b.distribution, "dof": b.dof if b.dof != float("inf") else None,
+            "redraw": b.redraw, "estimate": b.estimate, "u_input": b.u_input, "unit": b.unit, "sensitivity": b.sensitivity,
+            f"u_{unit}": b.u, "share": b.share, "evidence": b.evidence,
+        }
+        for b in c.budget
+    ]  # fmt: skip
+    decision = c.decision
+    return {
+        "name": c.name, "type": c.type,
+        f"nominal_{unit}": c.nominal, f"value_{unit}": c.value, f"bias_{unit}": c.bias, f"u_{unit}": c.u,
+        f"U_{unit}": c.expanded, "k": c.k, "p": c.p, f"interval_{unit}": list(c.interval), "interval_kind": c.interval_kind,
+        "coverage_shown": c.coverage_shown, f"tolerance_{unit}": None if c.tolerance is None else list(c.tolerance),
+        "decision": None if decision is None else decision.text,
+        "decision_rule": None if decision is None else decision.rule,
+        "p_conform": None if decision is None else decision.p_conform,
+        "budget": budget, "interaction_share": c.interaction_share,
+        "tier": c.tier, "trials": c.trials, f"linear_error_{unit}": c.linear_error,
+    }  # fmt: skip
+
+
+def show(found: Any) -> None:
+    """The result table and the largest budget lines."""
+    from vcmm.cli.common import say, show_table
+    from vcmm.cli.words import deviation_text, length_text, percent_text
+
+    rows = []
+    for c in found.characteristics:
+        main = c.budget[0] if c.budget else None
+        rows.append([
+            c.name, length_text(c.nominal, c.unit), length_text(c.value, c.unit), deviation_text(c.bias, c.unit),
+            deviation_text(c.expanded, c.unit, signed=False), f"{c.k:.2f}",
+            "–" if c.decision is None else c.decision.text,
+            "–" if main is None else f"{main.input} {percent_text(main.share)}",
+        ])  # fmt: skip
+    p = found.characteristics[0].p
+    show_table(
+        f"measured value y, expanded uncertainty U (coverage probability {p:.0%})",
+        ["characteristic", "nominal", "y", "bias", "U", "k", "decision", "main contributor"], rows, left=(0, 6, 7),
+    )  # fmt: skip
+    budget = [
+        [
+            c.name if i == 0 else "",
+            b.input,
+            b.distribution,
+            b.redraw,
+            deviation_text(b.u, c.unit, signed=False),
+            percent_text(b.share),
+        ]
+        for c in found.characteristics
+        for i, b in enumerate(c.budget[:5])
+    ]
+    show_table(
+        "budget (up to five largest lines each)",
+        ["characteristic", "input", "law", "redraw", "u_i", "share"],
+        budget,
+        left=(0, 1, 2, 3),
+    )
+    tiers = [
+        [
+            c.name,
+            c.tier,
+            f"{c.trials:,}" if c.trials else "–",
+            deviation_text(c.linear_error, c.unit, signed=False),
+        ]
+        for c in found.characteristics
+    ]
+    show_table(
+        "how it was computed",
+        ["characteristic", "tier", "trials", "linear - exact, at most"],
+        tiers,
+        left=(0, 1),
+    )
+    for warning in found.warnings:
+        say(f"note: {warning}")
+
+
+def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
+    import json as _json
+
+    from vcmm.cli.common import say, write_text
+    from vcmm.pages.uncertainty import uncertainty_page
+
+    write_text(folder / "uncertainty.json", _json.dumps(content, indent=1, allow_nan=False))
+    write_text(folder / "budget.csv", _csv(found))
+    write_text(folder / "report.html", uncertainty_page(scenario, found))
+    say(f"wrote {folder}/report.html, uncertainty.json, budget.csv")
+
+
+def _csv(found: Any) -> str:
+    rows = ["characteristic,input,distribution,redraw,u_um_or_urad,share"]
+    for c in found.characteristics:
+        scale = 1e3 if c.unit == "mm" else 1e6
+        rows += [
+            f'"{c.name}","{b.input}","{b.distribution}",{b.redraw},{b.u * scale:.6g},{b.share:.6g}'
+            for b in c.budget
+        ]
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,37 @@
+"""Stylus qualification: what is wrong with the qualified tip offset and radius, together.
+
+Offset and radius come from one fit to the reference sphere and are correlated; one effect keeps them together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vcmm.effect import Effect, at, param
+from vcmm.effects.probe import used
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class StylusQualification(Effect):
+    """indicated - true = (d1, d2, d3) + d4 n: qualified minus actual offset, and actual minus qualified radius."""
+
+    name = "stylus_qualification"
+    per = "stylus"
+    needs = ("nx", "ny", "nz")
+    cites = "ISO 10360-5: stylus qualification on the reference sphere; Gaussian sphere fit"
+    stylus: str = at("", "stylus name; empty = all")
+    d: Any = param(lambda: np.zeros(4), "um", "offset x y z and radius", shape="(4,)")
+
+    @property
+    def link(self) -> str:
+        return "reading"
+
+    def error_motion(self, run: Run) -> Array:
+        d = np.asarray(self.d, dtype=float)
+        out = np.zeros((run.n, 6))
+        out[:, :3] = used(run, self.stylus)[:, None] * (d[:3] + d[3] * run.normal)
+        return out

@@ -1,0 +1,189 @@
+"""Value of a characteristic from fitted elements, for whole batches of trials.
+
+    value = evaluate(characteristic, part.features, fitted, part_from_measured)      # (...) mm or rad
+
+Everything is evaluated in the drawing frame. All types but position do not depend on the pose beyond the
+second order; it tells which side is which and where the nominal centres and ends of features lie.
+
+size         diameter of circle, sphere, cylinder; tube diameter of a torus
+distance     of two centres; or of the second feature's centre from the first feature's plane or axis. The
+             centre of a plane or axis is its point nearest to the nominal centre of the feature.
+angle        between normals, between axes; of an axis to a plane: to the surface, not to its normal. Acute
+             or obtuse does not depend on how directions are drawn: the nominal angle is at most 90 deg.
+form         range of the residuals of the least-squares element (criterion GG)
+orientation  orientation.py · location: location.py
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from vcmm.alignment import datum_system
+from vcmm.errors import UsageError
+from vcmm.gps.elements import AXES, CENTRES, Element, FittedLike, anchor, from_axis, nominal_element, place
+from vcmm.gps.location import coaxiality, position, symmetry
+from vcmm.gps.orientation import orientation
+from vcmm.part import Characteristic, Feature, frame
+from vcmm.pose import Array, Pose, dot, length
+
+LATER = ("line_profile", "surface_profile", "circular_runout", "total_runout")
+FORM = {
+    "straightness": ("line",),
+    "flatness": ("plane",),
+    "roundness": ("circle", "sphere"),
+    "cylindricity": ("cylinder",),
+}
+SIZES = {"circle": 0, "sphere": 0, "cylinder": 0, "torus": 1}  # which of Fitted.sizes is the radius
+IMPLEMENTED = (
+    "size", "distance", "angle", *FORM,
+    "parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry",
+)  # fmt: skip
+
+
+def evaluate(
+    characteristic: Characteristic,
+    features: Mapping[str, Feature],
+    fitted: Mapping[str, FittedLike],
+    pose: Pose | None = None,
+) -> Array:
+    """Value (...) in mm or rad. `pose` = part_from_measured, one or a batch; None: fitted in the drawing
+    frame.
+
+    A position with datums is evaluated in the system of its datums; freedom they leave follows `pose`.
+    UsageError: unknown or unmeasured feature, a feature that does not suit the type, a type or criterion
+    that comes later. ModelLimit: fitted directions far from the drawing (the pose is missing).
+    """
+    c = characteristic
+    check(c)
+    if c.type == "position" and c.datums:
+        pose = datum_system(c.datums, features, fitted, Pose.identity() if pose is None else pose)
+    return _value(c, {name: place(name, features, fitted, pose) for name in needs(c)})
+
+
+def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> float:
+    """Value of the drawing itself, mm or rad: 0 for form, orientation and location.
+
+    Raises what `evaluate` would raise, so it also checks a characteristic before anything is measured.
+    """
+    check(characteristic)
+    return float(
+        _value(characteristic, {name: nominal_element(features[name]) for name in needs(characteristic)})
+    )
+
+
+def check(characteristic: Characteristic) -> None:
+    """UsageError for a type or criterion that is not evaluated yet."""
+    c = characteristic
+    if c.type in LATER:
+        raise UsageError(f'"{c.name}": {c.type} comes later. Working now: {", ".join(IMPLEMENTED)}.')
+    if c.criterion != "GG":
+        raise UsageError(
+            f'"{c.name}": criterion {c.criterion} comes later; use "GG" (least squares, ISO 14405-1).'
+        )
+
+
+def needs(characteristic: Characteristic) -> tuple[str, ...]:
+    """Names of the features that must be measured, without repetition."""
+    c = characteristic
+    return tuple(dict.fromkeys((*c.of, *c.between, *c.datums)))
+
+
+def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | None = None) -> bool:
+    """Whether the value is smooth with a gradient other than zero: size, distance, angle.
+
+    False for extreme values and roots (form, orientation, location) and, when `features` are given, for a
+    distance or angle that is 0 in the drawing.
+    """
+    if characteristic.type not in ("size", "distance", "angle"):
+        return False
+    return features is None or nominal(characteristic, features) > 1e-6
+
+
+def unit(characteristic: Characteristic) -> str:
+    """ "rad" for an angle, else "mm"."""
+    return "rad" if characteristic.type == "angle" else "mm"
+
+
+def tolerance(characteristic: Characteristic, nominal: float) -> tuple[float, float] | None:
+    """Lower and upper limit in the unit of the value: nominal + limits, or (0, zone); None without a
+    requirement.
+    """
+    c = characteristic
+    if c.zone is not None:
+        return 0.0, c.zone
+    return None if c.limits is None else (nominal + c.limits[0], nominal + c.limits[1])
+
+
+def one_sided(characteristic: Characteristic) -> bool:
+    """Whether the lower limit 0 is a bound of nature and not a requirement: the type has a zone."""
+    return characteristic.type not in ("size", "distance", "angle")
+
+
+def _value(c: Characteristic, elements: Mapping[str, Element]) -> Array:
+    of = [elements[name] for name in c.of]
+    datums = [elements[name] for name in c.datums]
+    if c.type == "size":
+        return _size(c, of[0])
+    if c.type in ("distance", "angle"):
+        pair = elements[c.between[0]], elements[c.between[1]]
+        return _distance(c, *pair) if c.type == "distance" else _angle(c, *pair)
+    if c.type in FORM:
+        return _form(c, of[0])
+    if c.type == "position":
+        return position(c, of[0])
+    if c.type == "coaxiality":
+        return coaxiality(c, of[0], datums[0])
+    return symmetry(c, of, datums) if c.type == "symmetry" else orientation(c, of[0], datums[0])
+
+
+def _size(c: Characteristic, e: Element) -> Array:
+    if e.feature.kind == "cone":
+        raise UsageError(
+            f'"{c.name}": a cone has no one size; use type = "angle" between its axis and a plane, or a '
+            "circle at the section you need."
+        )
+    if e.feature.kind not in SIZES:
+        raise UsageError(f'"{c.name}": a {e.feature.kind} has no size; size is for {", ".join(SIZES)}.')
+    return np.asarray(2.0 * e.sizes[..., SIZES[e.feature.kind]])
+
+
+def _distance(c: Characteristic, a: Element, b: Element) -> Array:
+    second = anchor(b)
+    if a.feature.kind == "plane":
+        return np.abs(dot(second - a.point, a.axis))
+    if a.feature.kind in AXES:
+        return np.asarray(from_axis(second[..., None, :], a)[..., 0])
+    if b.feature.kind not in CENTRES:
+        hint = f'between = ["{b.feature.name}", "{a.feature.name}"]'
+        raise UsageError(
+            f'"{c.name}": name the {b.feature.kind} first, its distance to a centre is meant: {hint}.'
+        )
+    return length(second - anchor(a))
+
+
+def _angle(c: Characteristic, a: Element, b: Element) -> Array:
+    directed = ("plane", *AXES)
+    for e in (a, b):
+        if e.feature.kind not in directed:
+            raise UsageError(
+                f'"{c.name}": a {e.feature.kind} has no direction; angle is for {", ".join(directed)}.'
+            )
+    turned = (
+        -1.0 if a.feature.axis @ b.feature.axis < -1e-9 else 1.0
+    )  # decided by the drawing: 90.01 deg stays so
+    first, second = np.broadcast_arrays(a.axis, turned * b.axis)
+    between = np.arctan2(length(np.cross(first, second)), dot(first, second))
+    same = (a.feature.kind == "plane") == (b.feature.kind == "plane")
+    return np.asarray(between if same else 0.5 * math.pi - between)
+
+
+def _form(c: Characteristic, e: Element) -> Array:
+    if e.feature.kind not in FORM[c.type]:
+        suits = " or ".join(FORM[c.type])
+        raise UsageError(f'"{c.name}": {c.type} is for a {suits}, not for a {e.feature.kind}.')
+    # a line lies on a surface: its deviation counts along the outward normal of that surface
+    signed = e.offsets @ frame(e.feature)[0] if e.feature.kind == "line" else e.residuals
+    return np.asarray(signed.max(axis=-1) - signed.min(axis=-1))

@@ -1,0 +1,113 @@
+"""Fitted elements in the drawing frame, beside their nominal features: what every evaluation starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.part import KINDS, Feature, centre, ends
+from vcmm.pose import Array, Pose, dot, length
+
+AXES = ("line", "cylinder", "cone")
+CENTRES = ("point", "circle", "sphere", "torus")
+MAX_TILT = 0.2  # rad between a fitted and its nominal direction; more means that the pose is missing
+
+
+class FittedLike(Protocol):
+    """What is read of vcmm.fit.Fitted: point, axis (..., 3), sizes (..., s), residuals (..., n), normals
+    (..., n, 3).
+    """
+
+    @property
+    def point(self) -> Array: ...
+    @property
+    def axis(self) -> Array: ...
+    @property
+    def sizes(self) -> Array: ...
+    @property
+    def residuals(self) -> Array: ...
+    @property
+    def normals(self) -> Array: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """A fitted element in the drawing frame; its axis points as the nominal one does. `offsets` (..., n, 3):
+    the residuals as vectors, from the element to each measured point.
+    """
+
+    feature: Feature
+    point: Array
+    axis: Array
+    sizes: Array
+    residuals: Array
+    offsets: Array
+
+
+def nominal_element(feature: Feature) -> Element:
+    """The feature itself as an element without residuals."""
+    return Element(feature, centre(feature), feature.axis, feature.sizes, np.zeros(1), np.zeros((1, 3)))
+
+
+def place(
+    name: str, features: Mapping[str, Feature], fitted: Mapping[str, FittedLike], pose: Pose | None
+) -> Element:
+    """The fitted element `name` moved to the drawing frame by `pose` = part_from_measured (None: it is there
+    already).
+
+    UsageError: the feature is unknown or not measured. ModelLimit: its direction is more than MAX_TILT off
+    nominal.
+    """
+    if name not in features:
+        raise UsageError(f'Unknown feature "{name}".{choose_from(name, features)}')
+    if name not in fitted:
+        raise UsageError(f'Feature "{name}" is not measured; add a step for it to the plan.')
+    feature, raw = features[name], fitted[name]
+    by = Pose.identity() if pose is None else pose
+    axis = _signed(feature, by.turn_each(raw.axis))
+    offsets = by.turn(raw.residuals[..., None] * raw.normals)
+    return Element(feature, by.apply_each(raw.point), axis, raw.sizes, raw.residuals, offsets)
+
+
+def _signed(feature: Feature, axis: Array) -> Array:
+    if feature.kind == "point" or not KINDS[feature.kind].direction:
+        return axis
+    along = dot(axis, feature.axis)
+    tilt = float(np.max(np.arccos(np.minimum(np.abs(along), 1.0)), initial=0.0))
+    if tilt > MAX_TILT:
+        raise ModelLimit(
+            f'The fitted direction of "{feature.name}" is {np.degrees(tilt):.1f} deg off the drawing: the '
+            "pose of the part is missing or wrong; give an alignment or the pose."
+        )
+    return np.where(along < 0.0, -1.0, 1.0)[..., None] * axis
+
+
+def anchor(e: Element) -> Array:
+    """The centre (..., 3) of an element: of a plane or axis the point nearest to the feature's nominal
+    centre.
+    """
+    if e.feature.kind in CENTRES:
+        return e.point
+    near = centre(e.feature) - e.point
+    along = dot(near, e.axis)[..., None] * e.axis
+    return np.asarray(e.point + (near - along if e.feature.kind == "plane" else along))
+
+
+def axis_ends(e: Element) -> Array:
+    """Where the axis (..., 2, 3) passes the sections square to the nominal axis at the feature's two nominal
+    ends.
+    """
+    out = ends(e.feature) - e.point[..., None, :]
+    share = dot(out, e.feature.axis) / dot(e.axis, e.feature.axis)[..., None]
+    return np.asarray(e.point[..., None, :] + share[..., None] * e.axis[..., None, :])
+
+
+def from_axis(points: Array, e: Element) -> Array:
+    """Distance (..., k) of points (..., k, 3) from the axis of an element."""
+    arm = points - e.point[..., None, :]
+    axis = e.axis[..., None, :]
+    return length(arm - dot(arm, axis)[..., None] * axis)

@@ -1,0 +1,82 @@
+"""Parallelism, perpendicularity and angularity to one datum (ISO 1101), from the associated elements.
+
+The value is the width of the zone, at the theoretical angle to the fitted datum, that holds the fitted
+element over its nominal extent: |sin(tilt)| length for an axis, the height range of the tilted rectangle for
+a plane. This is the orientation of the least-squares element; the form deviation of the surface is not in it.
+
+For an axis square to a datum plane, an axis parallel to a datum axis and so on (two angles are free to err)
+it is the diameter of a cylindrical zone; where the datum fixes only one angle, the distance of two parallel
+planes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vcmm.errors import UsageError
+from vcmm.gps.elements import AXES, Element
+from vcmm.part import Characteristic, Feature, frame
+from vcmm.pose import Array, dot, length
+
+DATUMS = ("plane", "circle", "torus", *AXES)
+
+
+def orientation(c: Characteristic, e: Element, datum: Element) -> Array:
+    """Zone width (...) mm. UsageError: an element without direction or extent, or a drawing at another
+    angle.
+    """
+    check_directions(c, e.feature, datum.feature)
+    angle, turned = nominal_angle(c, e.feature, datum.feature)
+    direction = turned * e.axis
+    ideal = _ideal(direction, datum.axis, angle)
+    if e.feature.kind == "plane":
+        return _plane_width(e.feature, direction, ideal)
+    return np.asarray(length(direction - dot(direction, ideal)[..., None] * ideal) * e.feature.extent[0])
+
+
+def check_directions(c: Characteristic, feature: Feature, datum: Feature) -> None:
+    """UsageError unless the feature is a plane or an axis with a length, and the datum has a direction."""
+    if feature.kind not in ("plane", *AXES):
+        raise UsageError(f'"{c.name}": {c.type} is for a plane, {", ".join(AXES)}, not for a {feature.kind}.')
+    if datum.kind not in DATUMS:
+        raise UsageError(f'"{c.name}": a {datum.kind} gives no datum direction; use {", ".join(DATUMS)}.')
+
+
+def nominal_angle(c: Characteristic, feature: Feature, datum: Feature) -> tuple[float, float]:
+    """Angle 0..pi/2 rad between the nominal directions, and the sign that turns the feature's direction for
+    it.
+    """
+    along = float(feature.axis @ datum.axis)
+    turned = -1.0 if along < 0.0 else 1.0
+    drawn = math.atan2(float(length(np.cross(feature.axis, datum.axis))), abs(along))
+    if c.type == "angularity":
+        return drawn, turned
+    same = (feature.kind == "plane") == (datum.kind == "plane")
+    wanted = 0.0 if same == (c.type == "parallelism") else 0.5 * math.pi
+    if abs(drawn - wanted) > 1e-6:
+        off = math.degrees(abs(drawn - wanted))
+        raise UsageError(
+            f'"{c.name}": the drawing has "{feature.name}" {off:.4g} deg off {c.type} to "{datum.name}"; '
+            "use angularity or correct the direction."
+        )
+    return wanted, turned
+
+
+def _ideal(direction: Array, datum: Array, angle: float) -> Array:
+    """The direction at `angle` to the datum that is nearest to `direction`."""
+    beside = direction - dot(direction, datum)[..., None] * datum
+    size = length(beside)[..., None]
+    beside = np.divide(beside, size, out=np.zeros_like(beside), where=size > 0.0)
+    return np.asarray(math.cos(angle) * datum + math.sin(angle) * beside)
+
+
+def _plane_width(feature: Feature, direction: Array, ideal: Array) -> Array:
+    """Height range of the nominal rectangle: each size times the slope along it."""
+    u, v, _ = frame(feature)
+    u = u - dot(ideal, u)[..., None] * ideal
+    v = v - dot(ideal, v)[..., None] * ideal
+    return np.asarray(
+        np.abs(dot(direction, u)) * feature.extent[0] + np.abs(dot(direction, v)) * feature.extent[1]
+    )

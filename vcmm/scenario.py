@@ -1,0 +1,66 @@
+"""Scenario: machine, part, plan, pose and environment put together into a measuring task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vcmm.effect import Effect
+from vcmm.form import Lobes
+from vcmm.inputs import Input
+from vcmm.machine import Machine
+from vcmm.part import Part
+from vcmm.plan import Plan, Touches, touches
+from vcmm.pose import Pose
+from vcmm.qualification import Qualification, qualify
+from vcmm.run import Array
+from vcmm.settings import Settings
+from vcmm.task import Task
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """A measuring job as data. constants: run columns with one value, such as temp_part_C."""
+
+    name: str
+    machine: Machine
+    part: Part
+    plan: Plan
+    pose: Pose = field(default_factory=Pose.identity)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    inputs: tuple[Input, ...] = ()
+    forms: Mapping[str, Lobes] = field(default_factory=dict)
+    qualifications: Mapping[str, Qualification] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+
+    def at(self, pose: Pose) -> Scenario:
+        """The same job with the part elsewhere in the machine."""
+        return replace(self, pose=pose)
+
+    def task(self) -> Task:
+        """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
+        machine, inputs = qualified(self)
+        placed = touches(self.plan, self.pose, machine, self.constants)
+        return Task(machine, self.part, self.plan, placed, (*machine.inputs, *inputs), _form(self, placed))
+
+
+def qualified(scenario: Scenario) -> tuple[Machine, tuple[Input, ...]]:
+    """The machine with the qualification of every stylus that names one, and all Inputs of the scenario."""
+    effects: list[Effect] = []
+    inputs = list(scenario.inputs)
+    for name, how in scenario.qualifications.items():
+        effect, known = qualify(scenario.machine, scenario.plan, scenario.plan.styli[name], how)
+        effects.append(effect)
+        inputs.append(known)
+    return scenario.machine.with_effect(*effects), tuple(inputs)
+
+
+def _form(scenario: Scenario, placed: Touches) -> Array:
+    out = np.zeros(placed.run.n)
+    for name, form in scenario.forms.items():
+        rows = placed.rows.get(name)
+        if rows is not None:
+            out[rows] = form.deviation(scenario.part.features[name], placed.points[rows])
+    return out

@@ -1,0 +1,35 @@
+"""How an uncertainty is evaluated: seed, trials, coverage probability, engine, decision rule."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.errors import UsageError
+from vcmm.gps.decision import RULES
+
+ENGINES = ("auto", "montecarlo", "exact")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """trials: Monte Carlo trials (JCGM 101 suggests 10^6); p: coverage probability; kind: symmetric | shortest."""
+
+    seed: int = 0
+    trials: int = 1_000_000
+    p: float = 0.95
+    kind: str = "symmetric"
+    engine: str = "auto"
+    rule: str = RULES[0]
+    certify: int = 200
+
+    def __post_init__(self) -> None:
+        if self.engine not in ENGINES:
+            raise UsageError(f'engine = "{self.engine}"; allowed: {", ".join(ENGINES)}')
+        if self.trials < 1000:
+            raise UsageError(
+                f"{self.trials} trials are too few for a coverage interval; use at least 1000 (10^6 is usual)"
+            )
+        if not 0.5 <= self.p < 1:
+            raise UsageError(
+                f"coverage probability p = {self.p:g} must lie between 0.5 and 1, for example 0.95"
+            )
