@@ -8,7 +8,7 @@ import pytest
 
 from vcmm.contact import measured_point, touch
 from vcmm.errors import ModelLimit, UsageError
-from vcmm.mesh import Mesh
+from vcmm.mesh import Mesh, closest, sweep
 from vcmm.part import Feature, signed_distance
 from vcmm.pose import Array
 from vcmm.strategies import Around, Grid, Helix, Ring, Spiral, plan_points
@@ -21,7 +21,9 @@ def shaft(inside: bool = False) -> Feature:
     return Feature("shaft", "cylinder", np.zeros(3), Z, np.array([10.0]), inside, (30.0,))
 
 
-def departure(feature: Feature, point: Any, outward: Any, direction: Any, error: Any, tip_radius: float) -> Array:
+def departure(
+    feature: Feature, point: Any, outward: Any, direction: Any, error: Any, tip_radius: float
+) -> Array:
     """Corrected point minus true nominal point, for a touch that starts 3 mm before contact."""
     point, outward, direction = (np.asarray(a, dtype=np.float64)[None] for a in (point, outward, direction))
     start = point + tip_radius * outward - 3.0 * direction
@@ -93,7 +95,9 @@ CURVED = [
 
 
 @pytest.mark.parametrize(("feature", "pattern", "back"), CURVED, ids=lambda v: getattr(v, "name", ""))
-def test_oblique_touches_end_at_the_first_contact_to_rounding(feature: Feature, pattern: Any, back: float) -> None:
+def test_oblique_touches_end_at_the_first_contact_to_rounding(
+    feature: Feature, pattern: Any, back: float
+) -> None:
     rng = np.random.default_rng(3)
     points, normals = plan_points(feature, pattern)
     direction = -normals + 0.2 * rng.normal(size=normals.shape)
@@ -158,7 +162,9 @@ def test_a_mesh_is_touched_on_face_edge_and_corner() -> None:
 def test_mesh_contact_does_not_depend_on_a_displacement_along_the_approach_twice() -> None:
     # 0.1 mm too high: the machine goes 0.1 mm further; 0.1 mm sideways on a face: nothing
     error = np.array([[[0.0, 0.0, 0.1]], [[0.1, 0.0, 0.0]]])
-    np.testing.assert_allclose(touch(box(), np.array([[0.3, -0.2, 5.0]]), -Z, 1.0, error), [[3.1], [3.0]], atol=1e-14)
+    np.testing.assert_allclose(
+        touch(box(), np.array([[0.3, -0.2, 5.0]]), -Z, 1.0, error), [[3.1], [3.0]], atol=1e-14
+    )
 
 
 def test_no_contact_names_the_point() -> None:
@@ -176,7 +182,8 @@ def test_no_contact_names_the_point() -> None:
 
 
 @pytest.mark.parametrize(
-    ("feature", "direction"), [(TOP, Z), (TOP, np.array([1.0, 0.0, 0.0])), (shaft(), Z), (shaft(), np.array([1.0, 0, 0]))]
+    ("feature", "direction"),
+    [(TOP, Z), (TOP, np.array([1.0, 0.0, 0.0])), (shaft(), Z), (shaft(), np.array([1.0, 0, 0]))],
 )
 def test_moving_away_or_along_is_no_contact(feature: Feature, direction: Array) -> None:
     with pytest.raises(ModelLimit, match="does not meet"):
@@ -202,3 +209,21 @@ def test_bad_calls_are_refused() -> None:
         touch(box(), start, -Z, 0.0)
     with pytest.raises(UsageError, match="finite"):
         touch(TOP, start * np.nan, -Z, 1.0)
+
+
+def test_mesh_contact_against_the_distance_to_the_mesh() -> None:
+    # 100 random triangles, 200 balls: at contact the distance to the soup is the radius, before it is larger
+    rng = np.random.default_rng(6)
+    soup = Mesh(rng.uniform(-5.0, 5.0, (300, 3)), np.arange(300).reshape(100, 3))
+    start = rng.uniform(-4.0, 4.0, (200, 3))
+    start[:, 2] = 14.0
+    direction = np.array([0.1, -0.2, -1.0]) / math.sqrt(1.05)
+    travel = sweep(soup, start[:, None], direction[None], 0.7, 60.0)[:, 0]
+    hit = np.isfinite(travel)
+    assert 100 < hit.sum() < 200
+    at_contact = start[hit] + travel[hit, None] * direction
+    np.testing.assert_allclose(closest(soup, at_contact)[0], 0.7, atol=1e-13)
+    for share in np.linspace(0.1, 0.99, 30):
+        assert closest(soup, start[hit] + share * travel[hit, None] * direction)[0].min() > 0.7
+    for way in np.linspace(5.0, 25.0, 40):
+        assert closest(soup, start[~hit] + way * direction)[0].min() > 0.7

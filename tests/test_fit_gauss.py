@@ -296,6 +296,12 @@ def test_wrong_calls() -> None:
     several = gauss("circle", np.stack([good, good]))
     with pytest.raises(UsageError, match="start has the batch"):
         gauss("circle", np.stack([good] * 3), several)
+    with pytest.raises(UsageError, match="the axis of start must be"):
+        gauss("circle", good, dataclasses.replace(nominal("circle", [5.0]), axis=np.zeros(3)))
+    with pytest.raises(UsageError, match="start has 0 sizes, a circle has 1"):
+        gauss("circle", good, nominal("circle", []))
+    with pytest.raises(UsageError, match="start holds a number that is not finite"):
+        gauss("circle", good, nominal("circle", [np.nan]))
     with pytest.raises(UsageError, match="is empty"):
         gauss("circle", np.empty((0, 8, 3)))
 

@@ -28,7 +28,9 @@ from vcmm.pose import Pose
 Z = (0.0, 0.0, 1.0)
 
 
-def make(kind: str, sizes: Any = (), extent: Any = (), axis: Any = Z, inside: bool = False, **more: Any) -> Feature:
+def make(
+    kind: str, sizes: Any = (), extent: Any = (), axis: Any = Z, inside: bool = False, **more: Any
+) -> Feature:
     return Feature("f", kind, np.array([1.0, 2.0, 3.0]), axis, sizes, inside, extent, **more)
 
 
@@ -115,7 +117,10 @@ def test_frame_and_centre() -> None:
         (lambda: make("cone", (5.0, -0.1), (20,)), "half apex angle must be positive"),
         (lambda: make("torus", (4.0, 5.0)), "smaller than the ring"),
         (lambda: make("plane", extent=(1, 1), u=np.array([0.0, 0.0, 3.0])), "parallel"),
-        (lambda: Feature("f", "point", np.array([0.0, np.inf, 0.0]), np.array(Z), np.array([])), "point must be"),
+        (
+            lambda: Feature("f", "point", np.array([0.0, np.inf, 0.0]), np.array(Z), np.array([])),
+            "point must be",
+        ),
     ],
 )
 def test_impossible_features_are_refused(wrong: Any, words: str) -> None:
@@ -139,7 +144,10 @@ def test_a_part_reports_every_problem_at_once() -> None:
     assert len(caught.value.problems) == 4  # unknown g, unknown bor twice, b twice
     assert "Known features: f" in caught.value.problems[0]
     with pytest.raises(DataError, match='Did you mean "bore"'):
-        Part({"bore": Feature("bore", "point", np.zeros(3), np.array(Z), np.array([]))}, (Characteristic("c", "size", "bor"),))
+        Part(
+            {"bore": Feature("bore", "point", np.zeros(3), np.array(Z), np.array([]))},
+            (Characteristic("c", "size", ("bor",)),),
+        )
     with pytest.raises(DataError, match="listed as"):
         Part({"g": make("point")})
 

@@ -20,12 +20,18 @@ def test_a_quarter_turn_about_z_takes_x_to_y() -> None:
 
 def test_turns_act_about_fixed_axes_x_then_y_then_z() -> None:
     # z -> (about x, +90) -> -y -> (about z, +90) -> +x ; the other order would leave z at -y
-    assert Pose.from_turns(np.zeros(3), (QUARTER, 0.0, QUARTER)).turn((0.0, 0.0, 1.0)) == pytest.approx([1, 0, 0])
+    assert Pose.from_turns(np.zeros(3), (QUARTER, 0.0, QUARTER)).turn((0.0, 0.0, 1.0)) == pytest.approx(
+        [1, 0, 0]
+    )
     # x -> (about y, +90) -> -z -> (about z) -> -z
-    assert Pose.from_turns(np.zeros(3), (0.0, QUARTER, QUARTER)).turn((1.0, 0.0, 0.0)) == pytest.approx([0, 0, -1])
+    assert Pose.from_turns(np.zeros(3), (0.0, QUARTER, QUARTER)).turn((1.0, 0.0, 0.0)) == pytest.approx(
+        [0, 0, -1]
+    )
 
 
-@pytest.mark.parametrize("turns", [(0.1, -0.7, 2.5), (-3.0, 1.2, 0.3), (0.4, QUARTER, 0.0), (0.4, -QUARTER, 0.0)])
+@pytest.mark.parametrize(
+    "turns", [(0.1, -0.7, 2.5), (-3.0, 1.2, 0.3), (0.4, QUARTER, 0.0), (0.4, -QUARTER, 0.0)]
+)
 def test_turns_can_be_read_back(turns: tuple[float, float, float]) -> None:
     np.testing.assert_allclose(Pose.from_turns(np.zeros(3), turns).turns(), turns, atol=1e-9)
 

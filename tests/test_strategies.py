@@ -63,7 +63,9 @@ def test_spread_points_fill_every_quarter_alike() -> None:
     points, _ = plan_points(TOP, Spread(n=64, margin=5.0))
     assert np.abs(points[:, 0]).max() <= 35.0
     assert np.abs(points[:, 1]).max() <= 25.0
-    assert [np.sum((points[:, 0] * sx > 0) & (points[:, 1] * sy > 0)) for sx in (1, -1) for sy in (1, -1)] == [16] * 4
+    assert [
+        np.sum((points[:, 0] * sx > 0) & (points[:, 1] * sy > 0)) for sx in (1, -1) for sy in (1, -1)
+    ] == [16] * 4
     # van der Corput of 0, 1, 2, 3: 0, 1/2, 1/4, 3/4, moved by half a cell of 1/4
     four, _ = plan_points(TOP, Spread(n=4))
     np.testing.assert_allclose(four[:, 1], 60.0 * (np.array([0, 0.5, 0.25, 0.75]) + 0.125 - 0.5))
@@ -106,7 +108,9 @@ def test_helix_and_birdcage() -> None:
     np.testing.assert_allclose(points[1], [0, 15, 4], atol=1e-13)  # 2 turns in 8 steps: 90 deg each
     cage, _ = plan_points(BORE, Birdcage(levels=2, n=8, lines=4, per_line=5, margin=1.0))
     assert cage.shape == (36, 3)
-    np.testing.assert_allclose(cage[16:21], np.stack([[15] * 5, [0] * 5, [1, 5.5, 10, 14.5, 19]], axis=1), atol=1e-14)
+    np.testing.assert_allclose(
+        cage[16:21], np.stack([[15] * 5, [0] * 5, [1, 5.5, 10, 14.5, 19]], axis=1), atol=1e-14
+    )
 
 
 def test_the_25_points_of_iso_10360_5() -> None:

@@ -19,7 +19,12 @@ M0, M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 W0, W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 MASK, HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
 ONE, SCALE = np.uint32(1), np.float32(2.0**-31)
-SHIFT, BASE, LOW, REST = np.int32(15), np.int32((127 - 31) << 8), np.int32((1 << 15) - 1), np.float32(2.0**-15)
+SHIFT, BASE, LOW, REST = (
+    np.int32(15),
+    np.int32((127 - 31) << 8),
+    np.int32((1 << 15) - 1),
+    np.float32(2.0**-15),
+)
 TILE = 256  # trials per pass of `accumulate`: outputs stay in the first cache
 
 
@@ -72,8 +77,27 @@ def accumulate(y: Array, gain: Array, z: Array) -> None:
             for j in range(0, gain.shape[1], 4):
                 g0, g1, g2, g3 = gain[k, j], gain[k, j + 1], gain[k, j + 2], gain[k, j + 3]
                 h0, h1, h2, h3 = gain[k + 1, j], gain[k + 1, j + 1], gain[k + 1, j + 2], gain[k + 1, j + 3]
-                z0, z1, z2, z3 = z[j, t : t + n], z[j + 1, t : t + n], z[j + 2, t : t + n], z[j + 3, t : t + n]
+                z0, z1, z2, z3 = (
+                    z[j, t : t + n],
+                    z[j + 1, t : t + n],
+                    z[j + 2, t : t + n],
+                    z[j + 3, t : t + n],
+                )
                 for i in range(n):
                     a, b, c, d = z0[i], z1[i], z2[i], z3[i]
                     y0[i] = (((y0[i] + g0 * a) + g1 * b) + g2 * c) + g3 * d
                     y1[i] = (((y1[i] + h0 * a) + h1 * b) + h2 * c) + h3 * d
+
+
+@njit(cache=True, nogil=True)
+def tally(values: Array, centre: float, factor: float, counts: Array, sums: Array) -> None:
+    """Histogram and exact moments of values (m,), see vcmm.summary.Accumulator; sums: q, q^2 low and high."""
+    half = counts.shape[0] // 2
+    for i in range(values.shape[0]):
+        q = np.int64(min(max(np.rint((values[i] - centre) * factor), -2147483648.0), 2147483648.0))
+        counts[min(max((q >> np.int64(10)) + half, 0), counts.shape[0] - 1)] += 1
+        if -2147483648 < q < 2147483648:
+            square = q * q
+            sums[0] += q
+            sums[1] += square & np.int64(0xFFFFFFFF)
+            sums[2] += square >> np.int64(32)

@@ -67,6 +67,7 @@ def align(
     primary = _pair(scheme.plane, features, fitted)
     line = [_pair(name, features, fitted) for name in _names(scheme.line)]
     origin = [_pair(name, features, fitted) for name in _names(scheme.origin)]
+    first = _direction(primary, start)
     if len(line) > 2:
         raise UsageError(f"line takes one feature, or two whose connection is the line, not {len(line)}.")
     second = _connection(primary, line) if len(line) == 2 else [_direction(pair, start) for pair in line]
@@ -74,7 +75,7 @@ def align(
         raise UsageError(
             f'"{line[0].nominal.name}" is parallel to "{scheme.plane}"; name another feature for the line.'
         )
-    return _pose(primary, second, [primary, *origin, *line], start)
+    return _pose(primary, first, second, [primary, *origin, *line], start)
 
 
 def datum_system(
@@ -92,7 +93,7 @@ def datum_system(
     located = [pair for pair in pairs if pair.nominal.kind not in ("plane", "point", "line")]
     if len(located) > 1:
         directions += _connection(pairs[0], located[:2])
-    return _pose(pairs[0], directions, pairs, start)
+    return _pose(pairs[0], _direction(pairs[0], start), directions, pairs, start)
 
 
 def best_fit(measured: Array, nominal: npt.ArrayLike) -> Pose:
@@ -102,9 +103,8 @@ def best_fit(measured: Array, nominal: npt.ArrayLike) -> Pose:
     """
     target = np.asarray(nominal, dtype=np.float64)
     if target.ndim != 2 or measured.shape[-2:] != target.shape:
-        raise UsageError(
-            f"best_fit pairs measured {measured.shape} with nominal {target.shape}; use equal counts."
-        )
+        shapes = f"measured {measured.shape} with nominal {target.shape}"
+        raise UsageError(f"best_fit pairs {shapes}; give as many measured as nominal points.")
     to, of = target.mean(axis=0), measured.mean(axis=-2)
     spread = np.linalg.svd(target - to, compute_uv=False)
     if len(target) < 3 or spread[1] <= 1e-9 * spread[0]:
@@ -172,16 +172,19 @@ def _square_to(directions: Sequence[_Direction], primary: _Pair) -> list[_Direct
 
 
 def _pose(
-    primary: _Pair, directions: Sequence[_Direction], held: Sequence[_Pair], start: Pose | None
+    primary: _Pair,
+    first: _Direction,
+    others: Sequence[_Direction],
+    held: Sequence[_Pair],
+    start: Pose | None,
 ) -> Pose:
-    rotation = _rotation(primary, _square_to(directions, primary), start)
+    rotation = _rotation(primary, first, _square_to(others, primary), start)
     rough = Pose(rotation, _shift(rotation, primary, held, None, start))
     return Pose(rotation, _shift(rotation, primary, held, rough, start))
 
 
-def _rotation(primary: _Pair, others: Sequence[_Direction], start: Pose | None) -> Array:
+def _rotation(primary: _Pair, first: _Direction, others: Sequence[_Direction], start: Pose | None) -> Array:
     """Turns the measured triad of two directions onto the drawn one."""
-    first = _direction(primary, start)
     if others:
         second = others[0]
     elif start is not None:

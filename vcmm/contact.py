@@ -194,8 +194,7 @@ def _on_mesh(mesh: Mesh, actual: Array, way: Array, radius: float, search: float
     if radius <= 0.0:
         raise UsageError("Touching a mesh needs a tip radius above zero.")
     flat = actual.reshape(-1, *actual.shape[-2:])
-    travel = [sweep(mesh, flat[:, i], way[i], radius, search) for i in range(flat.shape[1])]
-    return np.stack(travel, axis=-1).reshape(actual.shape[:-1])
+    return sweep(mesh, flat, way, radius, search).reshape(actual.shape[:-1])
 
 
 def _check_contact(surface: Feature | Mesh, travel: Array, search: float) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.laws import Law, MultivariateNormal, MultivariateSamples
+from vcmm.laws import Law, MultivariateNormal, MultivariateSamples, Normal
 from vcmm.run import Array
 
 EVERY = "*"  # where = "*": one draw shared by all effects of that name (one coefficient of all scales)
@@ -42,11 +42,13 @@ class Input:
     def is_channel(self) -> bool:
         return self.effect == "channel"
 
-    def spread(self, k: int) -> tuple[Law, Array]:
-        """(scalar law, factor (k, r)): departure of the k elements = factor @ r independent draws of the law."""
-        from vcmm.laws import Normal
+    def spread(self, k: int) -> tuple[Law | MultivariateSamples, Array]:
+        """(law, factor (k, r)): departure of the k elements = factor @ r draws of the law.
 
+        The draws are independent, but for MultivariateSamples, whose r = k columns are drawn by rows together.
+        """
         if isinstance(self.law, MultivariateNormal):
             return Normal(1.0), self.law.factor
-        assert not isinstance(self.law, MultivariateSamples)
+        if isinstance(self.law, MultivariateSamples):
+            return self.law, np.eye(k)
         return self.law, np.diag(np.ones(k) if self.scale is None else np.broadcast_to(self.scale, (k,)))

@@ -87,7 +87,7 @@ class Linear:
 
     @cached_property
     def scale(self) -> float:
-        """A width that always exists: 1 / t where |cf(t)| falls to exp(-1/2), to 3 %. Near u where u exists."""
+        """A width that always exists: 1 / t where |cf(t)| falls to exp(-1/2), to 3 %; close to u."""
         widths = {shape: 1.0 if isinstance(shape, StudentT) else shape.u for shape in self._groups}
         start = math.sqrt(sum(float(g @ g) * widths[shape] ** 2 for shape, g in self._groups.items()))
         if start == 0:
@@ -222,7 +222,7 @@ class Linear:
         return low, self.quantile(min(float(self.cdf(low)) + p, 1 - 1e-7))
 
     def _grid(self) -> tuple[Array, Array]:
-        """1024 equidistant y over all but 1e-6 of each tail and P(Y <= y): x = coarse + fine, a matrix product."""
+        """1024 equidistant y (all but 1e-6 of each tail) and P(Y <= y): x = coarse + fine, a matrix product."""
         ends = (np.array([self.quantile(1e-6), self.quantile(1 - 1e-6)]) - self.mean) / self.scale
         step = (ends[1] - ends[0]) / 1023
         t, real, imaginary = self._nodes(_reach(ends))

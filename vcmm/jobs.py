@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vcmm.measure import Measurement, measure_task
+from vcmm.result import UncertaintyResult
+from vcmm.sampling import Progress
 from vcmm.scenario import Scenario
-from vcmm.uncertainty import Progress, UncertaintyResult, evaluate
+from vcmm.uncertainty import evaluate
 
 
 def measure(scenario: Scenario, seed: int | None = None) -> Measurement:
@@ -20,9 +22,10 @@ def uncertainty(
     seed: int | None = None,
     trials: int | None = None,
     engine: str | None = None,
+    digits: int | None = None,
     progress: Progress | None = None,
 ) -> UncertaintyResult:
     """Task-specific uncertainty of every characteristic; settings of the scenario unless given here."""
-    changes = {"seed": seed, "trials": trials, "engine": engine}
+    changes = {"seed": seed, "trials": trials, "engine": engine, "digits": digits}
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
     return evaluate(scenario.task(), settings, progress)

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.errors import UsageError
 from vcmm.fit import Fitted, sensitivity
 from vcmm.gps import characteristics as gps
 from vcmm.influence import Influence, Product, influences, products
-from vcmm.laws import MultivariateSamples
 from vcmm.montecarlo import Term
 from vcmm.part import Characteristic, frame
 from vcmm.run import Array
@@ -80,13 +78,8 @@ class LinearModel:
     def term(self, influence: Influence) -> Term:
         """The Input as a term of the collapsed Monte Carlo: gain (K, L), one lane per element and copy; zero lanes dropped."""
         one = influence.input
-        touch_change = self.along_normal(influence)
-        if isinstance(one.law, MultivariateSamples):
-            raise UsageError(
-                f'{one.id}: law = "multivariate" from samples is not evaluated here; give its covariance'
-            )
-        law, factor = one.spread(touch_change.shape[1])
-        touch_change = touch_change @ factor
+        law, factor = one.spread(influence.response.shape[2])
+        touch_change = self.along_normal(influence) @ factor
         gains, lanes = [], []
         for c, label in enumerate(influence.copies):
             rows = np.flatnonzero(influence.codes == c)
@@ -167,4 +160,4 @@ def _unpack(block: Block, base: Fitted, q: Array) -> Fitted:
         axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
     sizes = q[..., at + 6 : at + 6 + block.sizes]
     residuals = q[..., at + 6 + block.sizes : block.stop]
-    return Fitted(block.kind, q[..., at : at + 3], axis, sizes, residuals, base.normals)
+    return Fitted(block.kind, q[..., at : at + 3], axis, sizes, residuals, base.normals[: block.residuals])

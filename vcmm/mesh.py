@@ -130,24 +130,30 @@ def _inside(triangles: Array, normals: Array, points: Array) -> npt.NDArray[np.b
 
 
 def sweep(mesh: Mesh, start: Array, direction: Array, radius: float, search: float) -> Array:
-    """Travel (m,) to the first contact of a ball that starts at start (m, 3) and moves along direction (3,).
+    """Travel (m, n) to the first contact of balls that start at (m, n, 3) and move along direction (n, 3).
 
     inf: no contact within `search` mm; -inf: the ball overlaps the mesh at its start. Exact: the ball meets
     a triangle inside its face (a plane), on an edge (a cylinder) or at a corner (a sphere), in closed form.
     """
     triangles = mesh.triangles()
     centre, reach = _balls(triangles)
-    middle = start.mean(axis=0)
-    spread = float(np.max(length(start - middle)))
-    along = np.clip(dot(centre - middle, direction), 0.0, search)
-    beside = length(centre - middle - along[:, None] * direction)
-    near = triangles[beside <= (reach + radius + spread) * (1.0 + 1e-12)]
-    travel = np.full(len(start), np.inf)
-    step = max(1, _PAIRS // max(1, len(near)))
-    for first in range(0, len(start) if len(near) else 0, step):
-        block = start[first : first + step]
-        travel[first : first + step] = _sweep_block(near, block, direction, radius)
+    travel = np.full(start.shape[:2], np.inf)
+    for i, way in enumerate(direction):
+        middle = start[:, i].mean(axis=0)
+        spread = float(np.max(length(start[:, i] - middle)))
+        along = np.clip(dot(centre - middle, way), 0.0, search)
+        beside = length(centre - middle - along[:, None] * way)
+        near = triangles[beside <= (reach + radius + spread) * (1.0 + 1e-12)]
+        if len(near):
+            travel[:, i] = _sweep_along(near, start[:, i], way, radius)
     return np.where(travel > search, np.inf, travel)
+
+
+def _sweep_along(near: Array, start: Array, way: Array, radius: float) -> Array:
+    """Travel (m,) of balls with one direction (3,), in blocks that fit into memory."""
+    step = max(1, _PAIRS // len(near))
+    blocks = [start[first : first + step] for first in range(0, len(start), step)]
+    return np.concatenate([_sweep_block(near, block, way, radius) for block in blocks])
 
 
 def _sweep_block(triangles: Array, start: Array, direction: Array, radius: float) -> Array:

@@ -34,6 +34,7 @@ class Scenario:
     forms: Mapping[str, Lobes] = field(default_factory=dict)
     qualifications: Mapping[str, Qualification] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
+    places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
 
     def at(self, pose: Pose) -> Scenario:
         """The same job with the part elsewhere in the machine."""

@@ -12,7 +12,10 @@ ENGINES = ("auto", "montecarlo", "exact")
 
 @dataclass(frozen=True)
 class Settings:
-    """trials: Monte Carlo trials (JCGM 101 suggests 10^6); p: coverage probability; kind: symmetric | shortest."""
+    """trials: Monte Carlo trials (JCGM 101 suggests 10^6); p: coverage probability; kind: symmetric | shortest.
+
+    digits > 0: adaptive Monte Carlo to this many digits of u (JCGM 101, 7.9). certify: exact trials for the check.
+    """
 
     seed: int = 0
     trials: int = 1_000_000
@@ -20,6 +23,7 @@ class Settings:
     kind: str = "symmetric"
     engine: str = "auto"
     rule: str = RULES[0]
+    digits: int = 0
     certify: int = 200
 
     def __post_init__(self) -> None:
@@ -28,6 +32,10 @@ class Settings:
         if self.trials < 1000:
             raise UsageError(
                 f"{self.trials} trials are too few for a coverage interval; use at least 1000 (10^6 is usual)"
+            )
+        if self.digits not in (0, 1, 2, 3):
+            raise UsageError(
+                f"{self.digits} digits cannot be reached by Monte Carlo in sensible time; use 1, 2 or 3"
             )
         if not 0.5 <= self.p < 1:
             raise UsageError(

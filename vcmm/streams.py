@@ -45,7 +45,7 @@ _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _MASK, _HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
 _WORTH_NUMBA = 20_000_000  # numbers from which loading numba (0.4 s) pays; measured, see benchmarks/
-_WORTH_CALL = 50_000  # the same once numba is loaded
+_WORTH_CALL = 4_000  # the same once numba is loaded
 
 
 def key(seed: int, name: str) -> tuple[int, int]:
@@ -102,7 +102,9 @@ def _block_words(keys: Array, lanes: Array, block: int, first: int, last: int) -
 def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
     """(block, first, last, column): the parts of trials start..start+count-1 that lie in one block each."""
     if start < 0 or count < 0 or start + count > 2**43:
-        raise ModelLimit(f"Trials {start} to {start + count} leave the range 0 to 2^43; use another seed instead.")
+        raise ModelLimit(
+            f"Trials {start} to {start + count} leave the range 0 to 2^43; use another seed instead."
+        )
     spans, at = [], start
     while at < start + count:
         block, first = divmod(at, BLOCK)
@@ -115,7 +117,9 @@ def _spans(start: int, count: int) -> list[tuple[int, int, int, int]]:
 def bits(key: tuple[int, int], component: int, copy: int, start: int, count: int) -> NDArray[np.uint32]:
     """The random words (count,) uint32 of trials start..start+count-1 of one component and copy."""
     keys, lanes = np.array([key], np.uint32), np.array([[component, copy]], np.uint32)
-    parts = [_block_words(keys, lanes, block, first, last)[0] for block, first, last, _ in _spans(start, count)]
+    parts = [
+        _block_words(keys, lanes, block, first, last)[0] for block, first, last, _ in _spans(start, count)
+    ]
     return np.concatenate([np.empty(0, np.uint32), *parts])
 
 
@@ -162,14 +166,15 @@ def _load_kernels() -> ModuleType | None:
     try:
         import numba
 
-        if numba.config.DISABLE_JIT:
+        config = vars(numba.config)
+        if config["DISABLE_JIT"]:
             return None
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = before or str(_cache_folder())
+        before = config["CACHE_DIR"]
+        config["CACHE_DIR"] = before or str(_cache_folder())  # read when a function is decorated
         try:
             from vcmm import _stream_kernels
         finally:
-            numba.config.CACHE_DIR = before
+            config["CACHE_DIR"] = before
     except (ImportError, RuntimeError, OSError):
         return None
     return _stream_kernels
@@ -191,32 +196,40 @@ def kernels(numbers: int) -> ModuleType | None:
     return _load_kernels() if numbers > (_WORTH_CALL if loaded else _WORTH_NUMBA) else None
 
 
-def standard(
-    shape: Law | MultivariateSamples, keys: Array, lanes: Array, start: int, count: int, fast: ModuleType | None
-) -> Array:
-    """Values (L, count) of unit scale for lanes (L, 2) = (component, copy) under keys (L, 2), both uint32.
+Drawable = Law | MultivariateSamples
 
-    `fast` is the numba twin or None (see `kernels`); the bits are the same.
+
+def standard(
+    shape: Drawable, keys: Array, lanes: Array, start: int, out: Array, fast: ModuleType | None
+) -> None:
+    """Fill out (L, count) with values of unit scale of trials start, start + 1, ...
+
+    `lanes` (L, 2) = (component, copy) and their `keys` (L, 2) are uint32. `fast` is the numba twin or None (see
+    `kernels`); the bits are the same.
     """
-    out = np.empty((len(lanes), count))
-    for block, first, last, at in _spans(start, count):
+    compiled = isinstance(shape, Law) and not isinstance(shape, Samples)
+    for block, first, last, at in _spans(start, out.shape[1]):
         part = out[:, at : at + last - first]
-        if fast and isinstance(shape, Law) and not isinstance(shape, Samples):
-            whole = part if last - first == BLOCK and part.flags.c_contiguous else np.empty((len(lanes), BLOCK))
-            fast.fill(table(shape).value, table(shape).slope, keys, lanes, np.uint32(block), whole)
-            if whole is not part:
-                part[:] = whole[:, first:last]
+        if fast and compiled and last - first >= _QUARTER:
+            _fill_block(fast, table(shape), keys, lanes, block, first, part)
             continue
-        rows = max(1, 32 * _QUARTER // min(_QUARTER, last - first))  # lanes per pass: what fits the cache
+        rows = max(1, 16 * _QUARTER // min(_QUARTER, last - first))  # lanes per pass: what fits the cache
         for j in range(0, len(lanes), rows):
             s = slice(j, j + rows)
             part[s] = _values(shape, keys[s], lanes[s], block, first, last)
-    return out
 
 
-def _values(
-    shape: Law | MultivariateSamples, keys: Array, lanes: Array, block: int, first: int, last: int
-) -> Array:
+def _fill_block(
+    fast: ModuleType, source: Table, keys: Array, lanes: Array, block: int, first: int, part: Array
+) -> None:
+    """Trials first, first + 1, ... of one block into part (L, m), by the numba twin, which makes whole blocks."""
+    whole = part if part.shape[1] == BLOCK and part.flags.c_contiguous else np.empty((len(lanes), BLOCK))
+    fast.fill(source.value, source.slope, keys, lanes, np.uint32(block), whole)
+    if whole is not part:
+        part[:] = whole[:, first : first + part.shape[1]]
+
+
+def _values(shape: Drawable, keys: Array, lanes: Array, block: int, first: int, last: int) -> Array:
     """Values (L, last - first) of unit scale within one block."""
     if isinstance(shape, MultivariateSamples):
         common = lanes * np.array([0, 1], np.uint32)  # component 0: one row for all components of a copy
@@ -232,9 +245,7 @@ def _index(words: Array, law: Samples | MultivariateSamples) -> Array:
     return (words.astype(np.uint64) * np.uint64(len(law.values))) >> _HALF
 
 
-def draw(
-    seed: int, name: str, lanes: Array, law: Law | MultivariateSamples, start: int, count: int
-) -> NDArray[np.float64]:
+def draw(seed: int, name: str, lanes: Array, law: Drawable, start: int, count: int) -> NDArray[np.float64]:
     """Deviations (count, L) of the input `name` in trials start..start+count-1.
 
     `lanes` (L, 2) uint32 lists (component, copy) of each column. For `MultivariateSamples` the component names the
@@ -242,7 +253,7 @@ def draw(
     `factor`. Raises ModelLimit when trials leave 0..2^43.
     """
     lanes = np.ascontiguousarray(lanes, np.uint32).reshape(-1, 2)
-    keys = np.broadcast_to(np.array(key(seed, name), np.uint32), lanes.shape)
-    shape = law.shape if isinstance(law, Law) else law
-    values = standard(shape, np.ascontiguousarray(keys), lanes, start, count, kernels(count * len(lanes)))
-    return (law.scale * values if isinstance(law, Law) else values).T
+    keys = np.tile(np.array(key(seed, name), np.uint32), (len(lanes), 1))
+    out = np.empty((len(lanes), count))
+    standard(law.shape if isinstance(law, Law) else law, keys, lanes, start, out, kernels(out.size))
+    return (law.scale * out if isinstance(law, Law) else out).T

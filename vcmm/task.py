@@ -91,8 +91,9 @@ def _signed(fitted: Fitted, feature: Feature, points: Array) -> Fitted:
     """A line's residuals counted along the outward normal of the surface it lies on: straightness in that plane."""
     apart = points - fitted.point[..., None, :]
     along = (apart * fitted.axis[..., None, :]).sum(axis=-1, keepdims=True)
-    residuals = (apart - along * fitted.axis[..., None, :]) @ frame(feature)[0]
-    return replace(fitted, residuals=residuals)
+    outward = frame(feature)[0]
+    residuals = (apart - along * fitted.axis[..., None, :]) @ outward
+    return replace(fitted, residuals=residuals, normals=np.tile(outward, (residuals.shape[-1], 1)))
 
 
 def nominal_element(feature: Feature) -> Fitted:

@@ -134,6 +134,25 @@ def dimension_of(unit: str) -> str:
     raise UsageError(f'no dimension is known for the unit "{unit}"')
 
 
+def channel_unit(channel: str) -> str:
+    """Unit stated in the name of a run column: temp_part_C -> K, speed_X_mm_s -> mm/s."""
+    for ending, unit in (
+        ("_C", "K"),
+        ("_mm_s2", "mm/s^2"),
+        ("_mm_s", "mm/s"),
+        ("_rad", "rad"),
+        ("_mm", "mm"),
+        ("_kg", "kg"),
+        ("_N", "N"),
+        ("_s", "s"),
+    ):
+        if channel.endswith(ending):
+            return unit
+    raise UsageError(
+        f'channel = "{channel}" states no unit; columns end in _C, _mm, _mm_s, _rad, _kg, _N or _s, for example temp_part_C'
+    )
+
+
 def _split(text: object, dimension: str, what: str) -> tuple[list[float], float]:
     example = EXAMPLES.get(dimension, "1 mm")
     if not isinstance(text, str):

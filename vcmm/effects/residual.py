@@ -33,9 +33,11 @@ class ResidualField(Effect):
     cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
     nodes: Any = field(default_factory=lambda: _unit_cube())
     interpolation: str = "trilinear"
-    values: Any = param(lambda: np.zeros((8, 3)), "um", "tip error at the nodes", shape="(nodes, 3)")
+    values: Any = param(lambda: np.zeros((0, 3)), "um", "tip error at the nodes; zero when left out", shape="(nodes, 3)")
 
     def __post_init__(self) -> None:
+        if np.size(self.values) == 0:
+            object.__setattr__(self, "values", np.zeros(np.shape(self.nodes)))
         if self.interpolation not in METHODS:
             raise UsageError(
                 f'residual_field: interpolation = "{self.interpolation}"; allowed: {", ".join(METHODS)}'
@@ -188,7 +190,13 @@ class CorrelatedField(Effect):
     nodes: Any = field(default_factory=lambda: _unit_cube())
     deviation: Any = field(default_factory=lambda: np.full((8, 3), 1e-3))
     length: float = 150.0
-    values: Any = param(lambda: np.zeros((8, 3)), "1", "standardised node draws", shape="(nodes, 3)")
+    values: Any = param(lambda: np.zeros((0, 3)), "1", "standardised node draws; zero when left out", shape="(nodes, 3)")
+
+    def __post_init__(self) -> None:
+        if np.size(self.values) == 0:
+            object.__setattr__(self, "values", np.zeros(np.shape(self.nodes)))
+        if np.shape(self.deviation) != np.shape(self.nodes):
+            raise UsageError(f"correlated_field: {len(self.deviation)} deviations for {len(self.nodes)} nodes; give one row of x y z per node")
 
     @property
     def link(self) -> str:

@@ -24,7 +24,7 @@ from vcmm.laws import (
     Uniform,
 )
 from vcmm.run import Array
-from vcmm.units import dimension_of, parse_unit, quantity, vector
+from vcmm.units import channel_unit, dimension_of, parse_unit, quantity, vector
 
 LAWS = ("normal", "t", "uniform", "triangular", "trapezoidal", "arcsine", "samples", "multivariate")
 BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
@@ -140,25 +140,6 @@ def _refuse_unknown(table: dict[str, Any], places: Sequence[str]) -> None:
             raise UsageError(f'unknown key "{key}" of an input.{choose_from(key, [*places, *INPUT_KEYS])}')
 
 
-def channel_unit(channel: str) -> str:
-    """Unit stated in the name of a run column: temp_part_C -> K, speed_X_mm_s -> mm/s."""
-    for ending, unit in (
-        ("_C", "K"),
-        ("_mm_s2", "mm/s^2"),
-        ("_mm_s", "mm/s"),
-        ("_rad", "rad"),
-        ("_mm", "mm"),
-        ("_kg", "kg"),
-        ("_N", "N"),
-        ("_s", "s"),
-    ):
-        if channel.endswith(ending):
-            return unit
-    raise UsageError(
-        f'channel = "{channel}" states no unit; columns end in _C, _mm, _mm_s, _rad, _kg, _N or _s, for example temp_part_C'
-    )
-
-
 def _law(table: dict[str, Any], unit: str) -> tuple[Any, Array | None]:
     """(law, scale per element or None) from the keys law, u, scale, dof, half_width, top, values, covariance."""
     name = str(table.get("law", "normal"))
@@ -172,10 +153,17 @@ def _law(table: dict[str, Any], unit: str) -> tuple[Any, Array | None]:
             raise UsageError(f'law = "multivariate" needs covariance = [[...], ...] in ({unit})^2')
         return MultivariateNormal(np.array(table["covariance"], dtype=float) * squared), None
     key = _spread_key(table, name)
-    numbers = np.array(vector(table[key], dimension_of(unit), key))
+    numbers = _numbers(table[key], dimension_of(unit), key)
     if len(numbers) > 1:
         return _scalar_law(name, key, 1.0, table), numbers
     return _scalar_law(name, key, float(numbers[0]), table), None
+
+
+def _numbers(value: Any, dimension: str, key: str) -> Array:
+    """One number, "a b c um", a list of texts, or a list of "x y z um" rows, flattened."""
+    if isinstance(value, list) and value and all(isinstance(v, str) for v in value):
+        return np.concatenate([vector(v, dimension, key) for v in value])
+    return np.array(vector(value, dimension, key))
 
 
 def _spread_key(table: dict[str, Any], name: str) -> str:

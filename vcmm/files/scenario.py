@@ -68,6 +68,7 @@ class ScenarioFile(Table):
     part: str | dict[str, Any]
     plan: str | dict[str, Any]
     pose: PoseTable = PoseTable()
+    places: dict[str, PoseTable] = {}
     environment: str | dict[str, Any] = {}
     job: str | dict[str, Any] = {}
     effects: list[dict[str, Any]] = []
@@ -107,20 +108,25 @@ def load_scenario(path: str | Path) -> Scenario:
     assert built and planned and part and settings and environment
     machine, inputs = built
     plan, qualifications = planned
-    pose = Pose.from_turns(np.array(model.pose.shift), np.array(model.pose.turn))
+    places = {n: _pose(t) for n, t in model.places.items()}
     name = model.name or document.path.stem
     return Scenario(
         name,
         machine,
         part.part,
         plan,
-        pose,
+        _pose(model.pose),
         columns_of(environment.temperature),
         inputs,
         part.forms,
         qualifications,
         settings,
+        places,
     )
+
+
+def _pose(table: PoseTable) -> Pose:
+    return Pose.from_turns(np.array(table.shift), np.array(table.turn))
 
 
 def _machine(document: Document, value: str | dict[str, Any]) -> Machine:

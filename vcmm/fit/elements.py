@@ -111,15 +111,15 @@ def _torus(x: Array, y: Array, z: Array, ring: Array, tube: Array) -> list[Row]:
     return [(q - tube, (outward * (x / rho), outward * (y / rho), z / q), (-outward, -1.0))]
 
 
-_FIVE = (TX, TY, RX, RY)
+_CROSSWISE = (TX, TY, RX, RY)
 ELEMENTS: dict[str, Element] = {
     "point": Element("point", _point, (TX, TY, TZ), rows=3),
-    "line": Element("line", _line, _FIVE, rows=2, slides=True),
+    "line": Element("line", _line, _CROSSWISE, rows=2, slides=True),
     "plane": Element("plane", _plane, (TZ, RX, RY)),
     "circle": Element("circle", _cylinder, (TX, TY), ("radius",), (True,), slides=True),
     "sphere": Element("sphere", _sphere, (TX, TY, TZ), ("radius",), (True,)),
-    "cylinder": Element("cylinder", _cylinder, _FIVE, ("radius",), (True,), slides=True),
-    "cone": Element("cone", _cone, _FIVE, ("radius", "apex angle"), (True, False), slides=True),
+    "cylinder": Element("cylinder", _cylinder, _CROSSWISE, ("radius",), (True,), slides=True),
+    "cone": Element("cone", _cone, _CROSSWISE, ("radius", "apex angle"), (True, False), slides=True),
     "torus": Element("torus", _torus, (TX, TY, TZ, RX, RY), ("ring radius", "tube radius"), (True, True)),
 }
 MINIMUM_POINTS: dict[str, int] = {

@@ -51,10 +51,8 @@ def gauss(
             f"start is a {start.kind}, but a {kind} is to be fitted. Give a start of the same kind."
         )
     batch, flat = points.shape[:-2], points.reshape(-1, *points.shape[-2:])
-    begin = None
-    if start is not None:
-        begin = State(*(_flattened(a, batch, "start") for a in (start.point, start.axis, start.sizes)))
-    axis = None if fixed_axis is None else _flattened(_unit(fixed_axis), batch, "fixed_axis")
+    begin = None if start is None else _flat_start(element, start, batch)
+    axis = None if fixed_axis is None else _flattened(_unit(fixed_axis, "fixed_axis"), batch, "fixed_axis")
     if kind == "circle" and axis is None:
         bare = None if begin is None else begin._replace(sizes=np.empty((len(flat), 0)))
         axis = _associate(element_of("plane"), flat, bare, None, tolerance, "plane of the circle")[1]
@@ -62,17 +60,29 @@ def gauss(
     return Fitted(kind, *(a.reshape(*batch, *a.shape[1:]) for a in fit))
 
 
-def _unit(axis: Array) -> Array:
+def _flat_start(element: Element, start: Fitted, batch: tuple[int, ...]) -> State:
+    """Start as a state of the flattened batch; UsageError for a batch, axis or number that does not fit."""
+    axis = _unit(start.axis, "the axis of start") if element.has_axis else start.axis
+    if start.sizes.shape[-1] != len(element.sizes):
+        raise UsageError(
+            f"start has {start.sizes.shape[-1]} sizes, a {element.kind} has {len(element.sizes)}."
+        )
+    return State(*(_flattened(a, batch, "start") for a in (start.point, axis, start.sizes)))
+
+
+def _unit(axis: Array, name: str) -> Array:
     """Axis (..., 3) at length 1; UsageError for anything that is no direction."""
     axis = np.asarray(axis, dtype=np.float64)
     length = np.sqrt(np.sum(axis * axis, axis=-1, keepdims=True))
     if axis.shape[-1:] != (3,) or not (np.isfinite(length) & (length > 0.0)).all():
-        raise UsageError("fixed_axis must be 3 finite numbers that are not all zero, such as (0, 0, 1).")
+        raise UsageError(f"{name} must be 3 finite numbers that are not all zero, such as (0, 0, 1).")
     return axis / length
 
 
 def _flattened(values: Array, batch: tuple[int, ...], name: str) -> Array:
     """(..., k) broadcast to the batch of the points, as (B, k)."""
+    if not np.isfinite(values).all():
+        raise UsageError(f"{name} holds a number that is not finite: {values}.")
     try:
         return np.broadcast_to(values, (*batch, values.shape[-1])).reshape(math.prod(batch), values.shape[-1])
     except ValueError:

@@ -69,7 +69,7 @@ def conformance_probability(value: float, limits: tuple[float, float], u: float)
     lower, upper = limits
     if u == 0.0:
         return 1.0 if lower <= value <= upper else 0.0
-    if value > 0.5 * (lower + upper):  # work on the side where the tails do not cancel
+    if value < 0.5 * (lower + upper):  # work on the side where the tails do not cancel
         lower, upper, value = -upper, -lower, -value
     return _below((upper - value) / u) - _below((lower - value) / u)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -43,23 +44,24 @@ class Area:
 
 
 def nice_step(span: float, count: int) -> float:
-    """The step of the series 1, 2, 5, 10 ... that gives about `count` intervals in `span` (> 0)."""
+    """The step of the series 1, 2, 5, 10 ... that comes closest to `count` intervals in `span` (> 0)."""
     raw = span / max(count, 1)
     power = 10.0 ** math.floor(math.log10(raw))
-    return float(next(m for m in (1, 2, 5, 10) if m * power >= raw * 0.999) * power)
+    factor = raw / power  # borders are the geometric means of neighbours
+    return power * (1 if factor < 2**0.5 else 2 if factor < 10**0.5 else 5 if factor < 50**0.5 else 10)
 
 
 def nice_ticks(low: float, high: float, count: int = 6) -> Array:
     """Ticks at multiples of a nice step inside [low, high] (high > low)."""
     step = nice_step(high - low, count)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return np.arange(first, last + 1) * step
+    return np.arange(first, last + 1, dtype=np.float64) * step
 
 
 def tick_text(ticks: npt.ArrayLike) -> list[str]:
     """Labels with just enough decimals to tell neighbours apart and to be exact."""
     values = [float(t) for t in np.atleast_1d(np.asarray(ticks, dtype=np.float64))]
-    step = min((abs(b - a) for a, b in zip(values, values[1:])), default=abs(values[0]) if values else 1.0)
+    step = min((abs(b - a) for a, b in pairwise(values)), default=abs(values[0]) if values else 1.0)
     decimals = 0
     while decimals < 12 and any(abs(round(v, decimals) - v) > 1e-6 * (step or 1.0) for v in values):
         decimals += 1

@@ -84,7 +84,9 @@ def _scale(values: Sequence[float], left: float, end: float) -> Scale:
 
 def _bar(name: str, value: float, scale: Scale, y: float, left: float) -> str:
     label = shorten(name, svg.SIZE, left - 12)
-    words = svg.text(0, y + 13, label, "ink").replace("</text>", f"{svg.tooltip(name)}</text>" if label != name else "</text>")
+    words = svg.text(0, y + 13, label, "ink").replace(
+        "</text>", f"{svg.tooltip(name)}</text>" if label != name else "</text>"
+    )
     if not math.isfinite(value):
         return words
     a, b = sorted((scale(0.0), scale(value)))
@@ -92,7 +94,9 @@ def _bar(name: str, value: float, scale: Scale, y: float, left: float) -> str:
     return words + svg.rect(a, y + 2.5, b - a, _BAR, svg.paint(role), f"{name}: {number(value, 3)}")
 
 
-def stacked(items: Sequence[tuple[str, float]], *, title: str, share: Share = "square", width: int = svg.HALF) -> str:
+def stacked(
+    items: Sequence[tuple[str, float]], *, title: str, share: Share = "square", width: int = svg.HALF
+) -> str:
     """One bar divided by share, largest part keeps its place; names and per cent in the legend below."""
     parts = shares([float(v) for _, v in items], None, share)
     out, entries, x = [], [], 0.0

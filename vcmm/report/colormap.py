@@ -14,7 +14,17 @@ from vcmm.report import svg
 from vcmm.report.axes import Array, nice_step, tick_text
 from vcmm.report.text import widest
 
-SEQUENTIAL = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
+SEQUENTIAL = (
+    "#440154",
+    "#472d7b",
+    "#3b528b",
+    "#2c728e",
+    "#21918c",
+    "#28ae80",
+    "#5ec962",
+    "#addc30",
+    "#fde725",
+)
 DIVERGING = ("#16406f", "#2f6fae", "#8ab6d9", "#e4ecf2", "#f6e7e1", "#eba387", "#c24a3a", "#7d1a20")
 NO_VALUE = "#b4bac2"  # a face without a value
 

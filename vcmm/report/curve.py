@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -86,7 +87,9 @@ def _checked(s: Series) -> tuple[Array, ...]:
     parts = [_array(v) for v in ((s.x, s.y, s.low, s.high) if banded else (s.x, s.y))]
     if len({p.shape for p in parts}) != 1 or parts[0].ndim != 1:
         shapes = ", ".join(str(p.shape) for p in parts)
-        raise DataError(f'Curve "{s.name}" has x, y, low, high of shapes {shapes}: give arrays of one length.')
+        raise DataError(
+            f'Curve "{s.name}" has x, y, low, high of shapes {shapes}: give arrays of one length.'
+        )
     return tuple(np.where(np.isfinite(p), p, np.nan) for p in parts)
 
 
@@ -101,7 +104,7 @@ def thin(x: Array, y: Array, buckets: int = 1200) -> tuple[Array, Array]:
     if x.size <= 2 * buckets:
         return x, y
     starts = np.linspace(0, x.size, buckets + 1).astype(int)
-    keep = [a + f(y[a:b]) for a, b in zip(starts, starts[1:]) for f in (np.argmin, np.argmax)]
+    keep = [a + f(y[a:b]) for a, b in pairwise(starts) for f in (np.argmin, np.argmax)]
     index = np.unique(np.concatenate([[0], keep, [x.size - 1]]).astype(int))
     return x[index], y[index]
 
@@ -123,11 +126,13 @@ def _line(s: Series, data: tuple[Array, ...], i: int, x: Scale, y: Scale) -> str
 def _band(data: tuple[Array, ...], i: int, x: Scale, y: Scale) -> str:
     if len(data) < 4:
         return ""
-    out, good = [], np.isfinite(np.stack(data)[[0, 2, 3]]).all(axis=0)
+    out, good = [], np.isfinite(data[0] + data[2] + data[3])
     for run in runs(good):
         px, low, high = x.many(data[0][run]), y.many(data[2][run]), y.many(data[3][run])
         outline = [*zip(px, high), *zip(px[::-1], low[::-1])]
-        out.append(svg.path(svg.points(outline, close=True), svg.paint(SERIES[i % len(SERIES)], opacity=0.17)))
+        out.append(
+            svg.path(svg.points(outline, close=True), svg.paint(SERIES[i % len(SERIES)], opacity=0.17))
+        )
     return "".join(out)
 
 
@@ -135,7 +140,9 @@ def _limit(band: Band, low: Array, high: Array, x: Scale, y: Scale) -> str:
     over = _array(band.x) if band.x is not None else np.array([x.low, x.high])
     px, low, high = np.broadcast_arrays(x.many(over), y.many(low), y.many(high))
     edge = svg.paint(stroke="faint", width=1.0, dash="2 3")
-    fill = svg.path(svg.points([*zip(px, high), *zip(px[::-1], low[::-1])], close=True), svg.paint("grid", opacity=0.55))
+    fill = svg.path(
+        svg.points([*zip(px, high), *zip(px[::-1], low[::-1])], close=True), svg.paint("grid", opacity=0.55)
+    )
     return fill + "".join(svg.path(svg.points(zip(px, side)), edge, band.name) for side in (low, high))
 
 

@@ -39,13 +39,21 @@ def heat_map(
     xe, ye = cell_edges(xc), cell_edges(yc)
     ticks = nice_ticks(ye[0], ye[-1], max(3, height // 50))
     holes = not np.isfinite(data).all()
-    area = Area(room_left(ticks), 30, width - legend_width(scale, unit) - 20, height - 46 - (18 if holes else 0))
+    area = Area(
+        room_left(ticks), 30, width - legend_width(scale, unit) - 20, height - 46 - (18 if holes else 0)
+    )
     sx, sy = Scale(xe[0], xe[-1], area.left, area.right), Scale(ye[0], ye[-1], area.bottom, area.top)
     hatch = f"hatch-{zlib.crc32(data.tobytes() + title.encode()):08x}"
     body = [_hatch(hatch)] if holes else []
     body.append(_cells(data, scale, sx.many(xe), sy.many(ye), hatch))
-    body.append(svg.text(0, 13, y_label, "muted") + _y_labels(ticks, sy, area) + x_axis(area, sx, x_label, width))
-    body += [_mark(name, sx(float(mx)), sy(float(my)), area) for name, mx, my in marks if np.isfinite([mx, my]).all()]
+    body.append(
+        svg.text(0, 13, y_label, "muted") + _y_labels(ticks, sy, area) + x_axis(area, sx, x_label, width)
+    )
+    body += [
+        _mark(name, sx(float(mx)), sy(float(my)), area)
+        for name, mx, my in marks
+        if np.isfinite([mx, my]).all()
+    ]
     body.append(colour_legend(scale, unit, area.right + 20, area.top, area.bottom))
     if holes:
         key = f'<rect width="16" height="10" fill="url(#{hatch})"/>'
@@ -64,10 +72,14 @@ def cell_edges(centres: Array) -> Array:
 def _checked(values: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array, Array]:
     data, xc, yc = (np.asarray(a, dtype=np.float64) for a in (values, x, y))
     if xc.ndim != 1 or yc.ndim != 1 or data.shape != (yc.size, xc.size) or data.size == 0:
-        raise DataError(f"A heat map needs values (ny, nx), x (nx,), y (ny,); got {data.shape}, {xc.shape}, {yc.shape}.")
+        raise DataError(
+            f"A heat map needs values (ny, nx), x (nx,), y (ny,); got {data.shape}, {xc.shape}, {yc.shape}."
+        )
     for name, axis in (("x", xc), ("y", yc)):
         if not (np.isfinite(axis).all() and (np.diff(axis) > 0).all()):
-            raise DataError(f"The {name} positions of a heat map must be finite and increase: sort them with the values.")
+            raise DataError(
+                f"The {name} positions of a heat map must be finite and increase: sort them with the values."
+            )
     return data, xc, yc
 
 
@@ -78,12 +90,16 @@ def _cells(data: Array, scale: Bands, xe: Array, ye: Array, hatch: str) -> str:
     for j in range(data.shape[0]):
         cuts = np.flatnonzero(np.diff(band[j])) + 1
         for a, b in zip([0, *cuts], [*cuts, data.shape[1]]):
-            box = (f"M{svg.px(xe[a])} {svg.px(ye[j])}H{svg.px(xe[b])}V{svg.px(ye[j + 1])}H{svg.px(xe[a])}Z")
+            box = f"M{svg.px(xe[a])} {svg.px(ye[j])}H{svg.px(xe[b])}V{svg.px(ye[j + 1])}H{svg.px(xe[a])}Z"
             paths.setdefault(int(band[j, a]), []).append(box)
     out = []
     for k, parts in sorted(paths.items()):
         fill = svg.paint(scale.colours[k]) if k >= 0 else f'fill="url(#{hatch})"'
-        out.append(svg.path("".join(parts), f'{fill} shape-rendering="crispEdges"', "" if k >= 0 else "not evaluated"))
+        out.append(
+            svg.path(
+                "".join(parts), f'{fill} shape-rendering="crispEdges"', "" if k >= 0 else "not evaluated"
+            )
+        )
     return "".join(out)
 
 

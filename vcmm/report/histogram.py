@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -41,7 +42,9 @@ def histogram(
     area = Area(8, head + 12 + _ROW * (max(levels, default=-1) + 1), width - 8, height - 46)
     body = [_bars(edge, count, interval, scale, area)]
     body += [_mark(x, head + 12 + _ROW * level, scale, area) for (_, x), level in zip(marks, levels)]
-    body += [_name(name, scale(x), head + 12 + _ROW * level, width) for (name, x), level in zip(marks, levels)]
+    body += [
+        _name(name, scale(x), head + 12 + _ROW * level, width) for (name, x), level in zip(marks, levels)
+    ]
     body += [_bracket(interval, interval_label, scale, width)] if interval else []
     body.append(x_axis(area, scale, x_label, width))
     return svg.figure(svg.document(width, height, "".join(body), title), title)
@@ -52,7 +55,9 @@ def _checked(edges: npt.ArrayLike, counts: npt.ArrayLike) -> tuple[Array, Array]
     if edge.ndim != 1 or edge.size < 2 or count.shape != (edge.size - 1,):
         raise DataError(f"A histogram needs n + 1 edges for n counts, got {edge.shape} and {count.shape}.")
     if not (np.isfinite(edge).all() and (np.diff(edge) > 0).all()):
-        raise DataError("The edges of a histogram must be finite and increase: sort them and remove repeated ones.")
+        raise DataError(
+            "The edges of a histogram must be finite and increase: sort them and remove repeated ones."
+        )
     if not (np.isfinite(count).all() and (count >= 0).all()):
         raise DataError("The counts of a histogram must be finite and not negative.")
     return edge, count
@@ -65,7 +70,7 @@ def _bars(edge: Array, count: Array, interval: tuple[float, float] | None, scale
     inner = [v for v in (interval or ()) if edge[0] < v < edge[-1]]
     cuts = np.unique(np.concatenate([edge, inner]))
     out = []
-    for a, b in zip(cuts, cuts[1:]):
+    for a, b in pairwise(cuts):
         middle = (a + b) / 2
         k = min(int(np.searchsorted(edge, middle, side="right")) - 1, count.size - 1)
         tall = float(density[k]) / tallest * (area.bottom - area.top)

@@ -84,6 +84,4 @@ def css_variables() -> str:
 
 def css_classes() -> str:
     """`.f-role` paints the fill, `.s-role` the stroke."""
-    return "".join(
-        f".f-{role}{{fill:var(--{role})}}.s-{role}{{stroke:var(--{role})}}" for role in LIGHT
-    )
+    return "".join(f".f-{role}{{fill:var(--{role})}}.s-{role}{{stroke:var(--{role})}}" for role in LIGHT)

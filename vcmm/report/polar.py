@@ -10,6 +10,7 @@ import numpy.typing as npt
 from vcmm.errors import DataError
 from vcmm.report import svg
 from vcmm.report.axes import Array, nice_step, tick_text
+from vcmm.report.curve import runs
 from vcmm.report.text import number
 
 _CENTRE = 0.34  # radius of the innermost ring over the outermost
@@ -34,7 +35,9 @@ def polar(
     """
     angle, radius = np.asarray(angles_rad, dtype=np.float64), np.asarray(radii_um, dtype=np.float64)
     if angle.shape != radius.shape or angle.ndim != 1 or not np.isfinite(radius).any():
-        raise DataError(f"A polar plot needs finite radii (n,) and angles (n,), got {radius.shape} and {angle.shape}.")
+        raise DataError(
+            f"A polar plot needs finite radii (n,) and angles (n,), got {radius.shape} and {angle.shape}."
+        )
     sides = [np.asarray(s, dtype=np.float64) for s in (low_um, high_um) if s is not None]
     rings, step = _ring_levels([radius, *sides])
     middle, outer = (width / 2, height / 2), height / 2 - 26
@@ -46,7 +49,7 @@ def polar(
     body += [_envelope(radius, middle, base, unit), _profile(angle, radius, middle, base, unit, closed)]
     body.append(_ring_labels(middle, base, unit, rings))
     form = float(np.nanmax(radius) - np.nanmin(radius))
-    caption = f"One ring is {number(step, 1)} µm. Highest to lowest point about this reference: {number(form, 3)} µm."
+    caption = f"One ring is {number(step, 1)}\u00a0µm. Highest to lowest point about this reference: {number(form, 3)}\u00a0µm."
     return svg.figure(svg.document(width, height, "".join(body), title), title, caption)
 
 
@@ -57,7 +60,7 @@ def _ring_levels(values: list[Array]) -> tuple[Array, float]:
     low, high = min(float(data.min()), 0.0), max(float(data.max()), 0.0)
     step = nice_step(high - low if high > low else 1.0, 5)
     first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
-    return np.arange(min(first, -1), max(last, 1) + 1) * step, step
+    return np.arange(min(first, -1), max(last, 1) + 1, dtype=np.float64) * step, step
 
 
 Centre = tuple[float, float]
@@ -96,7 +99,9 @@ def _ring_labels(middle: Centre, base: float, unit: float, rings: Array) -> str:
     out = []
     for level, words in zip(rings, tick_text(rings)):
         r = base + unit * float(level)
-        out.append(svg.text(middle[0] + r * c, middle[1] - r * s + 4, words, "muted", "middle", 10.5, halo=True))
+        out.append(
+            svg.text(middle[0] + r * c, middle[1] - r * s + 4, words, "muted", "middle", 10.5, halo=True)
+        )
     return "".join(out)
 
 
@@ -113,8 +118,6 @@ def _band(angle: Array, sides: list[Array], middle: Centre, base: float, unit: f
 
 
 def _profile(angle: Array, radius: Array, middle: Centre, base: float, unit: float, closed: bool) -> str:
-    from vcmm.report.curve import runs
-
     good = np.isfinite(radius) & np.isfinite(angle)
     how = svg.paint(stroke="c1", width=1.6) + ' stroke-linejoin="round"'
     out = []

@@ -11,12 +11,12 @@ for (const data of document.querySelectorAll('script[data-scene]')) {
     const fit = j => D.fit[j + 2] / C.reduce((m, c) => Math.max(m, Math.abs(c[j])), 1), k = Math.min(fit(0), fit(1)), shown = {};
     const P = C.map(c => [D.fit[0] + k * c[0], D.fit[1] - k * c[1]]), at = i => n(P[i][0]) + ' ' + n(P[i][1]);
     const faces = D.f.map(([s, g, m, ...q]) => {
-      const N = seen(D.n[m]), [r, v, b, alpha, cull] = D.s[s];
+      const N = seen(D.n[m]), [r, v, b, alpha, cull, shade] = D.s[s];
       if (!(shown[g] = N[2] > 0 || !cull)) return;
-      const tone = .68 + .32 * Math.max(0, dot(N, D.light) * Math.sign(N[2]));
+      const tone = 1 - shade + shade * Math.max(0, dot(N, D.light) * Math.sign(N[2]));
       const rgb = `rgb(${[r, v, b].map(c => Math.round(c * tone))})`;
       return [q.reduce((z, i) => z + C[i][2], 0) / q.length, `<path d="M${q.map(at).join('L')}Z" fill="${rgb}" ` +
-        (alpha < 1 ? `fill-opacity="${alpha}" shape-rendering="crispEdges"/>` : `stroke="${rgb}" stroke-width=".6"/>`), g];
+        (alpha < 1 ? `fill-opacity="${alpha}" shape-rendering="crispEdges"/>` : `stroke="${rgb}" stroke-width=".9"/>`), g];
     });
     const leaf = t => {
       const near = {}, rows = t.i.map(i => faces[i]).filter(f => f);
@@ -24,7 +24,7 @@ for (const data of document.querySelectorAll('script[data-scene]')) {
       for (const [s, p, q, ...g] of t.i.filter(i => i < 0).map(i => D.e[-1 - i])) {
         if (g.length && !g.some(x => shown[x])) continue;
         const b = t.m ? [] : g.filter(x => x in near).map(x => near[x]);
-        rows.push([b.length ? Math.max(...b) + 1 : (C[p][2] + C[q][2]) / 2 + 60, `<path d="M${at(p)}L${at(q)}" ${D.s[s]}/>`]);
+        rows.push([b.length ? Math.max(...b) + 60 : (C[p][2] + C[q][2]) / 2 + 60, `<path d="M${at(p)}L${at(q)}" ${D.s[s]}/>`]);
       }
       return join(rows);
     };

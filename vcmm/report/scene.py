@@ -70,7 +70,9 @@ def _check_size(items: Sequence[Item]) -> None:
         raise DataError("A scene needs at least one item.")
     faces = sum(len(mesh_arrays(i)[1]) for i in items if isinstance(i, Mesh))
     if faces > MOST_FACES:
-        raise ModelLimit(f"The scene holds {faces} mesh faces, at most {MOST_FACES} can be drawn: decimate the mesh.")
+        raise ModelLimit(
+            f"The scene holds {faces} mesh faces, at most {MOST_FACES} can be drawn: decimate the mesh."
+        )
 
 
 def _bands(items: Sequence[Item]) -> Bands | None:
@@ -88,7 +90,7 @@ def encode(
     """The display list.
 
     w, h: size. side: room for a colour legend. fit: centre and half size of the picture. view. grain: mm per unit of
-    v, the vertices. n: unit normals. s: styles, (r, g, b, opacity, hidden from behind) or SVG attributes. f: polygons
+    v, the vertices. n: unit normals. s: styles, (r, g, b, opacity, hidden from behind, shade) or SVG attributes. f: polygons
     (style, original face, normal, vertices). e: edges (style, 2 vertices, original faces beside). t: tree (see
     `Encoder.tree`). q: ellipses (style, vertex, covariance rows). a: arrows (style, 2 vertices). p: points (style,
     vertex, radius). l: labels (vertex, dx, dy, text). bar: longest scale bar, 0 for no axes. light, label: constants.
@@ -143,7 +145,10 @@ def _reach(item: Item) -> Array:
 
 
 def _arrow_ends(item: Arrows) -> tuple[Array, Array]:
-    origin, vector = array(item.origin, (None, 3), "Arrow origins"), array(item.vector, (None, 3), "Arrow vectors")
+    origin, vector = (
+        array(item.origin, (None, 3), "Arrow origins"),
+        array(item.vector, (None, 3), "Arrow vectors"),
+    )
     return origin, origin + item.scale * vector
 
 
@@ -151,7 +156,9 @@ def _ellipsoid_arrays(item: Ellipsoids) -> tuple[Array, Array]:
     centres = array(item.centres, (None, 3), "Ellipsoid centres")
     covariances = array(item.covariances, (None, 3, 3), "Ellipsoid covariances")
     if len(centres) != len(covariances):
-        raise DataError(f"{len(centres)} ellipsoid centres but {len(covariances)} covariances: give one each.")
+        raise DataError(
+            f"{len(centres)} ellipsoid centres but {len(covariances)} covariances: give one each."
+        )
     least = np.linalg.eigvalsh(covariances)[:, 0] if len(covariances) else np.zeros(1)
     if (least < -1e-9 * np.abs(covariances).max(initial=0.0)).any():
         raise DataError("An ellipsoid covariance has a negative eigenvalue: it is not a covariance.")
@@ -174,7 +181,9 @@ def _overlays(items: Sequence[Item], out: Encoder) -> tuple[Display, list[tuple[
         elif isinstance(item, Ellipsoids):
             style = out.style(_ellipse_style(item))
             factor = (item.scale / out.grain) ** 2
-            found["q"] += [[style, out.vertex(p), *_rows(c * factor)] for p, c in zip(*_ellipsoid_arrays(item))]
+            found["q"] += [
+                [style, out.vertex(p), *_rows(c * factor)] for p, c in zip(*_ellipsoid_arrays(item))
+            ]
         elif isinstance(item, Label):
             labels.append(_label(out.vertex(array(item.xyz, (3,), "A label position")), item.text))
     return found, labels
@@ -224,7 +233,11 @@ def _legend(items: Sequence[Item]) -> list[tuple[str, str]]:
         else:
             swatch = _solid_swatch(item)
         out.append((swatch, item.name))
-    missing = [v for v in (face_values(i) for i in items if isinstance(i, Mesh)) if v is not None and np.isnan(v).any()]
+    missing = [
+        v
+        for v in (face_values(i) for i in items if isinstance(i, Mesh))
+        if v is not None and np.isnan(v).any()
+    ]
     return out + ([(svg.rect(0, 0, 16, 10, svg.paint(NO_VALUE)), "not evaluated")] if missing else [])
 
 

@@ -127,8 +127,10 @@ def mesh_arrays(mesh: Mesh) -> tuple[Array, npt.NDArray[np.int64]]:
     """(vertices, faces), checked. DataError: a face names a vertex that does not exist."""
     vertices = array(mesh.vertices, (None, 3), "Mesh vertices")
     faces = array(mesh.faces, (None, 3), "Mesh faces").astype(np.int64)
-    if faces.size and not (0 <= faces.min() and faces.max() < len(vertices)):
-        raise DataError(f"Mesh faces name vertices outside 0 to {len(vertices) - 1}: check the index base (it is 0).")
+    if faces.size and not (faces.min() >= 0 and faces.max() < len(vertices)):
+        raise DataError(
+            f"Mesh faces name vertices outside 0 to {len(vertices) - 1}: check the index base (it is 0)."
+        )
     return vertices, faces
 
 
@@ -141,4 +143,6 @@ def face_values(mesh: Mesh) -> Array | None:
         return values
     if values.shape == (len(vertices),):
         return np.asarray(values[faces].mean(axis=1))
-    raise DataError(f"Mesh values must be one per face ({len(faces)}) or per vertex ({len(vertices)}), got {values.shape}.")
+    raise DataError(
+        f"Mesh values must be one per face ({len(faces)}) or per vertex ({len(vertices)}), got {values.shape}."
+    )

@@ -16,6 +16,8 @@ import numpy.typing as npt
 
 from vcmm.report.scene_pieces import Piece, cut, shortened
 
+Array = npt.NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Leaf:
@@ -35,13 +37,24 @@ class Node:
 
 
 @dataclass(frozen=True)
-class _Extent:
-    """Boxes of the solids in a cell: unit numbers (m,), corners (m, 3); how many items they belong to."""
+class _Solids:
+    """Boxes of the units in a cell: numbers (m,), corners (m, 3), outward normals of box sides (m, 3), else zero."""
 
     units: tuple[int, ...]
     items: int
-    lo: npt.NDArray[np.float64]
-    hi: npt.NDArray[np.float64]
+    lo: Array
+    hi: Array
+    facing: Array
+
+
+@dataclass(frozen=True)
+class _Plane:
+    """Coordinate `axis` = `at`. What lies in the plane goes above it if it rests on a solid; with `own`, the sides
+    of boxes stay with their box instead."""
+
+    axis: int
+    at: float
+    own: bool
 
 
 def order(pieces: Sequence[Piece], size: float) -> Node | Leaf:
@@ -50,62 +63,73 @@ def order(pieces: Sequence[Piece], size: float) -> Node | Leaf:
 
 
 def _divide(pieces: list[Piece], size: float, depth: int) -> Node | Leaf:
-    extent = _solids(pieces)
-    plane = _best_plane(extent, 1e-6 * size) if extent.items > 1 and depth < 200 else None
+    solids, eps = _solids(pieces), 1e-6 * size
+    plane = _best_plane(solids, eps) if solids.items > 1 and depth < 200 else None
     if plane is None:
-        return _leaf(pieces, size, extent.items)
-    axis, at = plane
-    low, high = _sides(pieces, extent, axis, at, 1e-6 * size)
-    return Node(axis, _divide(low, size, depth + 1), _divide(high, size, depth + 1))
+        return _leaf(pieces, size, solids.items)
+    whole = dict(zip(solids.units, _sides(solids, plane, eps)))
+    low, high = _parted(pieces, whole, plane, eps, _rests(solids, plane, eps))
+    return Node(plane.axis, _divide(low, size, depth + 1), _divide(high, size, depth + 1))
 
 
-def _solids(pieces: list[Piece]) -> _Extent:
-    boxes: dict[int, list[npt.NDArray[np.float64]]] = {}
+def _solids(pieces: list[Piece]) -> _Solids:
+    groups: dict[int, list[Piece]] = {}
     for piece in pieces:
         if piece.is_face:
-            boxes.setdefault(piece.unit, []).append(piece.points)
-    joined = [np.concatenate(points) for points in boxes.values()]
-    lo = np.array([p.min(axis=0) for p in joined]).reshape(-1, 3)
-    items = len({piece.item for piece in pieces if piece.is_face})
-    return _Extent(tuple(boxes), items, lo, np.array([p.max(axis=0) for p in joined]).reshape(-1, 3))
+            groups.setdefault(piece.unit, []).append(piece)
+    points = [np.concatenate([p.points for p in group]) for group in groups.values()]
+    lo = np.array([p.min(axis=0) for p in points]).reshape(-1, 3)
+    hi = np.array([p.max(axis=0) for p in points]).reshape(-1, 3)
+    facing = np.array([group[0].facing for group in groups.values()]).reshape(-1, 3)
+    return _Solids(tuple(groups), len({p.item for p in pieces if p.is_face}), lo, hi, facing)
 
 
-def _best_plane(extent: _Extent, eps: float) -> tuple[int, float] | None:
+def _best_plane(solids: _Solids, eps: float) -> _Plane | None:
     """The plane that cuts the fewest solids and, among these, divides them most evenly; None if none divides them."""
-    count = len(extent.units)
+    count = len(solids.units)
     best, found = (-count - 1, 0), None
     for axis in range(3):
-        lo, hi = extent.lo[:, axis], extent.hi[:, axis]
-        for at in np.unique(np.concatenate([lo, hi])):
-            on_top = _rests_on_top(lo, hi, at, eps)
-            sides = [_side(a, b, at, eps, on_top) for a, b in zip(lo, hi)]
-            below, above = sides.count("low"), sides.count("high")
-            score = (below + above - count, min(below, above))
-            if max(below, above) < count and score > best:
-                best, found = score, (axis, float(at))
+        for at in np.unique(np.concatenate([solids.lo[:, axis], solids.hi[:, axis]])):
+            for own in (True, False):
+                plane = _Plane(axis, float(at), own)
+                sides = _sides(solids, plane, eps)
+                below, above = sides.count("low"), sides.count("high")
+                score = (below + above - count, min(below, above))
+                if max(below, above) < count and score > best:
+                    best, found = score, plane
     return found
 
 
-def _rests_on_top(
-    lo: npt.NDArray[np.float64], hi: npt.NDArray[np.float64], at: float, eps: float
-) -> bool:
-    """A solid ends at this plane: what lies in the plane belongs above it."""
-    return bool(((hi - lo > eps) & (np.abs(hi - at) <= eps)).any())
+def _rests(solids: _Solids, plane: _Plane, eps: float) -> bool:
+    """A solid ends at this plane: what lies in the plane lies on it."""
+    lo, hi = solids.lo[:, plane.axis], solids.hi[:, plane.axis]
+    return bool(((hi - lo > eps) & (np.abs(hi - plane.at) <= eps)).any())
 
 
-def _sides(
-    pieces: list[Piece], extent: _Extent, axis: int, at: float, eps: float
+def _sides(solids: _Solids, plane: _Plane, eps: float) -> list[str]:
+    """ "low", "high" or "" (to be cut) for each unit."""
+    lo, hi = solids.lo[:, plane.axis], solids.hi[:, plane.axis]
+    below, above = hi <= plane.at + eps, lo >= plane.at - eps
+    on_top = np.full(len(lo), _rests(solids, plane, eps))
+    if plane.own:
+        facing = solids.facing[:, plane.axis]
+        on_top = np.where(facing == 0, on_top, facing < 0)
+    return np.where(below & ~(above & on_top), "low", np.where(above, "high", "")).tolist()
+
+
+def _parted(
+    pieces: list[Piece], whole: dict[int, str], plane: _Plane, eps: float, on_top: bool
 ) -> tuple[list[Piece], list[Piece]]:
-    """Units beside the plane go whole; others, and edges, piece by piece, cut where needed."""
-    lo, hi = extent.lo[:, axis], extent.hi[:, axis]
-    on_top = _rests_on_top(lo, hi, at, eps)
-    whole = {unit: _side(a, b, at, eps, on_top) for unit, a, b in zip(extent.units, lo, hi)}
+    """Units beside the plane go whole and take their edges along; the rest is divided piece by piece."""
     low: list[Piece] = []
     high: list[Piece] = []
     for piece in pieces:
-        ends = piece.points[:, axis]
-        side = whole.get(piece.unit) or _side(float(ends.min()), float(ends.max()), at, eps, on_top)
-        first, second = cut(piece, axis, at) if side is None else (piece, piece)
+        near = {whole.get(u, "") for u in ((piece.unit,) if piece.unit >= 0 else piece.faces)} or {""}
+        side = near.pop() if len(near) == 1 else ""
+        side = side or _side_of(
+            piece.points[:, plane.axis], plane.at, eps, "high" in near if near else on_top
+        )
+        first, second = (piece, piece) if side else cut(piece, plane.axis, plane.at)
         if side != "high" and first is not None:
             low.append(first)
         if side != "low" and second is not None:
@@ -113,16 +137,16 @@ def _sides(
     return low, high
 
 
-def _side(lo: float, hi: float, at: float, eps: float, on_top: bool) -> str | None:
-    below, above = hi <= at + eps, lo >= at - eps
+def _side_of(ends: Array, at: float, eps: float, on_top: bool) -> str:
+    below, above = ends.max() <= at + eps, ends.min() >= at - eps
     if below and above:
         return "high" if on_top else "low"
-    return "low" if below else "high" if above else None
+    return "low" if below else "high" if above else ""
 
 
-def _leaf(pieces: list[Piece], size: float, solids: int) -> Leaf:
-    mixed = solids > 1
-    if solids == 0:
+def _leaf(pieces: list[Piece], size: float, items: int) -> Leaf:
+    mixed = items > 1
+    if items == 0:
         return Leaf(tuple(pieces), False)
     out: list[Piece] = []
     for piece in pieces:

@@ -21,7 +21,7 @@ from vcmm.report.scene_pieces import Piece
 Array = npt.NDArray[np.float64]
 Display = dict[str, Any]
 GRAIN = 20000.0
-LIGHT = (-0.35, 0.5, 0.79)  # direction to the light in camera coordinates (right, up, towards the viewer)
+LIGHT = (-0.3, 0.75, 0.59)  # direction to the light in camera coordinates (right, up, towards the viewer)
 LABEL = 'font-size="12" paint-order="stroke" stroke-opacity=".85" ' + svg.paint("ink", "surface", 3.0)
 
 
@@ -98,7 +98,11 @@ def ellipse(covariance: npt.ArrayLike, frame: Array) -> tuple[float, float, floa
     c = frame[:2] @ np.asarray(covariance, dtype=np.float64) @ frame[:2].T
     middle, half = (c[0, 0] + c[1, 1]) / 2, (c[0, 0] - c[1, 1]) / 2
     away = math.hypot(half, c[0, 1])
-    return math.sqrt(middle + away), math.sqrt(max(middle - away, 0.0)), math.degrees(math.atan2(c[0, 1], half)) / 2
+    return (
+        math.sqrt(middle + away),
+        math.sqrt(max(middle - away, 0.0)),
+        math.degrees(math.atan2(c[0, 1], half)) / 2,
+    )
 
 
 def draw(display: Display, view: Sequence[float]) -> str:
@@ -128,20 +132,26 @@ def _in_depth(rows: list[Row]) -> str:
     return "".join(row[1] for row in sorted(rows, key=lambda row: row[0]))
 
 
-def _faces(display: Display, pixels: Array, frame: Array) -> tuple[dict[int, tuple[float, str, int]], dict[int, bool]]:
+def _faces(
+    display: Display, pixels: Array, frame: Array
+) -> tuple[dict[int, tuple[float, str, int]], dict[int, bool]]:
     """(depth, SVG, original face) of each polygon that shows; which original faces show."""
     shown: dict[int, bool] = {}
     out = {}
     normals = np.array(display["n"], dtype=np.float64).reshape(-1, 3) @ frame.T
     for i, (style, origin, normal, *corners) in enumerate(display["f"]):
-        *rgb, opacity, cull = display["s"][style]
+        *rgb, opacity, cull, shade = display["s"][style]
         n = normals[normal]
         shown[origin] = bool(n[2] > 0 or not cull)
         if shown[origin]:
-            tone = 0.68 + 0.32 * max(0.0, float(n @ LIGHT) * float(np.sign(n[2])))
+            tone = 1 - shade + shade * max(0.0, float(n @ LIGHT) * float(np.sign(n[2])))
             colour = "#" + "".join(f"{min(int(c * tone + 0.5), 255):02x}" for c in rgb)
             p = pixels[corners]
-            out[i] = (float(p[:, 2].mean()), _polygon(svg.points(p[:, :2], close=True, decimals=1), colour, opacity), origin)
+            out[i] = (
+                float(p[:, 2].mean()),
+                _polygon(svg.points(p[:, :2], close=True, decimals=1), colour, opacity),
+                origin,
+            )
     return out, shown
 
 
@@ -149,7 +159,7 @@ def _polygon(data: str, colour: str, opacity: float) -> str:
     """A stroke hides the seam between opaque neighbours; glass must not be blended at its borders."""
     if opacity < 1:
         return f'<path d="{data}" fill="{colour}" fill-opacity="{svg.px(opacity)}" shape-rendering="crispEdges"/>'
-    return f'<path d="{data}" fill="{colour}" stroke="{colour}" stroke-width=".6"/>'
+    return f'<path d="{data}" fill="{colour}" stroke="{colour}" stroke-width=".9"/>'
 
 
 def _leaf(
@@ -167,8 +177,10 @@ def _leaf(
         if borders and not any(shown[g] for g in borders):
             continue
         beside = [near[g] for g in borders if g in near and not leaf["m"]]
-        depth = max(beside) + 1 if beside else float(pixels[[a, b], 2].mean()) + 60
-        rows.append((depth, f'<path d="{svg.points(pixels[[a, b], :2], decimals=1)}" {display["s"][style]}/>'))
+        depth = max(beside) + 60 if beside else float(pixels[[a, b], 2].mean()) + 60
+        rows.append(
+            (depth, f'<path d="{svg.points(pixels[[a, b], :2], decimals=1)}" {display["s"][style]}/>')
+        )
     return _in_depth(rows)
 
 
@@ -180,7 +192,7 @@ def _overlays(display: Display, pixels: Array, frame: Array, scale: float) -> st
         x, y, depth = pixels[centre]
         shape = f'rx="{svg.px(a * scale)}" ry="{svg.px(b * scale)}"'
         move = f'transform="translate({svg.px(x)} {svg.px(y)}) rotate({svg.px(-turn)})"'
-        rows.append((depth, f'<ellipse {shape} {move} {display["s"][style]}/>'))
+        rows.append((depth, f"<ellipse {shape} {move} {display['s'][style]}/>"))
     for style, start, end in display["a"]:
         rows.append((pixels[end, 2], _arrow(pixels[start], pixels[end], display["s"][style])))
     for style, centre, radius in display["p"]:
@@ -202,7 +214,9 @@ def _arrow(start: Array, end: Array, how: str) -> str:
     return shaft + f'<path d="M0 0L-7 2.6V-2.6Z" transform="{move}" {how}/>'
 
 
-def place_labels(display: Display, pixels: Array, labels: Sequence[tuple[int, str, float]]) -> list[list[Any]]:
+def place_labels(
+    display: Display, pixels: Array, labels: Sequence[tuple[int, str, float]]
+) -> list[list[Any]]:
     """[vertex, dx, dy, text] of labels (vertex, text, width): right, left, above or below, the first free spot."""
     taken: list[tuple[float, float, float]] = []
     out: list[list[Any]] = []
@@ -210,7 +224,9 @@ def place_labels(display: Display, pixels: Array, labels: Sequence[tuple[int, st
         x, y = float(pixels[at, 0]), float(pixels[at, 1])
         spots = [(x + 8, y + 4), (x - 8 - wide, y + 4), (x - wide / 2, y - 9), (x - wide / 2, y + 18)]
         spots = [(min(max(a, 2.0), display["w"] - wide - 2), b) for a, b in spots]
-        free = [p for p in spots if all(p[0] > r or p[0] + wide < a or abs(p[1] - b) > 14 for a, r, b in taken)]
+        free = [
+            p for p in spots if all(p[0] > r or p[0] + wide < a or abs(p[1] - b) > 14 for a, r, b in taken)
+        ]
         left, base = (free or spots)[0]
         taken.append((left, left + wide, base))
         out.append([at, round(left - x, 1), round(base - y, 1), words])
@@ -224,7 +240,9 @@ def _triad(display: Display, frame: Array) -> str:
         x, y = 24 * float(frame[0, i]), -24 * float(frame[1, i])
         stroke = svg.path(f"M0 0L{svg.px(x)} {svg.px(y)}", svg.paint(stroke=role, width=1.8))
         name = svg.text(0, 0, "XYZ"[i], role, "middle", 11, True)
-        name = name.replace("<text ", f'<text transform="translate({svg.px(1.4 * x)} {svg.px(1.4 * y + 4)})" ')
+        name = name.replace(
+            "<text ", f'<text transform="translate({svg.px(1.4 * x)} {svg.px(1.4 * y + 4)})" '
+        )
         out.append(f"<g>{stroke}{name}</g>")
     return f'<g class="triad" transform="translate(38 {display["h"] - 38})">{"".join(out)}</g>'
 

@@ -11,17 +11,40 @@ from vcmm.report import svg
 from vcmm.report.colormap import NO_VALUE, Bands
 from vcmm.report.meshes import box_mesh
 from vcmm.report.palette import rgb_of
-from vcmm.report.scene_items import Array, Box, Item, Lines, Mesh, array, face_values, line_segments, mesh_arrays
-from vcmm.report.scene_mesh import CREASE, Ints, banded, edge_faces, joined, normals, quad, split, volume, weld
+from vcmm.report.scene_items import (
+    Array,
+    Box,
+    Item,
+    Lines,
+    Mesh,
+    array,
+    face_values,
+    line_segments,
+    mesh_arrays,
+)
+from vcmm.report.scene_mesh import (
+    CREASE,
+    Ints,
+    banded,
+    edge_faces,
+    joined,
+    normals,
+    quad,
+    split,
+    volume,
+    weld,
+)
+
+SHADE = 0.32  # how much darker than its colour a face turned away from the light is
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A polygon (style: r, g, b, opacity, hidden when seen from behind) or an edge (style: SVG attributes).
+    """A polygon (style: r, g, b, opacity, hidden when seen from behind, shade) or an edge (style: SVG attributes).
 
     `faces`: for a polygon the number of the face it is (a part of); for an edge the faces it borders (it is hidden
-    when all of these are), empty for a free line. `unit`: what is kept together when space is divided: a mesh, or one
-    side of a box.
+    when all of these are), empty for a free line. `unit`: what is kept together when space is divided: a mesh with its
+    edges, or one side of a box; -1 for other edges. `facing`: outward normal of the side of a box.
     """
 
     item: int
@@ -29,6 +52,7 @@ class Piece:
     points: Array
     style: tuple[float, ...] | str
     faces: tuple[int, ...] = ()
+    facing: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @property
     def is_face(self) -> bool:
@@ -55,9 +79,10 @@ def _box(number: int, box: Box, first: int) -> list[Piece]:
     vertices, triangles = box_mesh(lo, hi)
     quads = np.concatenate([triangles[:6], triangles[6:, 2:]], axis=1)
     solid = box.opacity > 0
-    style = (*rgb_of(box.colour), box.opacity, float(box.opacity >= 1))
+    style = (*rgb_of(box.colour), box.opacity, float(box.opacity >= 1), SHADE)
     shown = enumerate(quads) if solid else ()
-    out = [Piece(number, first + i, vertices[q], style, (first + i,)) for i, q in shown]
+    facing = [(0, 0, -1), (0, 0, 1), (0, -1, 0), (0, 1, 0), (-1, 0, 0), (1, 0, 0)]  # order of box_mesh
+    out = [Piece(number, first + i, vertices[q], style, (first + i,), facing[i]) for i, q in shown]
     how = _edge_style(box.colour, box.opacity)
     for a in range(8):
         for b in [a | bit for bit in (1, 2, 4) if not a & bit] if box.wire else []:
@@ -84,17 +109,24 @@ def _mesh(number: int, mesh: Mesh, first: int, scale: Bands | None) -> list[Piec
     if closed and volume(vertices, faces) < 0:
         faces = faces[:, ::-1]
     cull = mesh.cull if mesh.cull is not None else closed and mesh.opacity >= 1
+    shade = SHADE if mesh.values is None else SHADE / 2  # a colour that means a value must stay recognisable
     parts = _polygons(mesh, vertices, faces, edge, pair, scale)
     owner = {f: k for k, (group, _) in enumerate(parts) for f in group}
     out = [
-        Piece(number, first + owner[0], points, (*rgb_of(colour), mesh.opacity, float(cull)), (first + k,))
+        Piece(
+            number,
+            first + owner[0],
+            points,
+            (*rgb_of(colour), mesh.opacity, float(cull), shade),
+            (first + k,),
+        )
         for k, (_, shapes) in enumerate(parts if mesh.opacity > 0 else [])
         for points, colour in shapes
     ]
     how = _edge_style(mesh.colour, mesh.opacity)
     for k in _sharp(vertices, faces, pair) if mesh.edges else []:
         near = tuple(first + owner[int(f)] for f in pair[k] if f >= 0) if mesh.opacity > 0 else ()
-        out.append(Piece(number, -1, vertices[edge[k]], how, near))
+        out.append(Piece(number, first + owner[0] if near else -1, vertices[edge[k]], how, near))
     return out
 
 
@@ -108,22 +140,28 @@ def _sharp(vertices: Array, faces: Ints, pair: Ints) -> Ints:
 Part = tuple[list[int], list[tuple[Array, str]]]
 
 
-def _polygons(mesh: Mesh, vertices: Array, faces: Ints, edge: Ints, pair: Ints, scale: Bands | None) -> list[Part]:
+def _polygons(
+    mesh: Mesh, vertices: Array, faces: Ints, edge: Ints, pair: Ints, scale: Bands | None
+) -> list[Part]:
     """Groups of triangles with the coloured polygons that show them."""
     values = face_values(mesh)
     if values is None or scale is None:
         common = {tuple(sorted(map(int, p))): e for p, e in zip(pair, edge)}
         groups = joined(vertices, faces, edge, pair)
         shapes = (
-            faces[g[0]] if len(g) == 1 else quad(faces[g[0]], faces[g[1]], common[tuple(sorted(g))]) for g in groups
+            faces[g[0]] if len(g) == 1 else quad(faces[g[0]], faces[g[1]], common[tuple(sorted(g))])
+            for g in groups
         )
         return [(g, [(vertices[s], mesh.colour)]) for g, s in zip(groups, shapes)]
     corner = np.asarray(mesh.values, dtype=np.float64)
     colours = (*scale.colours, NO_VALUE)  # index -1: no value
     if len(corner) == len(faces) and len(corner) != len(vertices):
-        return [([i], [(vertices[f], colours[k])]) for i, (f, k) in enumerate(zip(faces, scale.index(values)))]
+        return [
+            ([i], [(vertices[f], colours[k])]) for i, (f, k) in enumerate(zip(faces, scale.index(values)))
+        ]
     return [
-        ([i], [(p, colours[k]) for p, k in banded(vertices[f], corner[f], scale)]) for i, f in enumerate(faces)
+        ([i], [(p, colours[k]) for p, k in banded(vertices[f], corner[f], scale)])
+        for i, f in enumerate(faces)
     ]
 
 

@@ -74,11 +74,20 @@ def path(data: str, how: str, hint: str = "") -> str:
 
 
 def text(
-    x: float, y: float, words: str, role: str = "ink", anchor: str = "start", size: float = SIZE, bold: bool = False, halo: bool = False
+    x: float,
+    y: float,
+    words: str,
+    role: str = "ink",
+    anchor: str = "start",
+    size: float = SIZE,
+    bold: bool = False,
+    halo: bool = False,
 ) -> str:
     """One line of text on the baseline y; anchor start, middle or end. A halo keeps it readable over lines."""
     weight = ' font-weight="600"' if bold else ""
-    look = paint(role, "surface", 4.0) + ' paint-order="stroke" stroke-linejoin="round"' if halo else paint(role)
+    look = (
+        paint(role, "surface", 4.0) + ' paint-order="stroke" stroke-linejoin="round"' if halo else paint(role)
+    )
     return (
         f'<text x="{px(x)}" y="{px(y)}" text-anchor="{anchor}" font-size="{px(size)}"{weight} {look}>'
         f"{escape(words)}</text>"
@@ -92,7 +101,9 @@ def legend(entries: Sequence[tuple[str, str]], left: float, top: float, width: f
         need = 22 + text_width(name, SIZE) + 16
         if x > left and x + need > left + width:
             x, y = left, y + row
-        out.append(f'<g transform="translate({px(x)} {px(y)})">{swatch}</g>{text(x + 22, y + 10, name, "muted")}')
+        out.append(
+            f'<g transform="translate({px(x)} {px(y)})">{swatch}</g>{text(x + 22, y + 10, name, "muted")}'
+        )
         x += need
     return "".join(out), (y - top + row if entries else 0.0)
 

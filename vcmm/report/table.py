@@ -55,7 +55,9 @@ def table(
     (totals). DataError: a row with more or fewer cells than there are columns.
     """
     _check(columns, [*rows, *foot])
-    head = "".join(f'<th scope="col"{_align(i, numeric)}>{escape(name)}</th>' for i, name in enumerate(columns))
+    head = "".join(
+        f'<th scope="col"{_align(i, numeric)}>{escape(name)}</th>' for i, name in enumerate(columns)
+    )
     body = "".join(_row(row, numeric, i in emphasise) for i, row in enumerate(rows))
     last = f"<tfoot>{''.join(_row(row, numeric, False) for row in foot)}</tfoot>" if foot else ""
     name = f"<caption>{escape(caption)}</caption>" if caption else ""

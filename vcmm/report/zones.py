@@ -68,7 +68,9 @@ def zones(
     """
     parts = zone_list(lower, upper, guard)
     known = math.isfinite(value) and math.isfinite(expanded)
-    scale = _scale([v for v in (lower, upper) if v is not None], guard, value, expanded if known else 0.0, width)
+    scale = _scale(
+        [v for v in (lower, upper) if v is not None], guard, value, expanded if known else 0.0, width
+    )
     body = [_stripe(zone, scale) for zone in parts]
     body.append(_limits(lower, upper, unit, scale))
     body.append(_guards(parts, lower, upper, scale))
@@ -77,9 +79,14 @@ def zones(
         body.append(_marker(value, expanded, unit, scale, width))
         verdict = f"The result lies in the {NAMES[zone_of(value, parts).kind]}."
     shown = [k for k in NAMES if any(z.kind == k for z in parts)]
-    keys = [(svg.rect(0, 0, 16, 10, svg.paint(f"{k}-soft", k, 0.8)), NAMES[k]) for k in shown]
+    keys = [
+        (svg.rect(0, 0, 16, 10, svg.paint(f"{k}-soft", k, 0.8)), NAMES[k].removesuffix(" zone"))
+        for k in shown
+    ]
     legend, used = svg.legend(keys, 0, _TOP + _TALL + 44, width)
-    return svg.figure(svg.document(width, _TOP + _TALL + 48 + used, "".join(body) + legend, title), title, verdict)
+    return svg.figure(
+        svg.document(width, _TOP + _TALL + 48 + used, "".join(body) + legend, title), title, verdict
+    )
 
 
 def _scale(limits: list[float], guard: float, value: float, expanded: float, width: float) -> Scale:
@@ -121,7 +128,9 @@ def _marker(value: float, expanded: float, unit: str, scale: Scale, width: float
     x, a, b, y = scale(value), scale(value - expanded), scale(value + expanded), _TOP + _TALL / 2
     how = svg.paint(stroke="ink", width=1.6)
     bar = svg.line(a, y, b, y, how) + svg.line(a, y - 6, a, y + 6, how) + svg.line(b, y - 6, b, y + 6, how)
-    diamond = svg.path(svg.points([(x, y - 6), (x + 6, y), (x, y + 6), (x - 6, y)], close=True), svg.paint("ink"))
+    diamond = svg.path(
+        svg.points([(x, y - 6), (x + 6, y), (x, y + 6), (x - 6, y)], close=True), svg.paint("ink")
+    )
     words = f"{with_uncertainty(value, expanded)} {unit}".strip() if expanded >= 0 else DASH
     half = text_width(words, svg.SIZE + 1) / 2
     centre = min(max(x, half), width - half)

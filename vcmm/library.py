@@ -1,0 +1,31 @@
+"""The scenarios that come with vcmm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vcmm.errors import UsageError, choose_from
+
+_HERE = Path(__file__).parent
+
+
+def folder() -> Path:
+    """Where the scenarios lie: inside the installed package, or beside it in a checkout."""
+    inside = _HERE / "scenarios"
+    return inside if inside.is_dir() else _HERE.parent / "scenarios"
+
+
+def scenarios() -> dict[str, str]:
+    """Name -> first comment line of every embedded scenario."""
+    found = {}
+    for path in sorted(folder().glob("*.toml")):
+        found[path.stem] = path.read_text(encoding="utf-8").split("\n", 1)[0].lstrip("# ").strip()
+    return found
+
+
+def path(name: str) -> Path:
+    """Path of an embedded scenario. Raises UsageError with the closest name."""
+    known = scenarios()
+    if name not in known:
+        raise UsageError(f'there is no scenario "{name}".{choose_from(name, known)}')
+    return folder() / f"{name}.toml"

@@ -1,0 +1,72 @@
+"""What an uncertainty evaluation returns: results and budgets as frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.gps.decision import Decision
+from vcmm.linear import LinearModel
+from vcmm.summary import Summary
+
+
+@dataclass(frozen=True)
+class BudgetLine:
+    """One row of the budget. estimate and u_input in `unit` (None for arrays); u: contribution, mm or rad."""
+
+    input: str
+    distribution: str
+    dof: float
+    redraw: str
+    estimate: float | None
+    u_input: float | None
+    unit: str
+    sensitivity: float | None
+    u: float
+    share: float
+    evidence: str
+
+
+@dataclass(frozen=True, eq=False)
+class CharacteristicResult:
+    """Result of one characteristic; lengths in mm, angles in rad (`unit`).
+
+    value: indicated at the estimates (smooth outputs) or the mean over the trials (JCGM 101); bias: value minus what
+    a machine without errors would indicate at the same points, not corrected (ISO 15530 reports it apart).
+    """
+
+    name: str
+    type: str
+    unit: str
+    nominal: float
+    value: float
+    bias: float
+    u: float
+    k: float
+    p: float
+    interval: tuple[float, float]
+    interval_kind: str
+    coverage_shown: bool
+    tolerance: tuple[float, float] | None
+    decision: Decision | None
+    budget: tuple[BudgetLine, ...]
+    interaction_share: float
+    tier: str
+    trials: int
+    linear_error: float
+    summary: Summary | None
+
+    @property
+    def expanded(self) -> float:
+        """U: half the width of the coverage interval."""
+        return (self.interval[1] - self.interval[0]) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class UncertaintyResult:
+    """All characteristics of a task. trials: what was asked for; each result says what it used."""
+
+    characteristics: tuple[CharacteristicResult, ...]
+    trials: int
+    seed: int
+    warnings: tuple[str, ...]
+    model: LinearModel

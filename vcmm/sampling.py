@@ -1,0 +1,122 @@
+"""Monte Carlo over the linear model (or with exact trials) for the characteristics that need it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.exact import draw_inputs, exact_values
+from vcmm.linear import LinearModel
+from vcmm.montecarlo import Accumulator, Summary, Term, adaptive, simulate
+from vcmm.run import Array
+from vcmm.settings import Settings
+
+BUDGET_TRIALS = 20_000
+EXACT_BLOCK = 500
+Progress = Callable[[str, float], None]
+
+
+class Sampler:
+    """Draws q for a task and evaluates the characteristics; products of two Inputs are multiplied trial by trial."""
+
+    def __init__(
+        self, model: LinearModel, terms: Sequence[Term], settings: Settings, progress: Progress
+    ) -> None:
+        self.model, self.terms, self.settings, self.progress = model, terms, settings, progress
+        self.wide, self.values = with_products(model, terms)
+        rows = self.wide[0].gain.shape[0] if self.wide else len(model.q0)
+        self.start = np.concatenate([model.q0, np.zeros(rows - len(model.q0))])
+
+    def summaries(self, needed: Sequence[int]) -> dict[int, Summary]:
+        """Distribution of the chosen characteristics."""
+        if self.settings.engine == "exact":
+            return self._exact(needed)
+        if self.settings.digits:
+            return {i: self._adaptive(i) for i in needed}
+        accumulators = [Accumulator(*place) for place in self._places(needed)]
+        done = 0
+        for block in simulate(self.start, self.wide, seed=self.settings.seed, trials=self.settings.trials):
+            values = self.values(block)
+            for i, accumulator in zip(needed, accumulators):
+                accumulator.add(values[:, i])
+            done += len(block)
+            self.progress("Monte Carlo", done / self.settings.trials)
+        return {i: a.summary() for i, a in zip(needed, accumulators)}
+
+    def _trials(self, first: int, count: int) -> Array:
+        blocks = simulate(self.start, self.wide, seed=self.settings.seed, trials=count, first=first)
+        return np.concatenate([self.values(b) for b in blocks])
+
+    def _adaptive(self, i: int) -> Summary:
+        """JCGM 101, 7.9; the tolerance is fixed by a pilot, so that it cannot jump."""
+        self.progress(f"adaptive Monte Carlo, {self.settings.digits} digits", 0.5)
+        u0 = float(self._trials(0, 8192)[:, i].std())
+        chosen = self.settings
+        return adaptive(
+            lambda first, count: self._trials(first, count)[:, i],
+            digits=chosen.digits, p=chosen.p, kind=chosen.kind, u0=max(u0, 1e-15),
+        )  # fmt: skip
+
+    def _places(self, needed: Sequence[int]) -> list[tuple[float, float]]:
+        """Centre and width of every histogram from a first block; the width is robust against infinite variance."""
+        return [
+            _place(column) for column in self._trials(0, min(8192, self.settings.trials))[:, list(needed)].T
+        ]
+
+    def _exact(self, needed: Sequence[int]) -> dict[int, Summary]:
+        accumulators: list[Accumulator] = []
+        for first in range(0, self.settings.trials, EXACT_BLOCK):
+            count = min(EXACT_BLOCK, self.settings.trials - first)
+            values = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, count))
+            accumulators = accumulators or [Accumulator(*_place(values[:, i])) for i in needed]
+            for i, accumulator in zip(needed, accumulators):
+                accumulator.add(values[:, i])
+            self.progress("exact trials", (first + count) / self.settings.trials)
+        return {i: a.summary() for i, a in zip(needed, accumulators)}
+
+    def alone(self) -> Array:
+        """(terms, C): standard deviation of each characteristic with one Input at a time.
+
+        A non-linear output has no sensitivity coefficient; what the Inputs do together beyond this is `interaction`.
+        """
+        trials = min(BUDGET_TRIALS, self.settings.trials)
+        out = []
+        for done, term in enumerate(self.terms):
+            self.progress("budget", done / len(self.terms))
+            blocks = simulate(self.model.q0, [term], seed=self.settings.seed, trials=trials)
+            out.append(np.concatenate([self.model.values(b) for b in blocks]).std(axis=0))
+        return np.array(out)
+
+
+def _place(values: Array) -> tuple[float, float]:
+    low, centre, high = np.quantile(values, [0.1587, 0.5, 0.8413])
+    return float(centre), max(float(high - low) / 2, 1e-12)
+
+
+def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term], Callable[[Array], Array]]:
+    """Terms whose extra rows carry the draws that meet in products, and the evaluation that multiplies them."""
+    ids = [i.input.id for i in model.influences]
+    names = sorted({ids[j] for p in model.products for j in (p.first, p.second)})
+    if not names:
+        return list(terms), model.values
+    k = len(model.q0)
+    pairs = [
+        (names.index(ids[p.first]), names.index(ids[p.second]), model.product_gain(p)) for p in model.products
+    ]
+
+    def values(block: Array) -> Array:
+        q = block[:, :k].copy()
+        for a, b, gain in pairs:
+            q += (block[:, k + a] * block[:, k + b])[:, None] * gain
+        return model.values(q)
+
+    return [_widened(t, names) for t in terms], values
+
+
+def _widened(term: Term, names: Sequence[str]) -> Term:
+    rows = np.zeros((len(names), term.gain.shape[1]))
+    if term.name in names and term.gain.shape[1]:
+        rows[names.index(term.name), 0] = 1.0
+    return replace(term, gain=np.concatenate([term.gain, rows]))
