@@ -190,6 +190,16 @@ def _cache_folder() -> Path:
     return folder
 
 
+def kernel_state() -> tuple[str, str]:
+    """Whether compiled kernels can be used, and "ok" or what to do: a row of `vcmm doctor`."""
+    if _load_kernels():
+        return "yes", "ok"
+    return (
+        "no",
+        "install numba and let ~/.cache/vcmm be written; numpy gives the same numbers, about 10 times slower",
+    )
+
+
 def kernels(numbers: int) -> ModuleType | None:
     """The numba twin (vcmm._stream_kernels) if drawing so many numbers is worth it, else None: use numpy."""
     loaded = "vcmm._stream_kernels" in sys.modules

@@ -1,0 +1,59 @@
+# make demo   sees it work          make test   checks everything
+# Both start from a bare clone: Python 3.11 or newer with its venv module is all they ask for.
+
+PYTHON ?= python3
+JOBS   ?= 2
+BIN    := .venv/bin
+
+# Where the home folder cannot be written, caches go into .venv; installed packages and settings are left alone.
+HOME_WRITABLE := $(shell probe=$$(mktemp "$${HOME:-/nowhere}/.vcmm-XXXXXX" 2>/dev/null) && rm -f "$$probe" && echo yes)
+ifneq ($(HOME_WRITABLE),yes)
+CACHE := $(CURDIR)/.venv/cache
+export PIP_NO_CACHE_DIR := 1
+export XDG_CACHE_HOME := $(CACHE)
+export XDG_DATA_HOME := $(CACHE)/data
+export NUMBA_CACHE_DIR := $(CACHE)/numba
+export MPLCONFIGDIR := $(CACHE)/matplotlib
+export PYVISTA_USERDATA_PATH := $(CACHE)/pyvista
+export IPYTHONDIR := $(CACHE)/ipython
+export JUPYTER_CONFIG_DIR := $(CACHE)/jupyter/config
+export JUPYTER_DATA_DIR := $(CACHE)/jupyter/data
+export JUPYTER_RUNTIME_DIR := $(CACHE)/jupyter/runtime
+endif
+
+.PHONY: help demo test lint types docs bench clean
+.DEFAULT_GOAL := help
+
+help: ## this list
+	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
+
+demo: .venv/.installed ## install, then measure, evaluate and write a report
+	$(BIN)/vcmm demo
+
+test: lint types ## install, then lint, types, tests, examples of the documentation, notebooks
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadscope
+
+lint: .venv/.installed-dev ## style and formatting
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: .venv/.installed-dev ## type hints
+	$(BIN)/mypy
+
+docs: .venv/.installed-dev ## documentation as web pages in docs/_build/html
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
+bench: .venv/.installed-dev ## run times, each beside the plain way of doing it
+	@set -e; for file in benchmarks/bench_*.py; do echo "$$file"; $(BIN)/python "$$file"; done
+
+clean: ## remove .venv, caches and everything that was made
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md vcmm-demo
+	find vcmm tests tools docs benchmarks notebooks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.venv/.installed: pyproject.toml constraints.txt
+	@test .venv/.installed-dev -nt pyproject.toml -a .venv/.installed-dev -nt constraints.txt \
+	  && touch $@ || sh tools/venv.sh $@ "" "$(PYTHON)"
+
+.venv/.installed-dev: pyproject.toml constraints.txt
+	@sh tools/venv.sh $@ "[dev]" "$(PYTHON)"
