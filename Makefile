@@ -52,8 +52,7 @@ clean: ## remove .venv, caches and everything that was made
 	find vcmm tests tools docs benchmarks notebooks -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/.installed: pyproject.toml constraints.txt
-	@test .venv/.installed-dev -nt pyproject.toml -a .venv/.installed-dev -nt constraints.txt \
-	  && touch $@ || sh tools/venv.sh $@ "" "$(PYTHON)"
+	@sh tools/venv.sh $@ "" "$(PYTHON)"
 
 .venv/.installed-dev: pyproject.toml constraints.txt
 	@sh tools/venv.sh $@ "[dev]" "$(PYTHON)"

@@ -114,7 +114,7 @@ def test_plain_and_aligned() -> None:
     assert plain(100.0004) == "100.0004"
     assert plain(-0.0) == "0"
     # the largest, 0.62, shows three digits: three decimals for all; 0.0001 would read 0.000
-    assert aligned([0.62, 0.09, 0.0001, NAN, 0.0]) == ["0.620", "0.090", "<0.001", "–", "0.000"]
+    assert aligned([0.62, 0.09, 0.0001, NAN, 0.0]) == ["0.620", "0.090", "0.0001", "–", "0.000"]
 
 
 def test_shorten_fits() -> None:
@@ -388,7 +388,7 @@ def test_zones_drawn_at_the_right_place() -> None:
 
 
 def test_zones_without_result_and_bad_limits() -> None:
-    assert "result not available" in report.zones(None, 1.0, NAN, 0.1, 0.1, unit="mm", title="t")
+    assert "The result is not available." in report.zones(None, 1.0, NAN, 0.1, 0.1, unit="mm", title="t")
     for lower, upper, guard in ((None, None, 0.1), (2.0, 1.0, 0.1), (0.0, 1.0, -1.0), (0.0, 1.0, NAN)):
         with pytest.raises(UsageError):
             report.zones(lower, upper, 0.5, 0.1, guard, unit="mm", title="t")
@@ -430,6 +430,8 @@ def test_heat_map_cells_and_holes() -> None:
         2,
     ]  # hole; the two zeros as one box; 4 in the first row, two 4s as one box in the second
     assert (cells[0].get("fill") or "").startswith("url(#hatch-")
+    spans = [[float(x) for x in re.findall(r"[MH](\d+\.?\d*)", p.get("d") or "")] for p in cells]
+    assert spans[1][1] - spans[1][0] == pytest.approx(2 * (spans[0][1] - spans[0][0]), abs=0.03)
     assert "not evaluated" in markup
     with pytest.raises(DataError, match="ny, nx"):
         report.heat_map(np.zeros((2, 2)), [0, 1, 2], [0, 1], x_label="", y_label="", unit="", title="t")
@@ -638,6 +640,26 @@ def test_painter_shows_what_a_ray_hits(view: tuple[float, float]) -> None:
             checked += 1
     assert checked > 100
     assert doubtful <= 2
+
+
+def test_labels_do_not_touch_and_stay_inside() -> None:
+    corner = report.Points([(100.0, 0.0, 100.0), (101.0, 0.0, 100.0)], labels=["a long label", "another one"])
+    svg = the_svg(report.scene([CUBE, corner], title="t", width=300, height=400, view=(-90, 0)))
+    first, second = (t for t in svg.iter("text") if t.get("paint-order"))
+    for label in (first, second):
+        assert 0 <= value(label, "x") <= 300 - text_width(label.text or "", 12)
+    assert abs(value(first, "y") - value(second, "y")) >= 13
+
+
+@pytest.mark.parametrize("view", [(-60, 22), (20, 3), (140, 60), (-130, -25)])
+def test_a_part_on_a_table_cuts_nothing(view: tuple[float, float]) -> None:
+    table = report.Box((-50, -50, -10), (50, 50, 0), "#ff0000")
+    part = report.Box((30, -45, 0), (33, -40, 1), "#00ff00")
+    faces = [
+        p for p in the_svg(report.scene([part, table], title="t", view=view))[1] if p.get("fill") != "none"
+    ]
+    below = view[1] < 0  # then the table hides the part and is drawn last
+    assert [(p.get("fill") or "").startswith("#00") for p in faces] == [below] * 3 + [not below] * 3
 
 
 @pytest.mark.skipif(

@@ -25,7 +25,7 @@ SHIFT, BASE, LOW, REST = (
     np.int32((1 << 15) - 1),
     np.float32(2.0**-15),
 )
-TILE = 256  # trials per pass of `accumulate`: outputs stay in the first cache
+TILE = 1024  # trials per pass of `accumulate`: outputs stay in the first cache
 
 
 @njit(cache=True, nogil=True)
@@ -68,12 +68,12 @@ def fill(value: Array, slope: Array, keys: Array, lanes: Array, block: int, out:
 
 
 @njit(cache=True, nogil=True)
-def accumulate(y: Array, gain: Array, z: Array) -> None:
-    """y (K, n) += gain (K, L) @ z (L, n), each element summed over L in order; K even, L a multiple of 4."""
-    for t in range(0, y.shape[1], TILE):
-        n = min(TILE, y.shape[1] - t)
+def accumulate(y: Array, at: int, gain: Array, z: Array) -> None:
+    """y[:, at : at + n] += gain (K, L) @ z (L, n), summed over L in order; K even, L a multiple of 4."""
+    for t in range(0, z.shape[1], TILE):
+        n = min(TILE, z.shape[1] - t)
         for k in range(0, gain.shape[0], 2):
-            y0, y1 = y[k, t : t + n], y[k + 1, t : t + n]
+            y0, y1 = y[k, at + t : at + t + n], y[k + 1, at + t : at + t + n]
             for j in range(0, gain.shape[1], 4):
                 g0, g1, g2, g3 = gain[k, j], gain[k, j + 1], gain[k, j + 2], gain[k, j + 3]
                 h0, h1, h2, h3 = gain[k + 1, j], gain[k + 1, j + 1], gain[k + 1, j + 2], gain[k + 1, j + 3]

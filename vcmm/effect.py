@@ -35,15 +35,22 @@ E = TypeVar("E", bound="Effect")
 
 
 def param(
-    default: Any, unit: str, doc: str, *, show: str = "", scan: Sequence[float] = (), shape: str = ""
+    default: Any,
+    unit: str,
+    doc: str,
+    *,
+    show: str = "",
+    scan: Sequence[float] = (),
+    shape: str = "",
+    only: str = "",
 ) -> Any:
     """Declare a parameter of an effect.
 
     unit: canonical or file unit, it fixes the dimension ("um", "urad", "um/m", "um/(m K)", "s" ...).
     show: unit of reports when it differs. scan: trial values, only for parameters that act non-linearly.
-    shape: text such as "(nodes, 3)" for array parameters.
+    shape: text such as "(nodes, 3)" for array parameters. only: first letters of `component` that use it ("" = all).
     """
-    meta = {"unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape}
+    meta = {"unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape, "only": only}
     if callable(default):
         return field(default_factory=default, metadata=meta)
     return field(default=default, metadata=meta)
@@ -88,7 +95,7 @@ class Effect(ABC):
 
     @property
     def id(self) -> str:
-        return f"{self.name}[{self.where}]"
+        return f"{self.name}[{self.where}]" if self.where else self.name
 
     def required(self) -> tuple[str, ...]:
         """Columns this instance needs, place fields filled in."""

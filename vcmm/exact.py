@@ -80,7 +80,15 @@ class _Bases:
 
     def __init__(self, model: LinearModel) -> None:
         self.model = model
+        self.shifted = {i.input.parameter for i in model.influences if i.input.is_channel}
         self.known: dict[tuple[str, str], Array] = {}
+
+    def motion(self, effect: Effect) -> Array:
+        """The effect's motion at its estimates, for trials that change neither its parameters nor its columns."""
+        key = (effect.id, "")
+        if key not in self.known:
+            self.known[key] = effect.error_motion(self.model.task.touches.run)
+        return self.known[key]
 
     def of(self, effect: Effect, name: str) -> Array:
         key = (effect.id, name)
@@ -110,7 +118,7 @@ def _acts(one: Draws, effect: Effect) -> bool:
 
 
 def _drawn_motion(effect: Effect, run: Run, drawn: list[Draws], trial: int, bases: _Bases) -> Array:
-    extra = np.zeros((run.n, 6))
+    extra, untouched = np.zeros((run.n, 6)), effect
     for one in drawn:
         name = one.influence.input.parameter
         departure = one.departures[trial]
@@ -120,4 +128,6 @@ def _drawn_motion(effect: Effect, run: Run, drawn: list[Draws], trial: int, base
             effect = with_parameter(effect, name, float(moved) if value.ndim == 0 else moved)
         else:
             extra += np.einsum("nik,nk->ni", bases.of(effect, name), one.on_rows(trial))
-    return effect.error_motion(run) + extra
+    base = run is bases.model.task.touches.run or not set(effect.required()) & bases.shifted
+    motion = bases.motion(effect) if effect is untouched and base else effect.error_motion(run)
+    return motion + extra

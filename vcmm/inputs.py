@@ -35,8 +35,9 @@ class Input:
 
     @property
     def id(self) -> str:
-        """Names the random stream and the budget line."""
-        return f"{self.effect}[{self.where}].{self.parameter}"
+        """Names the random stream and the budget line: backlash[X].gap, scatter.value, channel.temp_part_C."""
+        where = f"[{self.where}]" if self.where else ""
+        return f"{self.effect}{where}.{self.parameter}"
 
     @property
     def is_channel(self) -> bool:

@@ -130,18 +130,16 @@ class Linear:
             self._memo[reach] = t, phi.real.copy(), phi.imag.copy()
         return self._memo[reach]
 
-    def _integrate(self, x: Array, density: bool = False) -> Array:
-        """P(X <= x) or the density, for x (n,) in scales from `mean`."""
+    def _integrate(self, x: Array) -> tuple[Array, Array]:
+        """P(X <= x) and its density, for x (n,) in scales from `mean`."""
         t, real, imaginary = self._nodes(_reach(x))
-        out = np.empty(len(x))
+        below, density = np.empty(len(x)), np.empty(len(x))
         for s in np.array_split(np.arange(len(x)), len(x) * len(t) // 2_000_000 + 1):
             phase = np.multiply.outer(x[s], t)
             cosine, sine = np.cos(phase), np.sin(phase)
-            if density:
-                out[s] = cosine @ real + sine @ imaginary
-            else:
-                out[s] = 0.5 + sine @ (real / t) - cosine @ (imaginary / t)
-        return out
+            below[s] = 0.5 + sine @ (real / t) - cosine @ (imaginary / t)
+            density[s] = cosine @ real + sine @ imaginary
+        return below, density
 
     def _tails(self, x: Array) -> Array:
         """P(X <= x) far out, where one term alone makes the deviation: the sum of the terms' tails."""
@@ -160,41 +158,50 @@ class Linear:
             return law.cdf((y - self.mean) / factor)
         x = (y.ravel() - self.mean) / self.scale
         out = np.empty(x.shape)
-        largest = sum(shape.reach * float(np.abs(g).sum()) for shape, g in self._groups.items())
-        near = np.abs(x) <= min(_FAR, largest / self.scale)
-        out[near] = self._integrate(x[near])
-        out[~near] = self._tails(x[~near] * self.scale)
+        near = np.abs(x) <= self._near
+        if near.any():
+            out[near] = self._integrate(x[near])[0]
+        if not near.all():
+            out[~near] = self._tails(x[~near] * self.scale)
         return np.clip(out, 0.0, 1.0).reshape(y.shape)
+
+    @cached_property
+    def _near(self) -> float:
+        """|x| in scales up to which the integral serves; beyond, the tails of the single terms do."""
+        largest = sum(shape.reach * float(np.abs(g).sum()) for shape, g in self._groups.items())
+        return min(_FAR, largest / self.scale)
 
     def quantile(self, p: float) -> float:
         """The value of y that is not exceeded with probability p, 0 < p < 1."""
         check_interval(p, "symmetric")
         if self._single:
             law, factor = self._single
-            return self.mean + factor * float(law.quantile(p))
+            return float(self.mean + factor * law.quantile(p))
         middle = (self.centre - self.mean) / self.scale
         low, high, width = middle - 4.0, middle + 4.0, 4.0
         while self._at(low) > p:
             low, width = low - width, 2 * width
         while self._at(high) < p:
             high, width = high + width, 2 * width
-        return self.mean + self.scale * self._root(p, low, high)
+        return float(self.mean + self.scale * self._root(p, low, high))
 
     def _at(self, x: float) -> float:
         return float(self.cdf(self.mean + self.scale * x))
 
     def _root(self, p: float, low: float, high: float) -> float:
-        """x in scales with P(X <= x) = p between two bounds: Newton, halving when it leaves them."""
+        """x in scales with P(X <= x) = p between two bounds: Newton, halving where that leaves them."""
         x = (low + high) / 2
         for _ in range(100):
-            miss = self._at(x) - p
+            near = abs(x) <= self._near
+            below, density = (
+                self._integrate(np.array([x])) if near else (np.array([self._at(x)]), np.zeros(1))
+            )
+            miss = float(below[0]) - p
             low, high = (low, x) if miss > 0 else (x, high)
-            slope = float(self._integrate(np.array([x]), density=True)[0]) if abs(x) <= _FAR else 0.0
-            step = x - miss / slope if slope > 0 else math.inf
-            new = step if low < step < high else (low + high) / 2
-            if abs(new - x) < 1e-10 * max(1.0, abs(x)):
-                break
-            x = new
+            step = miss / float(density[0]) if density[0] > 0 else math.inf
+            if abs(step) < 1e-9 * max(1.0, abs(x)) or high - low < 1e-10 * max(1.0, abs(x)):
+                return x
+            x = x - step if low < x - step < high else (low + high) / 2
         return x
 
     def interval(self, p: float = 0.95, kind: str = "symmetric") -> tuple[float, float]:
@@ -205,7 +212,7 @@ class Linear:
         high = self.quantile((1 + p) / 2)
         if any(isinstance(shape, Samples) for shape in self._groups):
             return self.quantile((1 - p) / 2), high
-        return 2 * self.mean - high, high  # all other laws are symmetric
+        return float(2 * self.mean - high), high  # all other laws are symmetric
 
     def _shortest(self, p: float) -> tuple[float, float]:
         """Search over the probability left below, on a table of quantiles; then the exact upper end."""
@@ -214,7 +221,7 @@ class Linear:
             law, factor = self._single
             width = law.quantile(below + p) - law.quantile(below)
             k = int(np.argmin(width))
-            start = self.mean + factor * float(law.quantile(below[k]))
+            start = float(self.mean + factor * law.quantile(below[k]))
             return start, start + factor * float(width[k])
         y, cumulative = self._grid()
         width = np.interp(below + p, cumulative, y) - np.interp(below, cumulative, y)
@@ -244,11 +251,16 @@ def _reach(x: Array) -> float:
     return float(2.0 ** math.ceil(math.log2(max(16.0, float(np.abs(x).max(initial=0.0))))))
 
 
+@lru_cache(maxsize=1)
+def _legendre() -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(16)
+
+
 def _panels(end: float, width: float) -> tuple[Array, Array]:
     """16-point Gauss-Legendre nodes and weights on (0, end): panels of `width`, the first graded to 0."""
     graded = width * 4.0 ** np.arange(-14, 1)
     edges = np.concatenate([[0.0], graded, np.arange(2, math.ceil(end / width) + 1) * width])
-    node, weight = np.polynomial.legendre.leggauss(16)
+    node, weight = _legendre()
     half = np.diff(edges)[:, None] / 2
     return (edges[:-1, None] + half * (1 + node)).ravel(), (half * weight).ravel()
 

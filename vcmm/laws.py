@@ -119,7 +119,7 @@ class StudentT(Law):
         return np.exp(-x), weight / weight.sum()
 
     def log_cf(self, t: ArrayLike) -> Array:
-        """ln of the characteristic function, elementwise: 1e-12 of its value while cf > 1e-16."""
+        """ln of the characteristic function, elementwise: 1e-10 of its value while cf > 0.01; cf itself to 1e-14."""
         t = np.asarray(t, float)
         node, weight = self._mixture()
         half = (self.scale * t.ravel()) ** 2 / 2
@@ -235,14 +235,12 @@ class MultivariateNormal:
 
     def __post_init__(self) -> None:
         c = np.array(self.covariance, float)
-        if (
-            c.ndim != 2
-            or c.shape[0] != c.shape[1]
-            or not np.allclose(c, c.T, rtol=1e-9, atol=0, equal_nan=False)
-        ):
-            raise UsageError(
-                f"Law {self.name}: the covariance (shape {c.shape}) must be square and symmetric."
-            )
+        if c.ndim != 2 or c.shape[0] != c.shape[1] or not np.isfinite(c).all() or (np.diag(c) < 0).any():
+            text = f"the covariance (shape {c.shape}) must be square, of finite numbers, with variances >= 0"
+            raise UsageError(f"Law {self.name}: {text}.")
+        u = np.sqrt(np.diag(c))
+        if (np.abs(c - c.T) > 1e-9 * np.outer(u, u)).any():
+            raise UsageError(f"Law {self.name}: the covariance must be symmetric.")
         object.__setattr__(self, "covariance", (c + c.T) / 2)
         _ = self.factor
 

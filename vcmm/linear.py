@@ -88,6 +88,7 @@ class LinearModel:
             lanes += [(k, code) for k in range(touch_change.shape[1])]
         gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32)
         used = np.abs(gain).max(axis=0, initial=0.0) > 0
+        used |= gain.shape[1] == 1  # a lone draw may act through a product only
         return Term(one.id, law, gain[:, used], lane[used])
 
     def terms(self) -> tuple[Term, ...]:

@@ -23,7 +23,7 @@ from vcmm import streams
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.interval import Linear, check_interval
 from vcmm.laws import Array, Joint, Law, MultivariateNormal, MultivariateSamples, Normal, row_factor
-from vcmm.summary import Accumulator, Summary, summarise, tolerance
+from vcmm.summary import KINDS, Accumulator, Summary, summarise, tolerance
 
 __all__ = [
     "Accumulator",
@@ -164,28 +164,27 @@ def simulate(
 
 def _block(start: Array, groups: Sequence[_Group], at: int, count: int, fast: ModuleType | None) -> Array:
     """Trials at .. at + count - 1, (K, count), piece by piece of the counter blocks of vcmm.streams."""
-    y = np.empty((len(start), count))
+    y = np.zeros((len(start) + len(start) % 2, count))
+    y[: len(start)] = start[:, None]
     buffer = np.zeros(_LANES * streams.BLOCK)
     done = 0
     while done < count:
         size = min(streams.BLOCK - (at + done) % streams.BLOCK, count - done)
-        part = np.zeros((len(start) + len(start) % 2, size))
-        part[: len(start)] = start[:, None]
         for group in groups:
             lanes, padded = len(group.lanes), group.gain.shape[1]
             z = buffer[: padded * size].reshape(padded, size)
             z[lanes:] = 0.0
             streams.standard(group.shape, group.keys, group.lanes, at + done, z[:lanes], fast)
-            (fast.accumulate if fast else _accumulate)(part, group.gain, z)
-        y[:, done : done + size] = part[: len(start)]
+            (fast.accumulate if fast else _accumulate)(y, done, group.gain, z)
         done += size
-    return y
+    return y[: len(start)]
 
 
-def _accumulate(y: Array, gain: Array, z: Array) -> None:
-    """Numpy twin of vcmm._stream_kernels.accumulate: y (K, n) += gain (K, L) @ z (L, n), lane after lane."""
+def _accumulate(y: Array, at: int, gain: Array, z: Array) -> None:
+    """Numpy twin of vcmm._stream_kernels.accumulate: y[:, at : at + n] += gain @ z (L, n), lane after lane."""
+    part = y[:, at : at + z.shape[1]]
     for j in range(len(z)):
-        y += gain[:, j, None] * z[j]
+        part += gain[:, j, None] * z[j]
 
 
 def _copies(term: Term) -> Iterator[tuple[Array, Array]]:
@@ -252,37 +251,47 @@ def adaptive(
 
     `run(first, count)` returns trials (count,). Batches of max(batch, 100 / (1 - p)) trials go on until twice the
     standard deviation of the average of each of the four results is below the numerical tolerance of u given to
-    `digits` digits. With `u0` (the closed-form u) the tolerance is fixed beforehand, which avoids its jump when u
+    `digits` digits; the large-sample formulas (`Summary.numerical_error`) must say so too, else two batches that
+    agree by luck would stop it. With `u0` (the closed-form u) the tolerance is fixed beforehand, which avoids its jump when u
     crosses a power of ten and the bias of stopping early. `exact_u` reports u0 itself and does not test the
     sample's u: needed for t-laws with nu <= 4, whose sample u never settles. Stops at `most` trials with a warning.
     """
-    check_interval(p, kind)
+    check_interval(p, kind, KINDS)
     if exact_u and u0 is None:
         raise UsageError("adaptive: exact_u needs the closed-form u0.")
     size = max(batch, math.ceil(100 / (1 - p)))
+    known = u0 if exact_u else None
     total: Accumulator | None = None
-    results: list[tuple[float, ...]] = []
+    results: list[list[float]] = []
     while True:
         values = np.asarray(run(len(results) * size, size), float)
-        one = summarise(values, u0 if exact_u else None)
+        one = summarise(values, known)
         total = total or Accumulator(one.mean, _width(u0, one))
         total.add(values)
-        results.append((one.mean, one.u, *one.interval(p, kind)))
-        summary = total.summary(u0 if exact_u else None)
-        if _stable(results, tolerance(u0 or summary.u, digits)):
+        results.append(_tested(one, p, kind))
+        summary = total.summary(known)
+        delta = tolerance(_width(u0, summary), digits)
+        if _stable(results, delta) and 2 * summary.numerical_error(p) <= delta:
             return summary
         if (len(results) + 1) * size > most:
             text = f"{summary.trials} trials did not reach {digits} stable digits (JCGM 101, 7.9)."
             return replace(summary, warnings=(*summary.warnings, text))
 
 
-def _width(u0: float | None, batch: Summary) -> float:
-    """Scale of the accumulator: u if it is finite, else from the middle of a batch; 1 for a constant."""
-    low, high = batch.interval(0.6827)
-    return next((w for w in (u0 or math.inf, (high - low) / 2) if 0 < w < math.inf), 1.0)
+def _tested(batch: Summary, p: float, kind: str) -> list[float]:
+    """The results of one batch that must become stable: finite ends of the interval, mean, and u if unknown."""
+    moments = [batch.mean] if math.isfinite(batch.u) else []
+    moments += [] if batch.exact_u else [batch.u]
+    return [v for v in batch.interval(p, kind) if math.isfinite(v)] + moments
 
 
-def _stable(results: Sequence[tuple[float, ...]], delta: float) -> bool:
+def _width(u0: float | None, found: Summary) -> float:
+    """u0 if it is given and finite, else the u that was found, else from the middle of the trials; never 0."""
+    low, high = found.interval(0.6827)
+    return next((w for w in (u0 or 0.0, found.u, (high - low) / 2) if 0 < w < math.inf), 1.0)
+
+
+def _stable(results: Sequence[Sequence[float]], delta: float) -> bool:
     """JCGM 101, 7.9.4 e to h: 2 s of the average over the batches within delta for all results."""
     if len(results) < 2:
         return False

@@ -15,10 +15,11 @@ THE RULE (final: files and published results depend on it; changing it needs a n
 
 `component` numbers the quantities of one input (nodes, spline coefficients), `copy` its independent repetitions
 (touch, pose, tool ... see `copy_code`). Consequences: adding an input, a component, a row or more trials changes no
-other number; any block, thread, shard, computer or tier of calculation sees the same trial; two backends (numpy,
-numba) give the same bits, since every step is exact or correctly rounded in a fixed order.
-The tail is cut at probability 2^-32 on each side (t with 4 degrees of freedom: +-340 times the scale), the relative
-error of a quantile is below 4e-6, and the standard deviation is right to 1e-5 (t with nu = 3: 7e-4 too small).
+other number; any block, thread, shard or tier of calculation sees the same trial; two backends (numpy, numba)
+give the same bits, since every step is exact or correctly rounded in a fixed order. The words are the same on every
+computer; a quantile could differ there in the last bit of its float32, should the computers' libraries differ.
+The tail is cut at probability 2^-32 on each side (t with 4 degrees of freedom: +-340 times the scale), quantiles
+are right to 2e-6 of their value (t with nu = 1: 5e-6), and so is u (nu = 4: 1e-5, nu = 3: 4e-4 too small).
 """
 
 from __future__ import annotations

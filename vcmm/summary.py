@@ -72,26 +72,36 @@ class Summary:
         ends = np.interp([low, high], self.grid, self.below, left=0.0, right=1.0)
         return float(ends[1] - ends[0])
 
-    def digits(self, p: float = 0.95) -> int:
-        """Significant digits of u to which mean, u and the symmetric interval for p are established, 0 to 6.
+    def numerical_error(self, p: float = 0.95) -> float:
+        """Largest standard deviation, over repeated runs, of mean, u and the ends of the symmetric interval for p.
 
-        JCGM 101, 7.9.2: with n digits, u = c * 10^l, delta = 10^l / 2; twice the standard deviation of each of the
-        four (here from their large-sample formulas) must not exceed delta. An infinite u counts as half the
-        half-width of the interval.
+        From the large-sample formulas: u / sqrt(M), u sqrt((kurtosis - 1) / (4 M)), and the binomial law of the
+        number of trials below a quantile. Mean and u are left out where they do not exist or u is a closed form.
         """
-        ends = ((1 - p) / 2, (1 + p) / 2)
-        u = self.u if math.isfinite(self.u) else (self.quantile(ends[1]) - self.quantile(ends[0])) / 4
-        if u == 0:
-            return 6
         weight = np.diff(self.below)
         square = ((self.grid[1:] + self.grid[:-1]) / 2 - self.mean) ** 2
         m2, m4 = float(weight @ square), float(weight @ square**2)
-        errors = [self._error(q) for q in ends]
+        errors = [self._error((1 - p) / 2), self._error((1 + p) / 2)]
         if math.isfinite(self.u):
-            errors += [u / math.sqrt(self.trials)]
-        if not self.exact_u:
-            errors += [math.sqrt(max(m4 / m2 - m2, 0.0) / self.trials) / 2]
-        return next((n for n in range(6, 0, -1) if 2 * max(errors) <= tolerance(u, n)), 0)
+            errors.append(self.u / math.sqrt(self.trials))
+        if m2 > 0 and not self.exact_u:
+            errors.append(math.sqrt(max(m4 / m2 - m2, 0.0) / self.trials) / 2)
+        return max(errors)
+
+    def digits(self, p: float = 0.95) -> int:
+        """Significant digits of u to which all results are established, 0 to 6 (JCGM 101, 7.9.2).
+
+        Twice `numerical_error` must not exceed the tolerance. An infinite u counts as half the half-width of the
+        interval.
+        """
+        u = self.u
+        if not math.isfinite(u):
+            low, high = self.interval(p)
+            u = (high - low) / 4
+        if u == 0:
+            return 6
+        error = 2 * self.numerical_error(p)
+        return next((n for n in range(6, 0, -1) if error <= tolerance(u, n)), 0)
 
     def _error(self, p: float) -> float:
         """Standard deviation of the quantile for p: binomial, through the empirical distribution itself."""
@@ -116,17 +126,16 @@ def summarise(samples: ArrayLike, u: float | None = None) -> Summary:
     below = (np.arange(len(y)) + 0.5) / len(y)
     bins = int(np.clip(round(len(y) ** 0.5 / 2), 5, 400))
     counts, edges = np.histogram(y, bins)
-    found = float(y.std(ddof=1))
     return Summary(
-        len(y),
-        float(y.mean()),
-        found if u is None else u,
-        y[0],
-        y[-1],
-        y,
-        below,
-        (edges, counts),
-        u is not None,
+        trials=len(y),
+        mean=float(y.mean()),
+        u=float(y.std(ddof=1)) if u is None else u,
+        minimum=float(y[0]),
+        maximum=float(y[-1]),
+        grid=y,
+        below=below,
+        histogram=(edges, counts),
+        exact_u=u is not None,
     )
 
 

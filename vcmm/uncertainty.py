@@ -130,11 +130,11 @@ class _Evaluation:
 
         assert isinstance(found, Summary)
         smooth = gps.is_linear(c, self.features)
-        projected = self._projected(i) if smooth else []
-        lines = [
-            self._line(j, float(alone[j]), found.u, _sensitivity(projected[j]) if smooth else None)
-            for j in range(len(self.terms))
-        ]
+        if smooth:  # products aside it is linear: its contributions have a closed form
+            parts = [(float(closed_form_u([t])[0]), _sensitivity(t)) for t in self._projected(i)]
+        else:
+            parts = [(float(u), None) for u in alone]
+        lines = [self._line(j, u, found.u, sensitivity) for j, (u, sensitivity) in enumerate(parts)]
         limits = self._limits(i, c)
         p_conform = None if limits is None else found.probability(*limits)
         tier = (
@@ -143,7 +143,8 @@ class _Evaluation:
             else "collapsed Monte Carlo"
         )
         interval = found.interval(self.settings.p, self.settings.kind)
-        result = self._assembled(i, c, found.mean, found.u, interval, lines, p_conform, tier)
+        value = float(self.value[i]) if smooth else found.mean
+        result = self._assembled(i, c, value, found.u, interval, lines, p_conform, tier)
         return replace(result, trials=found.trials, summary=found, coverage_shown=smooth)
 
     def _limits(self, i: int, c: Characteristic) -> tuple[float, float] | None:

@@ -71,6 +71,9 @@ UNITS: dict[str, tuple[float, Dimension]] = {
     "%": (0.01, _NONE), "ppm": (1e-6, _NONE), "1": (1.0, _NONE),
 }  # fmt: skip
 
+_GLUED = re.compile(
+    r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-zµμ°%(].*)$"
+)  # number and unit written together
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµ%]+)|(?P<number>\d+)|(?P<op>[*/^().·]))")
 
 
@@ -83,35 +86,40 @@ class Unit:
 
 
 def parse_unit(text: str) -> Unit:
-    """'um/(m K)' -> Unit. Products by space, '*' or '·', powers by '^', brackets allowed.
+    """'um/(m K)' -> Unit. Products by space, '*' or '·', powers by '^', brackets allowed; both letters mu, °, °C.
 
     Raises UsageError for an unknown unit (with the closest one) or bad syntax.
     """
-    tokens = _tokens(text)
+    plain = text.replace("μ", "µ").replace("°C", "degC").replace("°", "deg")  # Greek mu -> micro sign
+    tokens = _tokens(plain)
+    if not tokens:
+        raise UsageError("the unit is empty; write for example mm or um/m")
     unit, rest = _product(tokens, text)
     if rest:
         raise UsageError(f'unit "{text}" cannot be read after "{"".join(tokens[: len(tokens) - len(rest)])}"')
     return unit
 
 
-def quantity(text: object, dimension: str, what: str = "value") -> float:
+def quantity(text: object, dimension: str, what: str = "value", example: str = "") -> float:
     """One number with its unit, in canonical units (a float).
 
-    `what` names the key in the message. Raises UsageError: no unit, a wrong unit, an unknown unit, not finite.
+    `what` names the key in the message, `example` shows a right value. Raises UsageError: no unit, a wrong unit, an
+    unknown unit, not finite.
     """
-    numbers, unit = _split(text, dimension, what)
+    example = example or EXAMPLES[dimension]
+    numbers, unit = _split(text, dimension, what, example)
     if len(numbers) != 1:
         raise UsageError(
-            f'{what} = "{text}" has {len(numbers)} numbers where one is due; write for example "{EXAMPLES[dimension]}"'
+            f'{what} = "{text}" has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
         )
     return numbers[0] * unit
 
 
-def vector(text: object, dimension: str, what: str = "value") -> tuple[float, ...]:
+def vector(text: object, dimension: str, what: str = "value", example: str = "") -> tuple[float, ...]:
     """'0 0 20 mm', or a list of texts ['0 mm', '20 mm'], in canonical units."""
     if isinstance(text, list | tuple) and text and all(isinstance(item, str) for item in text):
         return tuple(quantity(item, dimension, what) for item in text)
-    numbers, unit = _split(text, dimension, what)
+    numbers, unit = _split(text, dimension, what, example or EXAMPLES[dimension])
     return tuple(n * unit for n in numbers)
 
 
@@ -153,33 +161,62 @@ def channel_unit(channel: str) -> str:
     )
 
 
-def _split(text: object, dimension: str, what: str) -> tuple[list[float], float]:
-    example = EXAMPLES.get(dimension, "1 mm")
+def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[float], float]:
+    """Numbers of a text and the factor to canonical units, checked against the dimension that is due."""
+    due = f'write for example {what} = "{example}"'
     if not isinstance(text, str):
-        unit = example.split(" ", 1)[1] if " " in example else ""
-        shown = " ".join(str(v) for v in text) if isinstance(text, list | tuple) else text
-        raise UsageError(f'{what} = {text} has no unit; write for example {what} = "{shown} {unit}"')
+        raise UsageError(_no_text(text, what, example))
     numbers, unit_text = _numbers_and_unit(text)
+    if re.match(r"\s*[-+]?\d+,", text) or unit_text.startswith(","):
+        raise UsageError(
+            f'{what} = "{text}" has a comma; decimals take a point, numbers are kept apart by blanks; {due}'
+        )
     if not numbers:
-        raise UsageError(f'{what} = "{text}" has no number; write for example "{example}"')
+        raise UsageError(f'{what} = "{text}" has no number; {due}')
     if not all(math.isfinite(n) for n in numbers):
-        raise UsageError(f'{what} = "{text}" is not finite; give a number, for example "{example}"')
+        raise UsageError(f'{what} = "{text}" is not finite; {due}')
     if not unit_text and dimension != "number":
-        unit = example.split(" ", 1)[1]
-        raise UsageError(f'{what} = "{text}" has no unit; write for example {what} = "{text.strip()} {unit}"')
-    unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
-    factor = unit.factor
+        raise UsageError(
+            f'{what} = "{text}" has no unit; write for example {what} = "{text.strip()}{_unit_of(example)}"'
+        )
+    try:
+        unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
+    except UsageError as error:
+        raise UsageError(f'{what} = "{text}": {error}') from None
     if unit.dimension != DIMENSIONS[dimension] and not _angle_as_slope(unit.dimension, dimension):
         raise UsageError(
-            f'{what} = "{text}" is not a {dimension}: unit "{unit_text}" does not fit; write for example "{example}"'
+            f'{what} = "{text}" is not {_a(dimension)}: the unit "{unit_text}" does not fit; {due}'
         )
-    if unit_text == "degC" and dimension == "temperature difference":
-        raise UsageError(
-            f'{what} = "{text}" is a temperature difference; write it in K, for example "{example}"'
-        )
+    if unit_text in ("degC", "°C") and dimension == "temperature difference":
+        raise UsageError(f'{what} = "{text}" is a temperature difference and takes K; {due}')
     if dimension == "temperature" and unit_text in ("K", "mK"):
-        raise UsageError(f'{what} = "{text}" is a temperature; write it in degC, for example "{example}"')
-    return numbers, factor
+        raise UsageError(f'{what} = "{text}" is a temperature and takes degC; {due}')
+    return numbers, unit.factor
+
+
+def _no_text(value: object, what: str, example: str) -> str:
+    """The complaint about a value that is no text, with the corrected line where its numbers are plain."""
+    items = list(value) if isinstance(value, list | tuple) else [value]
+    plain = all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in items)
+    shown = str(value).lower() if isinstance(value, bool) else value
+    if not plain or not items or len(items) != len(_numbers_and_unit(example)[0]):
+        return f'{what} = {shown} is not a text with {_due(example)}; write for example {what} = "{example}"'
+    corrected = " ".join(str(v) for v in items) + _unit_of(example)
+    return f'{what} = {shown} has no unit; write for example {what} = "{corrected}"'
+
+
+def _due(example: str) -> str:
+    return "numbers and a unit" if len(_numbers_and_unit(example)[0]) > 1 else "a number and its unit"
+
+
+def _unit_of(example: str) -> str:
+    """' mm' of '0 0 20 mm'; '' of a plain number."""
+    _, unit = _numbers_and_unit(example)
+    return f" {unit}" if unit else ""
+
+
+def _a(dimension: str) -> str:
+    return f"an {dimension}" if dimension[0] in "aeiou" else f"a {dimension}"
 
 
 def _angle_as_slope(found: Dimension, dimension: str) -> bool:
@@ -188,6 +225,7 @@ def _angle_as_slope(found: Dimension, dimension: str) -> bool:
 
 
 def _numbers_and_unit(text: str) -> tuple[list[float], str]:
+    """'0 0 20 mm' or '0 0 20mm' -> ([0, 0, 20], 'mm')."""
     words = text.split()
     numbers: list[float] = []
     while words:
@@ -196,12 +234,11 @@ def _numbers_and_unit(text: str) -> tuple[list[float], str]:
         except ValueError:
             break
         words.pop(0)
-    rest = " ".join(words)
-    if not numbers:  # "0.8um": number and unit written together
-        match = re.match(r"\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)(.*)$", text)
-        if match:
-            return [float(match[1])], match[2].strip()
-    return numbers, rest
+    match = _GLUED.match(words[0]) if words else None
+    if match:
+        numbers.append(float(match[1]))
+        words[0] = match[2]
+    return numbers, " ".join(words)
 
 
 def _tokens(text: str) -> list[str]:
@@ -242,7 +279,9 @@ def _power(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
         unit = Unit(*UNITS[head])
     else:
         raise UsageError(f'unknown unit "{head}" in "{text}".{choose_from(head, UNITS)}')
-    if len(tokens) > 1 and tokens[0] == "^":
+    if tokens and tokens[0] == "^":
+        if len(tokens) < 2 or not tokens[1].isdigit():
+            raise UsageError(f'unit "{text}": a whole number is due after ^; write for example m/s^2')
         exponent, tokens = int(tokens[1]), tokens[2:]
         unit = Unit(unit.factor**exponent, _add(_NONE, unit.dimension, exponent))
     return unit, tokens

@@ -29,7 +29,9 @@ def new_command(
     text = path(source or name).read_text(encoding="utf-8")
     target = output_folder(out) / f"{name.removesuffix('.toml')}.toml"
     if target.exists():
-        raise UsageError(f"{target} exists already and is not overwritten; choose another name, for example vcmm new {name}2 --from {source or name}")
+        raise UsageError(
+            f"{target} exists already and is not overwritten; choose another name, for example vcmm new {name}2 --from {source or name}"
+        )
     write_text(target, text)
     say(f"wrote {target}; edit it, then:")
     print(f"vcmm check {target}\nvcmm measure {target}\nvcmm uncertainty {target} --out {target.stem}-report")

@@ -68,10 +68,13 @@ def uncertainty_command(
 
 def uncertainty_json(found: Any) -> dict[str, Any]:
     """The body of the JSON document; angles use _rad keys."""
-    return {"trials": found.trials, "characteristics": [_characteristic(c) for c in found.characteristics]}
+    return {
+        "trials": found.trials,
+        "characteristics": [characteristic_json(c) for c in found.characteristics],
+    }
 
 
-def _characteristic(c: Any) -> dict[str, Any]:
+def characteristic_json(c: Any) -> dict[str, Any]:
     unit = c.unit
     budget = [
         {

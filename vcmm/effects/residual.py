@@ -10,6 +10,7 @@ All vectors are tip errors (actual - nominal) in workpiece axes. Outside the nod
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,9 @@ class ResidualField(Effect):
     cites = "Gaska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497, section 4"
     nodes: Any = field(default_factory=lambda: _unit_cube())
     interpolation: str = "trilinear"
-    values: Any = param(lambda: np.zeros((0, 3)), "um", "tip error at the nodes; zero when left out", shape="(nodes, 3)")
+    values: Any = param(
+        lambda: np.zeros((0, 3)), "um", "tip error at the nodes; zero when left out", shape="(nodes, 3)"
+    )
 
     def __post_init__(self) -> None:
         if np.size(self.values) == 0:
@@ -52,7 +55,7 @@ class ResidualField(Effect):
         return "tip"
 
     def error_motion(self, run: Run) -> Array:
-        lateral, vertical = field_weights(np.asarray(self.nodes, dtype=float), self.interpolation, run.tip)
+        lateral, vertical = self._weights(run.tip)
         values = np.asarray(self.values, dtype=float)
         out = np.zeros((run.n, 6))
         out[:, :2] = lateral @ values[:, :2]
@@ -60,16 +63,28 @@ class ResidualField(Effect):
         return out
 
     def response(self, name: str, run: Run) -> Array:
-        lateral, vertical = field_weights(np.asarray(self.nodes, dtype=float), self.interpolation, run.tip)
+        lateral, vertical = self._weights(run.tip)
         out = np.zeros((run.n, 6, len(self.nodes), 3))
         out[:, 0, :, 0] = out[:, 1, :, 1] = lateral
         out[:, 2, :, 2] = vertical
         return out.reshape(run.n, 6, -1)
 
+    @cached_property
+    def _triangles(self) -> Any:
+        from scipy.spatial import Delaunay
 
-def field_weights(nodes: Array, method: str, tip: Array) -> tuple[Array, Array]:
+        nodes = np.asarray(self.nodes, dtype=float)
+        return Delaunay(np.array([nodes[c[0], :2] for c in _columns(nodes)]))
+
+    def _weights(self, tip: Array) -> tuple[Array, Array]:
+        triangles = self._triangles if self.interpolation == "columns-linear" else None
+        return field_weights(np.asarray(self.nodes, dtype=float), self.interpolation, tip, triangles)
+
+
+def field_weights(nodes: Array, method: str, tip: Array, triangles: Any = None) -> tuple[Array, Array]:
     """(lateral, vertical) weights (n, nodes): field x, y = lateral @ values, z = vertical @ values.
 
+    `triangles`: the Delaunay triangulation of the columns, if it was made before.
     Raises ModelLimit for a point outside the hull of the nodes.
     """
     if method == "trilinear":
@@ -79,7 +94,7 @@ def field_weights(nodes: Array, method: str, tip: Array) -> tuple[Array, Array]:
     columns = _columns(nodes)
     plane = np.array([nodes[c[0], :2] for c in columns])
     in_plane = (
-        _triangle_weights(plane, tip[:, :2])
+        _triangle_weights(plane, tip[:, :2], triangles)
         if method == "columns-linear"
         else _nearest_weights(plane, tip[:, :2])
     )
@@ -112,11 +127,11 @@ def _curve_weights(levels: Array, z: Array) -> Array:
     return np.asarray(make_interp_spline(levels, np.eye(len(levels)), k=degree)(z))
 
 
-def _triangle_weights(plane: Array, xy: Array) -> Array:
+def _triangle_weights(plane: Array, xy: Array, triangulation: Any = None) -> Array:
     """Barycentric weights (n, columns) on the Delaunay triangulation of the columns."""
     from scipy.spatial import Delaunay
 
-    triangulation = Delaunay(plane)
+    triangulation = Delaunay(plane) if triangulation is None else triangulation
     simplex = triangulation.find_simplex(xy, tol=1e-9)
     if (simplex < 0).any():
         raise _outside(
@@ -190,13 +205,17 @@ class CorrelatedField(Effect):
     nodes: Any = field(default_factory=lambda: _unit_cube())
     deviation: Any = field(default_factory=lambda: np.full((8, 3), 1e-3))
     length: float = 150.0
-    values: Any = param(lambda: np.zeros((0, 3)), "1", "standardised node draws; zero when left out", shape="(nodes, 3)")
+    values: Any = param(
+        lambda: np.zeros((0, 3)), "1", "standardised node draws; zero when left out", shape="(nodes, 3)"
+    )
 
     def __post_init__(self) -> None:
         if np.size(self.values) == 0:
             object.__setattr__(self, "values", np.zeros(np.shape(self.nodes)))
         if np.shape(self.deviation) != np.shape(self.nodes):
-            raise UsageError(f"correlated_field: {len(self.deviation)} deviations for {len(self.nodes)} nodes; give one row of x y z per node")
+            raise UsageError(
+                f"correlated_field: {len(self.deviation)} deviations for {len(self.nodes)} nodes; give one row of x y z per node"
+            )
 
     @property
     def link(self) -> str:

@@ -62,8 +62,8 @@ class RotaryLocation(Effect):
     own = True
     cites = "ISO 230-1:2012, 3.7; ISO 230-7"
     component: str = at("X0C", "location error, for example X0C, A0C, Y0A, C0A")
-    offset: float = param(0.0, "um", "shift of the centre line (X0, Y0, Z0 errors)")
-    tilt: float = param(0.0, "urad", "tilt of the centre line (A0, B0, C0 errors)")
+    offset: float = param(0.0, "um", "shift of the centre line (X0, Y0, Z0 errors)", only="XYZ")
+    tilt: float = param(0.0, "urad", "tilt of the centre line (A0, B0, C0 errors)", only="ABC")
 
     def __post_init__(self) -> None:
         c = self.component

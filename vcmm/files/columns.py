@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import csv
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError, did_you_mean
+from vcmm.effects import ALL
+from vcmm.errors import DataError, UsageError, did_you_mean
 from vcmm.run import Array, Run
 
 LABELS = (
@@ -24,44 +27,124 @@ LABELS = (
     "repeat",
     "mode",
 )
+REDRAW = ("machine", "touch", *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
+_BY_AXIS = ("sense_{}", "since_reversal_{}_mm", "speed_{}_mm_s", "accel_{}_mm_s2", "raw_{}_mm")
+_BY_DIRECTION = ("offset_{}_mm", "from_{}_mm", "force_{}_N", "load_{}_mm", "part_{}_mm", "tip_{}_mm")
+_SINGLE = (
+    "time_s", "nx", "ny", "nz", "pressure_hPa", "humidity_pct", "load_kg", "spindle_rpm", "spindle_angle_deg",
+    "probe_angle_deg", "probe_lateral", "head_A_deg", "head_B_deg", "stylus_length_mm", "tip_radius_mm",
+    "tool_radius_mm", "tool_length_mm", "cut_length_mm", "chip_load_mm", "feed_mm_min", "dead_path_mm",
+    "temp_gradient_C", "temp_part_C", "temp_air_C", "temp_spindle_C",
+    "temp_scale_x_C", "temp_scale_y_C", "temp_scale_z_C",
+    "d_um", "dx_um", "dy_um", "dz_um", "d_urad", "u_um",
+)  # fmt: skip
 
 
-def read_csv(path: str | Path) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of a CSV file (comma or semicolon). Raises DataError with the line of a ragged row."""
+@dataclass(frozen=True)
+class Sheet:
+    """A CSV file: header, rows of cells, and the line of the header and of every row."""
+
+    path: Path
+    header: list[str]
+    rows: list[list[str]]
+    header_line: int
+    lines: list[int]
+
+    def at(self, row: int) -> str:
+        """'front.csv:12', the place of a row (0 = first)."""
+        return f"{self.path}:{self.lines[row]}"
+
+    def numbers(self, name: str) -> Array:
+        """One column (n,). Raises DataError naming every cell that is no finite number."""
+        i = self.header.index(name)
+        out, problems = np.empty(len(self.rows)), []
+        for j, row in enumerate(self.rows):
+            try:
+                out[j] = float(row[i])
+            except ValueError:
+                problems.append(
+                    f'{self.at(j)}: "{row[i]}" in column {name} is not a number{_decimal(row[i])}'
+                )
+                continue
+            if not np.isfinite(out[j]):
+                problems.append(
+                    f'{self.at(j)}: "{row[i]}" in column {name} is not finite; remove or repair the row'
+                )
+        if problems:
+            raise DataError(problems)
+        return out
+
+
+def _decimal(cell: str) -> str:
+    return "; decimals take a point" if re.fullmatch(r"[-+]?\d+,\d+", cell) else ""
+
+
+def read_csv(path: str | Path) -> Sheet:
+    """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row."""
     path = Path(path)
+    lines = [(i, line) for i, line in enumerate(_text(path).splitlines(), 1)]
+    lines = [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise DataError(
+            f"{path}:1: the file is empty; its first line names the columns, for example X_mm,Y_mm,Z_mm"
+        )
+    head = lines[0][1]
+    delimiter = max(",;\t", key=head.count)
+    table = [[cell.strip() for cell in row] for row in csv.reader([t for _, t in lines], delimiter=delimiter)]
+    numbers, header = [i for i, _ in lines], table[0]
+    problems = [
+        f"{path}:{line}: {len(row)} cells where the header names {len(header)}"
+        for line, row in zip(numbers[1:], table[1:])
+        if len(row) != len(header)
+    ]
+    repeated = {name for name in header if header.count(name) > 1}
+    problems += [f'{path}:{numbers[0]}: the column "{name}" is named twice; keep one' for name in repeated]
+    if len(table) == 1:
+        problems.append(f"{path}:{numbers[0]}: there are no rows below the header; add one row per point")
+    if problems:
+        raise DataError(problems)
+    return Sheet(path, header, table[1:], numbers[0], numbers[1:])
+
+
+def _text(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        near = sorted(p.name for p in path.parent.glob("*.csv")) if path.parent.is_dir() else []
+        hint = did_you_mean(path.name, near) or (f"; CSV files there: {', '.join(near[:8])}" if near else "")
+        raise DataError(f"{path} does not exist{hint}") from None
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path} is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error.strerror}") from None
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    if not lines:
-        raise DataError(f"{path} is empty; its first line names the columns, for example X_mm,Y_mm,Z_mm")
-    delimiter = ";" if lines[0].count(";") > lines[0].count(",") else ","
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(rows[0]):
-            raise DataError(f"{path}:{number}: {len(row)} cells where the header names {len(rows[0])}")
-    return rows[0], rows[1:]
 
 
 def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
     """Positions (X_mm ... C_deg) and tip offsets (offset_x_mm ...) to a Run; every axis must have its column.
 
-    Other numeric columns and labels are kept. Raises DataError naming column, line and fix.
+    All columns of a recording are read. Raises DataError with every problem: column, line and fix.
     """
-    header, rows = read_csv(path)
-    numbers, labels = _typed(Path(path), header, rows)
-    position = {}
+    sheet = read_csv(path)
+    problems = []
     for axis in axes:
-        name = f"{axis}_deg" if axis in "ABC" else f"{axis}_mm"
-        if name not in numbers:
-            raise DataError(
-                f"{path}:1: the column {name} is missing.{did_you_mean(name, header)} The machine has the axes {' '.join(axes)}"
+        if axis_column(axis) not in sheet.header:
+            hint = did_you_mean(axis_column(axis), sheet.header)
+            problems.append(
+                f"{sheet.path}:{sheet.header_line}: the column {axis_column(axis)} is missing.{hint} The machine has the axes {' '.join(axes)}"
             )
-        position[axis] = numbers.pop(name) * (DEG if axis in "ABC" else 1.0)
-    offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(len(rows))) for c in "xyz"], axis=1)
-    return Run(position, offset, canonical_columns(numbers), labels)
+    numbers, labels = _typed(sheet, problems)
+    if problems:
+        raise DataError(problems)
+    position = {a: numbers.pop(axis_column(a)) * (DEG if a in "ABC" else 1.0) for a in axes}
+    offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(len(sheet.rows))) for c in "xyz"], axis=1)
+    others = {n: v for n, v in numbers.items() if n not in {axis_column(a) for a in "XYZABC"}}
+    return Run(position, offset, canonical_columns(others), labels)
+
+
+def axis_column(axis: str) -> str:
+    """X -> X_mm, C -> C_deg."""
+    return f"{axis}_deg" if axis in "ABC" else f"{axis}_mm"
 
 
 def canonical_columns(numbers: dict[str, Array]) -> dict[str, Array]:
@@ -74,25 +157,59 @@ def canonical_columns(numbers: dict[str, Array]) -> dict[str, Array]:
     return out
 
 
-def _typed(
-    path: Path, header: list[str], rows: list[list[str]]
-) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
+def file_columns() -> list[str]:
+    """Every numeric column that a file may have, spelled out; effects add those they ask for."""
+    names = [axis_column(a) for a in "XYZABC"] + list(_SINGLE)
+    names += [text.format(a) for text in _BY_AXIS for a in "XYZABC"]
+    names += [text.format(c) for text in _BY_DIRECTION for c in "xyz"]
+    names += [f"reading_{n.removeprefix('temp_')}" for n in _SINGLE if n.startswith("temp_")]
+    asked = [
+        column
+        for effect in ALL
+        for column in effect.needs
+        if "{" not in column and not column.endswith("_rad")
+    ]
+    return list(dict.fromkeys([*names, *asked]))
+
+
+def run_columns() -> list[str]:
+    """The same columns as a Run names them (angles in rad), without the axis positions."""
+    names = [n for n in file_columns() if n not in {axis_column(a) for a in "XYZABC"}]
+    return [f"{n[:-4]}_rad" if n.endswith("_deg") else n for n in names]
+
+
+def known_column(name: str, known: list[str]) -> bool:
+    """Whether a column may stand in a file: by its name, any temp_<name>_C, or u_<column> of a known column."""
+    if name in known or re.fullmatch(r"temp_\w+_C", name):
+        return True
+    return name.startswith("u_") and known_column(name[2:], known)
+
+
+def check_channel(name: str) -> None:
+    """Raises UsageError with the closest name when no run can have such a column."""
+    known = run_columns()
+    if not known_column(name, known):
+        raise UsageError(
+            f'channel = "{name}" is no column of a run.{did_you_mean(name, known)} Write for example channel = "temp_part_C"'
+        )
+
+
+def _typed(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     numbers: dict[str, Array] = {}
     labels: dict[str, np.ndarray] = {}
-    for i, name in enumerate(header):
-        cells = [row[i] for row in rows]
+    known = file_columns()
+    for i, name in enumerate(sheet.header):
         if name in LABELS:
-            labels[name] = np.array(cells, dtype=np.str_)
-            continue
-        values = np.empty(len(cells))
-        for j, cell in enumerate(cells):
+            labels[name] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
+        elif not known_column(name, known):
+            hint = did_you_mean(name, [*known, *LABELS])
+            problems.append(
+                f'{sheet.path}:{sheet.header_line}: unknown column "{name}".{hint} Names state their unit, as in '
+                "X_mm, C_deg, offset_z_mm, temp_part_C, speed_X_mm_s"
+            )
+        else:
             try:
-                values[j] = float(cell)
-            except ValueError:
-                raise DataError(f'{path}:{j + 2}: "{cell}" in column {name} is not a number') from None
-            if not np.isfinite(values[j]):
-                raise DataError(
-                    f'{path}:{j + 2}: "{cell}" in column {name} is not finite; remove or repair the row'
-                )
-        numbers[name] = values
+                numbers[name] = sheet.numbers(name)
+            except DataError as error:
+                problems.extend(error.problems)
     return numbers, labels

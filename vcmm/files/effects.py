@@ -1,9 +1,10 @@
-"""[[effects]] and [[inputs]] tables: built from what the effect classes declare, so a new effect needs no code here."""
+"""[[effects]] tables: built from what the effect classes declare, so a new effect needs no code here."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import MISSING, fields
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import Field, fields
 from typing import Any
 
 import numpy as np
@@ -11,73 +12,114 @@ import numpy as np
 from vcmm.effect import Effect, parameter_fields, place_fields
 from vcmm.effects import find
 from vcmm.errors import UsageError, choose_from, did_you_mean
-from vcmm.inputs import EVERY, Input
-from vcmm.laws import (
-    Arcsine,
-    Law,
-    MultivariateNormal,
-    Normal,
-    Samples,
-    StudentT,
-    Trapezoidal,
-    Triangular,
-    Uniform,
-)
+from vcmm.files.problems import Key, TableProblems
 from vcmm.run import Array
-from vcmm.units import channel_unit, dimension_of, parse_unit, quantity, vector
+from vcmm.units import dimension_of, quantity, vector
 
-LAWS = ("normal", "t", "uniform", "triangular", "trapezoidal", "arcsine", "samples", "multivariate")
-BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
-INPUT_KEYS = (
-    "effect", "channel", "parameter", "law", "u", "scale", "dof", "half_width", "top", "values", "covariance",
-    "redraw", "evidence",
-)  # fmt: skip
+Found = list[tuple[Key, str]]  # (key, what is wrong with it)
 
 
-def build_effect(table: dict[str, Any], known: type[Effect] | None = None) -> Effect:
-    """One [[effects]] table to an Effect. Raises UsageError naming key, unit or closest word."""
-    kind = known or find(str(table.get("effect", "")))
-    places = {f.name for f in place_fields(kind)}
-    parameters = {f.name: f for f in parameter_fields(kind)}
-    other = {f.name: f for f in fields(kind)} | {}
+@contextmanager
+def noting(found: Found, key: str) -> Iterator[None]:
+    try:
+        yield
+    except TableProblems as error:
+        found.extend(error.found)
+    except UsageError as error:
+        found.append((key, str(error)))
+
+
+def build_effect(table: dict[str, Any]) -> Effect:
+    """One [[effects]] table to an Effect. Raises TableProblems naming every wrong key, unit or word."""
+    found: Found = []
+    kind = kind_of(table, found)
+    if kind is None:
+        raise TableProblems(found)
     values: dict[str, Any] = {}
     for key, value in table.items():
-        name = kind.aliases.get(key, key)
-        if key == "effect":
-            continue
-        if name in parameters:
-            values[name] = _parameter_value(kind, name, value, table)
-        elif key in places:
-            values[key] = str(value)
-        elif key in other:
-            values[key] = _plain(kind, key, value)
-        else:
-            allowed = [
-                *places,
-                *parameters,
-                *kind.aliases,
-                *(k for k in other if k not in parameters and k not in places),
-            ]
-            raise UsageError(f'unknown key "{key}" of effect {kind.name}.{choose_from(key, allowed)}')
-    missing = [f.name for f in place_fields(kind) if f.name not in values and f.name != "stylus"]
-    if missing:
-        example = next(f for f in fields(kind) if f.name == missing[0])
-        default = "" if example.default is MISSING else example.default
-        raise UsageError(
-            f'effect {kind.name} needs {missing[0]}; write for example {missing[0]} = "{default}"'
-        )
-    return kind(**values)
+        if key != "effect":
+            with noting(found, key):
+                values[kind.aliases.get(key, key)] = _value(kind, key, value, table)
+    for place in place_fields(kind):
+        if place.name not in table and place.name != "stylus":
+            found.append(
+                (
+                    "",
+                    f'effect {kind.name} needs {place.name}; write for example {place.name} = "{place.default}"',
+                )
+            )
+    if not found:
+        with noting(found, _place_key(kind, table)):
+            return kind(**values)
+    raise TableProblems(found)
 
 
-def _parameter_value(kind: type[Effect], name: str, value: Any, table: dict[str, Any]) -> Any:
-    spec = next(f for f in parameter_fields(kind) if f.name == name)
+def kind_of(table: dict[str, Any], found: Found) -> type[Effect] | None:
+    if "effect" not in table:
+        near = did_you_mean("effect", table)
+        found.append(("", f'the key "effect" is missing.{near} Write for example effect = "backlash"'))
+        return None
+    with noting(found, "effect"):
+        return find(str(table["effect"]))
+    return None
+
+
+def _place_key(kind: type[Effect], table: dict[str, Any]) -> str:
+    """The key that a complaint of the class itself is most likely about."""
+    return next((f.name for f in place_fields(kind) if f.name in table), "")
+
+
+def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> Any:
+    parameters = {f.name: f for f in parameter_fields(kind)}
+    other = {f.name: f for f in fields(kind) if f.name not in parameters}
+    name = kind.aliases.get(key, key)
+    if name in parameters:
+        return _parameter_value(parameters[name], key, value, table)
+    if key not in other:
+        allowed = [*(n for n in other if n not in parameters), *kind.aliases, *parameters]
+        raise UsageError(f'unknown key "{key}" of effect {kind.name}.{choose_from(key, allowed)}')
+    if other[key].metadata.get("place"):
+        return _text(key, value, str(other[key].default))
+    return _plain(other[key], value, table)
+
+
+def _text(key: str, value: Any, example: str) -> str:
+    if not isinstance(value, str):
+        raise UsageError(f'{key} = {value} must be a text in quotes; write for example {key} = "{example}"')
+    return value
+
+
+def _parameter_value(spec: Field[Any], key: str, value: Any, table: dict[str, Any]) -> Any:
+    check_matters(spec, str(table.get("component", "")), key)
     unit = unit_of(spec.metadata["unit"], str(table.get("component", "")))
+    dimension = dimension_of(unit)
     if not spec.metadata["shape"]:
-        return quantity(value, dimension_of(unit), name)
+        return quantity(value, dimension, key, f"0.5 {unit}")
     rows = value if isinstance(value, list) else [value]
-    if rows and all(isinstance(r, str) and len(r.split()) > 2 for r in rows):
-        return np.array([vector(r, dimension_of(unit), name) for r in rows])
-    return np.array(vector(value, dimension_of(unit), name))
+    if (
+        rows
+        and all(isinstance(r, str) and len(r.split()) > 2 for r in rows)
+        and "," in spec.metadata["shape"]
+    ):
+        table_rows = [vector(r, dimension, key) for r in rows]
+        if len({len(r) for r in table_rows}) > 1:
+            raise UsageError(
+                f"{key}: the rows have different lengths: {', '.join(str(len(r)) for r in table_rows)}"
+            )
+        return (
+            np.array(table_rows).reshape(-1)
+            if spec.metadata["shape"].endswith(",)")
+            else np.array(table_rows)
+        )
+    return np.array(vector(value, dimension, key))
+
+
+def check_matters(spec: Field[Any], component: str, key: str) -> None:
+    """Raises UsageError for a parameter that this component does not use: a tilt has no offset."""
+    only = spec.metadata["only"]
+    if only and component[:1] and component[0] not in only:
+        allowed = ", ".join(f"{letter}{component[1:]}" for letter in only)
+        raise UsageError(f'{key} does nothing for component = "{component}"; it goes with {allowed}')
 
 
 def unit_of(unit: str, component: str = "") -> str:
@@ -87,114 +129,40 @@ def unit_of(unit: str, component: str = "") -> str:
     return "rad" if len(component) > 1 and component[1] in "ABC" else "mm"
 
 
-def _plain(kind: type[Effect], key: str, value: Any) -> Any:
-    """Keys that are neither place nor parameter: nodes and lengths carry mm, words and counts are taken as they are."""
+def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
+    """Keys that are neither place nor parameter: positions carry units, words and counts are taken as they are."""
+    key = spec.name
+    if key == "nodes" and "component" in table:
+        return _axis_positions(value, str(table["component"])[-1:], key)
     if key in ("nodes", "deviation"):
-        return np.array([vector(row, "length", key) for row in value])
-    if key in ("grids", "length"):
-        return (
-            quantity(value, "length", key)
-            if key == "length"
-            else tuple(np.array(vector(v, "length", key)) for v in value)
-        )
+        if not isinstance(value, list) or not value:
+            raise UsageError(
+                f'{key} must be a list of points; write for example {key} = ["0 0 0 mm", "100 0 0 mm"]'
+            )
+        rows = [vector(row, "length", key, "0 0 20 mm") for row in value]
+        bad = next((i for i, row in enumerate(rows) if len(row) != 3), None)
+        if bad is not None:
+            raise UsageError(
+                f'{key}: row {bad + 1} "{value[bad]}" must have three numbers and a unit, as in "0 0 20 mm"'
+            )
+        return np.array(rows)
+    if key == "grids":
+        letters = table.get("arguments", ["X"])
+        return tuple(_axis_positions(v, str(a), key) for v, a in zip(value, letters))
     if key == "arguments":
-        return tuple(value)
-    if isinstance(value, float):
-        raise UsageError(f"{key} = {value} of effect {kind.name} must be a whole number or a word")
+        return tuple(_text(key, v, "X") for v in value)
+    if spec.type == "float":
+        return quantity(value, "length", key, "150 mm")
+    if spec.type == "str":
+        return _text(key, value, str(spec.default))
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise UsageError(
+            f"{key} = {value} must be a whole number, 1 or more; write for example {key} = {spec.default}"
+        )
     return value
 
 
-def build_input(table: dict[str, Any], effects: Sequence[Effect]) -> Input:
-    """One [[inputs]] table to an Input; `effects` are those of the machine (or scenario), to check the target."""
-    if ("effect" in table) == ("channel" in table):
-        raise UsageError('an input names either effect = "..." with parameter = "...", or channel = "..."')
-    redraw, evidence = str(table.get("redraw", "machine")), str(table.get("evidence", ""))
-    if "channel" in table:
-        _refuse_unknown(table, ())
-        channel = str(table["channel"])
-        law, _ = _law(table, channel_unit(channel))
-        return Input("channel", "", channel, law, redraw, evidence)
-    kind = find(str(table["effect"]))
-    places = [f.name for f in place_fields(kind)]
-    _refuse_unknown(table, places)
-    known = {f.name: f for f in parameter_fields(kind)}
-    name = kind.aliases.get(str(table.get("parameter", "")), str(table.get("parameter", "")))
-    if name not in known:
-        raise UsageError(f'input for {kind.name}: unknown parameter "{name}".{choose_from(name, known)}')
-    where = ",".join(str(table[p]) for p in places if table.get(p))
-    matching = [e for e in effects if e.name == kind.name and (where in (EVERY, e.where))]
-    if not matching:
-        have = [e.id for e in effects if e.name == kind.name]
-        hint = (
-            f"; there is {', '.join(have)}" if have else f'; add it with [[effects]] effect = "{kind.name}"'
-        )
-        raise UsageError(f"input for {kind.name}[{where}], but the machine has no such effect{hint}")
-    component = str(getattr(matching[0], "component", ""))
-    law, scale = _law(table, unit_of(known[name].metadata["unit"], component))
-    return Input(kind.name, where, name, law, redraw, evidence, scale)
-
-
-def _refuse_unknown(table: dict[str, Any], places: Sequence[str]) -> None:
-    for key in table:
-        if key not in INPUT_KEYS and key not in places:
-            raise UsageError(f'unknown key "{key}" of an input.{choose_from(key, [*places, *INPUT_KEYS])}')
-
-
-def _law(table: dict[str, Any], unit: str) -> tuple[Any, Array | None]:
-    """(law, scale per element or None) from the keys law, u, scale, dof, half_width, top, values, covariance."""
-    name = str(table.get("law", "normal"))
-    if name not in LAWS:
-        raise UsageError(f'unknown law "{name}".{choose_from(name, LAWS)}')
-    if name == "samples":
-        return Samples(np.array(vector(table.get("values"), dimension_of(unit), "values"))), None
-    if name == "multivariate":
-        squared = parse_unit(unit).factor ** 2
-        if "covariance" not in table:
-            raise UsageError(f'law = "multivariate" needs covariance = [[...], ...] in ({unit})^2')
-        return MultivariateNormal(np.array(table["covariance"], dtype=float) * squared), None
-    key = _spread_key(table, name)
-    numbers = _numbers(table[key], dimension_of(unit), key)
-    if len(numbers) > 1:
-        return _scalar_law(name, key, 1.0, table), numbers
-    return _scalar_law(name, key, float(numbers[0]), table), None
-
-
-def _numbers(value: Any, dimension: str, key: str) -> Array:
-    """One number, "a b c um", a list of texts, or a list of "x y z um" rows, flattened."""
-    if isinstance(value, list) and value and all(isinstance(v, str) for v in value):
-        return np.concatenate([vector(v, dimension, key) for v in value])
-    return np.array(vector(value, dimension, key))
-
-
-def _spread_key(table: dict[str, Any], name: str) -> str:
-    allowed = {"t": ("scale",), "normal": ("u",)}.get(name, ("half_width", "u"))
-    given = [k for k in allowed if k in table]
-    if len(given) != 1:
-        other = [k for k in ("u", "scale", "half_width") if k in table]
-        has = f", but {' and '.join(other)} is given" if other else ""
-        raise UsageError(
-            f'law = "{name}" needs {" or ".join(allowed)}{has}{did_you_mean(other[0] if other else "", allowed)}'
-        )
-    return given[0]
-
-
-def _scalar_law(name: str, key: str, value: float, table: dict[str, Any]) -> Law:
-    if value < 0:
-        raise UsageError(f"{key} = {value:g} is negative; a spread is zero or positive")
-    if name == "normal":
-        return Normal(value)
-    if name == "t":
-        dof = table.get("dof")
-        if not isinstance(dof, int | float) or not dof > 0:
-            raise UsageError('law = "t" needs dof, the degrees of freedom, for example dof = 13')
-        return StudentT(value, float(dof))
-    if name == "trapezoidal":
-        ratio = float(table.get("top", 0.5))
-        if not 0 <= ratio <= 1:
-            raise UsageError(
-                f"top = {ratio:g} is the plateau as a share of the half width and lies between 0 and 1"
-            )
-        half = value if key == "half_width" else value / (Trapezoidal(1.0, ratio).u)
-        return Trapezoidal(half, half * ratio)
-    kind = BOUNDED[name]
-    return kind(value if key == "half_width" else value / kind(1.0).u)
+def _axis_positions(value: Any, axis: str, key: str) -> Array:
+    if axis in tuple("ABC"):
+        return np.array(vector(value, "angle", key, "0 90 180 deg"))
+    return np.array(vector(value, "length", key, "0 100 200 mm"))

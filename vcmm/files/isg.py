@@ -2,7 +2,8 @@
 
 A header line names columns (`X EXX EYX EZX EAX EBX ECX`), position-independent errors have no argument column
 (`A0Z B0Z C0Y`), `#` starts the next table, `//` comments; several argument columns (`Z X EXX ...`) give a grid.
-Rotary arguments are in rad. Separators: blanks, commas or semicolons.
+Rotary arguments are in rad. Separators: blanks, commas or semicolons. Names of other literatures (xty, δy(x), Txy)
+are accepted; only the name is translated, signs and units are those of ISO 230-1.
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError
+from vcmm.aliases import canonical
+from vcmm.errors import DataError, UsageError
 from vcmm.run import Array
 
-COMPONENT = re.compile(r"E[XYZABC][XYZABC]$")
-LOCATION = re.compile(r"E?([XYZABC])[O0]([XYZABC])$")
+AXES = tuple("XYZABC")
 
 
 @dataclass(frozen=True)
@@ -38,37 +39,59 @@ class ErrorFile:
     constants: dict[str, float]
 
 
+@dataclass(frozen=True)
+class _Block:
+    """Header and rows of one table: names in ISO 230-1, numbers (rows, names), line of the header and of every row."""
+
+    arguments: tuple[str, ...]
+    names: list[str]
+    numbers: Array
+    line: int
+    lines: list[int]
+
+
 def read_isg(path: str | Path) -> ErrorFile:
-    """Read a file. Raises DataError with file and line: unknown names, ragged rows, not monotonic, not finite."""
+    """Read a file. Raises DataError with everything wrong in it, each with its line: unknown names, ragged rows,
+    positions that do not increase, numbers that are not finite, an error given twice.
+    """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
     tables: list[ErrorTable] = []
     constants: dict[str, float] = {}
-    for block in _blocks(text):
-        line, names = block[0]
-        arguments = _checked_header(path, line, names)
-        numbers = _numbers(path, block[1:], names)
-        if not arguments:
-            if len(numbers) != 1:
-                raise DataError(
-                    f"{path}:{line}: position-independent errors {' '.join(names)} need one row, got {len(numbers)}"
-                )
-            constants.update({canonical(name): float(v) for name, v in zip(names, numbers[0])})
-        else:
-            tables.append(_table(path, line, arguments, names, numbers))
+    problems: list[str] = []
+    seen: dict[str, int] = {}
+    for rows in _blocks(_text(path)):
+        try:
+            block = _block(path, rows, seen)
+            if block.arguments:
+                tables.append(_table(path, block))
+            else:
+                constants.update(_constants(path, block))
+        except DataError as error:
+            problems.extend(error.problems)
+    if not tables and not constants and not problems:
+        problems.append(
+            f"{path}:1: the file holds no table; write for example a line X EXX EYX and rows below it"
+        )
+    if problems:
+        raise DataError(problems)
     return ErrorFile(tuple(tables), constants)
 
 
-def canonical(name: str) -> str:
-    """EC0Y, COY, C0Y -> C0Y; component errors unchanged."""
-    match = LOCATION.match(name)
-    return f"{match[1]}0{match[2]}" if match and not COMPONENT.match(name) else name
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        near = sorted(p.name for p in path.parent.glob("*.csv")) if path.parent.is_dir() else []
+        hint = f"; CSV files there: {', '.join(near[:8])}" if near else ""
+        raise DataError(f"{path} does not exist{hint}") from None
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path} is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}") from None
 
 
 def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
+    """(line, words) of every line that says something, table by table."""
     blocks: list[list[tuple[int, list[str]]]] = [[]]
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.split("//")[0].strip()
@@ -80,63 +103,107 @@ def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
     return [block for block in blocks if block]
 
 
-def _checked_header(path: Path, line: int, names: list[str]) -> tuple[str, ...]:
-    arguments = tuple(n for n in names if n in tuple("XYZABC"))
-    for name in names[len(arguments) :]:
-        if not (COMPONENT.match(name) or LOCATION.match(name)):
-            raise DataError(
-                f'{path}:{line}: unknown column "{name}"; allowed are axis letters first, then component errors such as '
-                "EXX EYX EAX (with an argument column) or A0Z B0Z C0Y X0C (without)"
-            )
-    if len(set(names)) != len(names):
-        raise DataError(f"{path}:{line}: a column is named twice in {' '.join(names)}")
-    return arguments
-
-
-def _numbers(path: Path, rows: list[tuple[int, list[str]]], names: list[str]) -> Array:
-    out = []
-    for line, words in rows:
-        if len(words) != len(names):
-            raise DataError(
-                f"{path}:{line}: {len(words)} numbers where the header names {len(names)} ({' '.join(names)})"
-            )
+def _block(path: Path, rows: list[tuple[int, list[str]]], seen: dict[str, int]) -> _Block:
+    line, words = rows[0]
+    count = next((i for i, word in enumerate(words) if word not in AXES), len(words))
+    problems: list[str] = []
+    names = list(words[:count])
+    for word in words[count:]:
         try:
-            values = [float(w) for w in words]
+            names.append(canonical(word))
+        except UsageError as error:
+            problems.append(
+                f"{path}:{line}: {error} Axis letters come first, then errors such as EXX EYX EAX (with an axis) "
+                "or A0Z B0Z C0Y X0C (without)"
+            )
+    for name in names[count:]:
+        if name in seen or names.count(name) > 1:
+            first = f" first in line {seen[name]}" if name in seen else ""
+            problems.append(f"{path}:{line}: {name} is given twice,{first} here again; keep one")
+        seen.setdefault(name, line)
+    problems += _kind_problems(path, line, names, count)
+    numbers = _numbers(path, rows[1:], words, problems)
+    if problems:
+        raise DataError(list(dict.fromkeys(problems)))
+    return _Block(tuple(words[:count]), names, numbers, line, [number for number, _ in rows[1:]])
+
+
+def _kind_problems(path: Path, line: int, names: list[str], count: int) -> list[str]:
+    """Component errors need an axis column, position-independent ones have none."""
+    out = []
+    for name in names[count:]:
+        if count == 0 and name[0] == "E":
+            out.append(f"{path}:{line}: {name} varies along {name[2]}; put a column {name[2]} before it")
+        if count and name[1] == "0":
+            out.append(
+                f"{path}:{line}: {name} does not depend on a position; give it in a table of its own, after #"
+            )
+    if count == len(names):
+        out.append(f"{path}:{line}: the table names axes but no error; add for example E{names[0]}{names[0]}")
+    return out
+
+
+def _numbers(path: Path, rows: list[tuple[int, list[str]]], words: list[str], problems: list[str]) -> Array:
+    out = []
+    for line, cells in rows:
+        if len(cells) != len(words):
+            problems.append(
+                f"{path}:{line}: {len(cells)} numbers where the header names {len(words)} ({' '.join(words)})"
+            )
+            continue
+        try:
+            values = [float(cell) for cell in cells]
         except ValueError:
-            raise DataError(
-                f"{path}:{line}: not a number in {' '.join(words)}; decimals are written with a point"
-            ) from None
+            problems.append(
+                f"{path}:{line}: not a number in {' '.join(cells)}; decimals are written with a point"
+            )
+            continue
         if not np.isfinite(values).all():
-            raise DataError(f"{path}:{line}: a value is not finite; remove the row or measure it again")
+            problems.append(f"{path}:{line}: a value is not finite; remove the row or measure it again")
+            continue
         out.append(values)
-    return np.array(out, dtype=float).reshape(len(out), len(names))
+    return np.array(out, dtype=float).reshape(len(out), len(words))
 
 
-def _table(path: Path, line: int, arguments: tuple[str, ...], names: list[str], numbers: Array) -> ErrorTable:
+def _constants(path: Path, block: _Block) -> dict[str, float]:
+    if len(block.numbers) != 1:
+        raise DataError(
+            f"{path}:{block.line}: position-independent errors {' '.join(block.names)} need one row, "
+            f"got {len(block.numbers)}"
+        )
+    return {name: float(value) for name, value in zip(block.names, block.numbers[0])}
+
+
+def _table(path: Path, block: _Block) -> ErrorTable:
+    k, numbers = len(block.arguments), block.numbers
     if not len(numbers):
-        raise DataError(f"{path}:{line}: the table {' '.join(names)} has no rows")
-    k = len(arguments)
+        raise DataError(f"{path}:{block.line}: the table {' '.join(block.names)} has no rows")
+    if k == 1:
+        _check_increasing(path, block)
     grids = tuple(np.unique(numbers[:, i]) for i in range(k))
     shape = tuple(len(g) for g in grids)
-    if k == 1 and not (np.diff(numbers[:, 0]) > 0).all():
-        bad = int(np.flatnonzero(np.diff(numbers[:, 0]) <= 0)[0]) + 1
-        raise DataError(
-            f"{path}:{line}: column {arguments[0]} is not increasing: row {bad + 1} of the table has {numbers[bad, 0]:g} "
-            f"after {numbers[bad - 1, 0]:g}; sort the rows and remove repeats"
-        )
+    nodes, counts = np.unique(numbers[:, :k], axis=0, return_counts=True)
+    if (counts > 1).any():
+        twice = nodes[int(np.argmax(counts > 1))]
+        row = int(np.flatnonzero((numbers[:, :k] == twice).all(axis=1))[1])
+        at = ", ".join(f"{a} = {v:g}" for a, v in zip(block.arguments, twice))
+        raise DataError(f"{path}:{block.lines[row]}: the node {at} is given twice; remove one of the rows")
     if int(np.prod(shape)) != len(numbers):
         raise DataError(
-            f"{path}:{line}: {len(numbers)} rows do not fill the grid of {' x '.join(str(s) for s in shape)} nodes "
-            f"over {' '.join(arguments)}; give every combination once"
+            f"{path}:{block.line}: {len(numbers)} rows do not fill the grid of {' x '.join(str(s) for s in shape)} "
+            f"nodes over {' '.join(block.arguments)}; give every combination once"
         )
-    order = np.lexsort(tuple(numbers[:, i] for i in reversed(range(k))))
-    sorted_rows = numbers[order]
-    if any(
-        not (sorted_rows[:, i].reshape(shape) == g.reshape([-1 if j == i else 1 for j in range(k)])).all()
-        for i, g in enumerate(grids)
-    ):
+    rows = numbers[np.lexsort(tuple(numbers[:, i] for i in reversed(range(k))))]
+    values = {name: rows[:, k + i].reshape(shape) for i, name in enumerate(block.names[k:])}
+    return ErrorTable(block.arguments, grids, values, block.line)
+
+
+def _check_increasing(path: Path, block: _Block) -> None:
+    q = block.numbers[:, 0]
+    wrong = np.flatnonzero(np.diff(q) <= 0)
+    if len(wrong):
+        i = int(wrong[0]) + 1
         raise DataError(
-            f"{path}:{line}: a node of the grid over {' '.join(arguments)} is given twice and another is missing"
+            f"{path}:{block.lines[i]}: column {block.arguments[0]} is not increasing: {q[i]:g} after {q[i - 1]:g}; "
+            "sort the rows and remove repeats"
         )
-    values = {name: sorted_rows[:, k + i].reshape(shape) for i, name in enumerate(names[k:])}
-    return ErrorTable(arguments, grids, values, line)

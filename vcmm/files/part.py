@@ -2,26 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from vcmm.effects.expansion import PartExpansion
-from vcmm.errors import UsageError, choose_from
-from vcmm.files.schema import Angle, Direction, Expansion, Length, Lengths, Point, Problems, Table, read_model
+from vcmm.errors import UsageError, choose_from, did_you_mean
+from vcmm.files.problems import Problems, TableProblems
+from vcmm.files.schema import (
+    Angle,
+    Deviation,
+    Direction,
+    Expansion,
+    ExpansionSpread,
+    Lengths,
+    Limits,
+    Point,
+    Size,
+    Table,
+    checked_model,
+    read_model,
+)
 from vcmm.files.toml import Document, Location
 from vcmm.form import Lobes
+from vcmm.gps import characteristics as gps
 from vcmm.inputs import Input
 from vcmm.laws import Normal
-from vcmm.part import Characteristic, Feature, Part, load_mesh
+from vcmm.part import TYPES, Characteristic, Feature, Part, load_mesh
 from vcmm.units import quantity
 
 
 class FormTable(Table):
-    lobes: int
-    amplitude: Length
+    lobes: int = Field(ge=1, examples=["3"])
+    amplitude: Deviation
     phase: Angle = 0.0
 
 
@@ -37,7 +54,7 @@ class PointTable(FeatureTable):
 class LineTable(FeatureTable):
     point: Point
     direction: Direction
-    length: Length
+    length: Size
     normal: Direction | None = None
 
 
@@ -50,7 +67,7 @@ class PlaneTable(FeatureTable):
 
 class _Round(FeatureTable):
     point: Point
-    diameter: Length
+    diameter: Size
     inside: bool = False
     form: FormTable | None = None
 
@@ -65,7 +82,7 @@ class CircleTable(_Round):
 
 
 class CylinderTable(CircleTable):
-    length: Length
+    length: Size
 
 
 class ConeTable(CylinderTable):
@@ -75,8 +92,8 @@ class ConeTable(CylinderTable):
 class TorusTable(FeatureTable):
     point: Point
     axis: Direction
-    diameter: Length
-    tube: Length
+    diameter: Size
+    tube: Size
     inside: bool = False
 
 
@@ -91,14 +108,14 @@ TABLES: dict[str, type[FeatureTable]] = {
 
 
 class CharacteristicTable(Table):
-    name: str
-    type: str
-    of: str | list[str] = []
-    between: list[str] = []
-    datums: list[str] = []
+    name: str = Field(examples=['"bore diameter"'])
+    type: str = Field(examples=['"size"'])
+    of: str | list[str] = Field(default_factory=list, examples=['"bore"'])
+    between: list[str] = Field(default_factory=list, examples=['["front", "bore"]'])
+    datums: list[str] = Field(default_factory=list, examples=['["top"]'])
     criterion: str = "GG"
-    limits: list[str] | None = None
-    zone: str | None = None
+    limits: Limits | None = None
+    zone: str | None = Field(default=None, examples=['"0.01 mm"'])
 
 
 class PartFile(Table):
@@ -106,10 +123,13 @@ class PartFile(Table):
 
     name: str = ""
     expansion: Expansion = 0.0
-    u_expansion: Expansion = 0.0
-    mesh: str | None = None
-    features: dict[str, dict[str, Any]] = {}
-    characteristics: list[CharacteristicTable] = []
+    u_expansion: ExpansionSpread = 0.0
+    mesh: str | None = Field(default=None, examples=['"part.stl"'])
+    features: dict[str, dict[str, Any]] = Field(
+        default_factory=dict,
+        examples=['{ top = { type = "plane", point = "0 0 20 mm", normal = [0, 0, 1], size = "80 80 mm" } }'],
+    )
+    characteristics: list[CharacteristicTable] = Field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,30 +154,54 @@ class PartData:
 
 def part_from(document: Document, data: dict[str, Any], at: Location, problems: Problems) -> PartData | None:
     """A [part] table to PartData; what is wrong is added to `problems`."""
-    model = problems.attempt(at, lambda: read_model(PartFile, data, document, at))
-    if model is None:
-        return None
+    before = len(problems.found)
+    model = checked_model(PartFile, data, problems, at)
+    tables = model.features if model else {}
     features: dict[str, Feature] = {}
     forms: dict[str, Lobes] = {}
-    for name, table in model.features.items():
+    for name, table in tables.items():
         here = (*at, "features", name)
-        built = problems.attempt(here, lambda n=name, t=table, h=here: _feature(n, t, document, h))
+        built = problems.attempt(here, lambda n=name, t=table, h=here: _feature(n, t, document, h))  # type: ignore[misc]
         if built is not None:
             features[name] = built[0]
             forms |= {name: built[1]} if built[1] is not None else {}
     characteristics = []
-    for i, item in enumerate(model.characteristics):
-        c = problems.attempt((*at, "characteristics", i), lambda item=item: _characteristic(item))
-        characteristics += [c] if c is not None else []
-    if len(features) < len(model.features) or len(characteristics) < len(model.characteristics):
-        return None  # unknown names would only repeat what is already reported
-    mesh = (
-        problems.attempt((*at, "mesh"), lambda: load_mesh(_beside(document, model.mesh)))
-        if model.mesh
-        else None
-    )
+    for i, item in enumerate(model.characteristics if model else ()):
+        here = (*at, "characteristics", i)
+        c = problems.attempt(here, lambda item=item: _characteristic(item))  # type: ignore[misc]
+        if c is not None:
+            _check_names(c, tables, [*characteristics], problems, here)
+            characteristics.append(c)
+    if model is None or len(problems.found) > before:
+        return None
+    mesh = None
+    if model.mesh:
+        mesh = problems.attempt((*at, "mesh"), lambda: load_mesh(_beside(document, str(model.mesh))))
     part = problems.attempt(at, lambda: Part(features, tuple(characteristics), model.expansion, mesh))
-    return PartData(part, forms, model.u_expansion) if part is not None else None
+    if part is None:
+        return None
+    for i, c in enumerate(characteristics):
+        problems.attempt((*at, "characteristics", i), lambda c=c: gps.nominal(c, features))  # type: ignore[misc]
+    return PartData(part, forms, model.u_expansion)
+
+
+def _check_names(
+    c: Characteristic,
+    features: Mapping[str, Any],
+    before: list[Characteristic],
+    problems: Problems,
+    at: Location,
+) -> None:
+    """A characteristic names features that exist, and has a name of its own."""
+    for role in ("of", "between", "datums"):
+        for name in getattr(c, role):
+            if name not in features:
+                problems.add(
+                    (*at, role),
+                    f'the characteristic "{c.name}" names the unknown feature "{name}".{choose_from(name, features)}',
+                )
+    if any(other.name == c.name for other in before):
+        problems.add((*at, "name"), f'two characteristics are named "{c.name}"; rename one')
 
 
 def _beside(document: Document, name: str) -> Path:
@@ -168,9 +212,14 @@ def _feature(
     name: str, data: dict[str, Any], document: Document, at: Location
 ) -> tuple[Feature, Lobes | None]:
     kind = data.get("type")
-    if kind not in TABLES:
-        word = "has no type" if kind is None else f'has the unknown type "{kind}"'
-        raise UsageError(f'feature "{name}" {word}.{choose_from(str(kind), TABLES)}')
+    if kind is None:
+        raise UsageError(
+            f'the feature "{name}" has no type.{did_you_mean("type", data)} Allowed: {", ".join(TABLES)}'
+        )
+    if not isinstance(kind, str) or kind not in TABLES:
+        raise TableProblems(
+            [("type", f'the feature "{name}" has the unknown type "{kind}".{choose_from(str(kind), TABLES)}')]
+        )
     t: Any = read_model(TABLES[kind], data, document, at)
     form = getattr(t, "form", None)
     lobes = Lobes(form.lobes, form.amplitude, form.phase) if form else None
@@ -206,14 +255,22 @@ def _numbers(kind: str, t: Any) -> tuple[list[float], tuple[float, ...]]:
 
 
 def _characteristic(t: CharacteristicTable) -> Characteristic:
-    dimension = "angle" if t.type == "angle" else "length"
-    limits = None
-    if t.limits is not None:
-        if len(t.limits) != 2:
-            raise UsageError(
-                f'"{t.name}": limits take two values from nominal, for example limits = ["0 mm", "0.021 mm"]'
-            )
-        limits = (quantity(t.limits[0], dimension, "limits"), quantity(t.limits[1], dimension, "limits"))
-    zone = None if t.zone is None else quantity(t.zone, "length", "zone")
+    found: list[tuple[str, str]] = []
+    if t.type not in TYPES:
+        found.append(("type", f'unknown characteristic type "{t.type}".{choose_from(t.type, TYPES)}'))
+    angle, limits, zone = t.type == "angle", None, None
+    dimension, example = ("angle", "0.1 deg") if angle else ("length", "0.021 mm")
+    try:
+        if t.limits is not None:
+            low, high = (quantity(v, dimension, "limits", example) for v in t.limits)
+            limits = (low, high)
+    except UsageError as error:
+        found.append(("limits", str(error)))
+    try:
+        zone = None if t.zone is None else quantity(t.zone, "length", "zone", "0.01 mm")
+    except UsageError as error:
+        found.append(("zone", str(error)))
+    if found:
+        raise TableProblems(found)
     of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
     return Characteristic(t.name, t.type, of, tuple(t.between), tuple(t.datums), t.criterion, limits, zone)

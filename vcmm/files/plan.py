@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+import re
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from dataclasses import Field as DataField
 from typing import Any
 
 import numpy as np
 from pydantic import Field
 
 from vcmm.alignment import Alignment
-from vcmm.errors import DataError, UsageError, choose_from
-from vcmm.files.columns import read_csv
-from vcmm.files.schema import Direction, Length, Point, Problems, Speed, Table, read_model
+from vcmm.errors import DataError, UsageError, choose_from, did_you_mean
+from vcmm.files.columns import Sheet, read_csv
+from vcmm.files.problems import Problems, TableProblems
+from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model
 from vcmm.files.toml import Document, Location
 from vcmm.part import Feature, Part
 from vcmm.plan import Plan, Step, Stylus, Touch
@@ -22,37 +26,37 @@ from vcmm.units import quantity, vector
 
 
 class QualificationTable(Table):
-    sphere_diameter: Length = 25.0
-    u_diameter: Length = 0.0
-    form: Length = 0.0
+    sphere_diameter: Size = 25.0
+    u_diameter: Spread = 0.0
+    form: Spread = 0.0
 
 
 class StylusTable(Table):
     offset: Point
-    tip_diameter: Length
-    length: Length | None = None
+    tip_diameter: Size
+    length: Size | None = None
     event: str = ""
     qualification: QualificationTable | None = None
 
 
 class TouchTable(Table):
     speed: Speed = 5.0
-    approach: Length = 3.0
-    clearance: Length = 20.0
+    approach: Distance = 3.0
+    clearance: Distance = 20.0
     positioning: Speed = 100.0
 
 
 class StepTable(Table):
-    feature: str
-    stylus: str
-    points: str | dict[str, Any]
+    feature: str = Field(examples=['"top"'])
+    stylus: str = Field(examples=['"down"'])
+    points: str | dict[str, Any] = Field(examples=['{ strategy = "grid", n = [3, 3], margin = "5 mm" }'])
     approach: Direction | None = None
 
 
 class AlignmentTable(Table):
-    plane: str
-    line: str | list[str] = []
-    origin: str | list[str] = []
+    plane: str = Field(examples=['"top"'])
+    line: str | list[str] = Field(default_factory=list, examples=['"front"'])
+    origin: str | list[str] = Field(default_factory=list, examples=['"bore"'])
 
     def scheme(self) -> Alignment:
         line = self.line if isinstance(self.line, str) else tuple(self.line)
@@ -70,26 +74,36 @@ class PlanFile(Table):
 
     alignment: AlignmentTable | None = None
     touch: TouchTable = Field(default_factory=TouchTable)
-    styli: dict[str, StylusTable] = {}
-    steps: list[StepTable] = []
+    styli: dict[str, StylusTable] = Field(
+        default_factory=dict, examples=['{ down = { offset = "0 0 -120 mm", tip_diameter = "4 mm" } }']
+    )
+    steps: list[StepTable] = Field(default_factory=list)
 
 
 def plan_from(
     document: Document, data: dict[str, Any], at: Location, part: Part | None, problems: Problems
 ) -> tuple[Plan, dict[str, Qualification]] | None:
-    """A [plan] table to a Plan and the qualifications of its styli; what is wrong is added to `problems`."""
-    model = problems.attempt(at, lambda: read_model(PlanFile, data, document, at))
+    """A [plan] table to a Plan and the qualifications of its styli; what is wrong is added to `problems`.
+
+    Without a part (because it is wrong itself) only what does not depend on it is checked.
+    """
+    before = len(problems.found)
+    model = checked_model(PlanFile, data, problems, at)
     if model is None or part is None:
         return None
     steps = []
     for i, table in enumerate(model.steps):
-        step = problems.attempt((*at, "steps", i), lambda t=table: _step(document, t, part, model.styli))
+        here = (*at, "steps", i)
+        step = problems.attempt(here, lambda t=table: _step(document, t, part, model.styli))  # type: ignore[misc]
         steps += [step] if step is not None else []
-    if len(steps) < len(model.steps):
+    measured = list(dict.fromkeys(t.feature for t in model.steps))
+    _check_measured(model, measured, part, problems, at)
+    if len(problems.found) > before:
         return None
     styli = {n: _stylus(n, t) for n, t in model.styli.items()}
     touch = Touch(model.touch.speed, model.touch.approach, model.touch.clearance, model.touch.positioning)
-    plan = problems.attempt((*at, "steps"), lambda: _checked(tuple(steps), styli, touch, model, part))
+    scheme = model.alignment.scheme() if model.alignment else None
+    plan = problems.attempt((*at, "steps"), lambda: Plan(tuple(steps), styli, touch, scheme))
     known = {
         n: Qualification(t.qualification.sphere_diameter, t.qualification.u_diameter, t.qualification.form)
         for n, t in model.styli.items()
@@ -98,22 +112,24 @@ def plan_from(
     return (plan, known) if plan is not None else None
 
 
-def _checked(
-    steps: tuple[Step, ...], styli: dict[str, Stylus], touch: Touch, model: PlanFile, part: Part
-) -> Plan:
-    measured = {s.feature for s in steps}
-    for c in part.characteristics if steps else ():
-        for name in (*c.of, *c.between, *c.datums):
-            if name not in measured:
-                raise UsageError(
-                    f'characteristic "{c.name}" needs the feature "{name}", which no step of the plan measures; add a [[plan.steps]] for it'
-                )
+def _check_measured(
+    model: PlanFile, measured: list[str], part: Part, problems: Problems, at: Location
+) -> None:
+    """Every feature that a characteristic or the alignment needs is measured, each in one step."""
     for name in model.alignment.names() if model.alignment else ():
         if name not in measured:
-            raise UsageError(
-                f'the alignment names "{name}", which the plan does not measure.{choose_from(name, sorted(measured))}'
+            problems.add(
+                (*at, "alignment"),
+                f'the alignment names "{name}", which the plan does not measure.{choose_from(name, measured)}',
             )
-    return Plan(steps, styli, touch, model.alignment.scheme() if model.alignment else None)
+    for c in part.characteristics if model.steps else ():
+        for name in (*c.of, *c.between, *c.datums):
+            if name not in measured:
+                problems.add(
+                    (*at, "steps"),
+                    f'the characteristic "{c.name}" needs the feature "{name}", which no step of the plan measures; '
+                    "add a [[plan.steps]] for it",
+                )
 
 
 def _stylus(name: str, t: StylusTable) -> Stylus:
@@ -122,20 +138,24 @@ def _stylus(name: str, t: StylusTable) -> Stylus:
     return Stylus(name, offset, t.tip_diameter / 2, length, t.event)
 
 
-def _step(document: Document, t: StepTable, part: Part, styli: dict[str, StylusTable]) -> Step:
+def _step(document: Document, t: StepTable, part: Part, styli: Mapping[str, StylusTable]) -> Step:
+    found = []
     if t.feature not in part.features:
-        raise UsageError(
-            f'the step measures the unknown feature "{t.feature}".{choose_from(t.feature, part.features)}'
-        )
+        found.append(("feature", f'unknown feature "{t.feature}".{choose_from(t.feature, part.features)}'))
     if t.stylus not in styli:
-        raise UsageError(
-            f'the step on {t.feature} uses the unknown stylus "{t.stylus}".{choose_from(t.stylus, styli)}'
-        )
+        found.append(("stylus", f'unknown stylus "{t.stylus}".{choose_from(t.stylus, styli)}'))
+    if found:
+        raise TableProblems(found)
     feature = part.features[t.feature]
-    if isinstance(t.points, str):
-        points, normals = _from_file(document, t.points, feature, part)
-    else:
-        points, normals = plan_points(feature, _pattern(feature, t.points))
+    try:
+        if isinstance(t.points, str):
+            points, normals = _from_file(document, t.points, feature, part)
+        else:
+            points, normals = plan_points(feature, _pattern(feature, t.points))
+    except TableProblems:
+        raise
+    except UsageError as error:
+        raise TableProblems([("points", str(error))]) from None
     approach = None
     if t.approach is not None:
         direction = np.array(t.approach) / np.linalg.norm(t.approach)
@@ -143,66 +163,121 @@ def _step(document: Document, t: StepTable, part: Part, styli: dict[str, StylusT
     return Step(t.feature, t.stylus, points, normals, approach)
 
 
-def _pattern(feature: Feature, table: dict[str, Any]) -> Any:
+def _pattern(feature: Feature, table: Mapping[str, Any]) -> Any:
     """points = { strategy = "levels", at = ["5 mm"], n = 8 } to the pattern's dataclass; units by its metadata."""
     if "strategy" not in table:
         raise UsageError(
-            'points needs strategy, for example points = { strategy = "grid", n = [3, 3], margin = "5 mm" }'
+            f"points has no strategy.{did_you_mean('strategy', table)} Write for example "
+            'points = { strategy = "grid", n = [3, 3], margin = "5 mm" }'
         )
     kind = choose(feature.kind, str(table["strategy"]))
     known = {f.name: f for f in fields(kind)}
-    values = {}
+    values: dict[str, Any] = {}
+    problems: list[tuple[tuple[str, ...], str]] = []
     for key, value in table.items():
         if key == "strategy":
             continue
         if key not in known:
-            raise UsageError(f'unknown key "{key}" of strategy {table["strategy"]}.{choose_from(key, known)}')
-        dimension = known[key].metadata.get("dimension")
-        if dimension is None:
-            values[key] = tuple(value) if isinstance(value, list) else value
-        elif isinstance(value, list) or "tuple" in str(known[key].type):
-            values[key] = vector(value, dimension, key)
-        else:
-            values[key] = quantity(value, dimension, key)
-    try:
-        return kind(**values)
-    except TypeError as error:
-        missing = str(error).split(":")[-1].strip()
+            text = f'unknown key "{key}" of strategy {table["strategy"]}.{choose_from(key, ["strategy", *known])}'
+            problems.append((("points", key), text))
+            continue
+        try:
+            values[key] = _pattern_value(known[key], key, value)
+        except UsageError as error:
+            problems.append((("points", key), str(error)))
+    if problems:
+        raise TableProblems(problems)
+    missing = [n for n, f in known.items() if n not in values and f.default is MISSING]
+    if missing:
         raise UsageError(
-            f"strategy {table['strategy']} of a {feature.kind} lacks {missing}; keys: {', '.join(known)}"
-        ) from None
+            f"strategy {table['strategy']} of a {feature.kind} lacks {' and '.join(missing)}; "
+            f"its keys are {', '.join(known)}"
+        )
+    return kind(**values)
+
+
+def _pattern_value(spec: DataField[Any], key: str, value: Any) -> Any:
+    """A value of a strategy: with a unit, a count, a list of counts, a direction, or true and false."""
+    dimension, kind = spec.metadata.get("dimension"), str(spec.type)
+    if dimension is not None:
+        example = "5 mm" if dimension == "length" else "30 deg"
+        if "tuple" in kind:
+            return vector(value, dimension, key, example)
+        return quantity(value, dimension, key, example)
+    if kind.startswith("tuple[int"):
+        return _counts(key, value, kind.count("int"))
+    if kind.startswith("tuple[float"):
+        if not isinstance(value, list) or len(value) != 3 or not all(_is_number(v) for v in value):
+            raise UsageError(
+                f"{key} = {value} must be three plain numbers; write for example {key} = [0, 0, 1]"
+            )
+        return tuple(float(v) for v in value)
+    if kind == "bool":
+        if not isinstance(value, bool):
+            raise UsageError(f"{key} = {value} must be true or false")
+        return value
+    if kind == "float":
+        if not _is_number(value):
+            raise UsageError(f"{key} = {value} must be a plain number; write for example {key} = 2.5")
+        return float(value)
+    return _counts(key, [value], 1)[0]
+
+
+def _counts(key: str, value: Any, how_many: int) -> tuple[int, ...]:
+    whole = isinstance(value, list) and all(isinstance(v, int) and not isinstance(v, bool) for v in value)
+    if not whole or len(value) != how_many or min(value) < 1:
+        example = f"{key} = 8" if how_many == 1 else f"{key} = [{', '.join(['3'] * how_many)}]"
+        shown = value[0] if how_many == 1 and isinstance(value, list) and len(value) == 1 else value
+        due = "a whole number" if how_many == 1 else f"{how_many} whole numbers"
+        raise UsageError(f"{key} = {shown} must be {due}, 1 or more; write for example {example}")
+    return tuple(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _from_file(document: Document, name: str, feature: Feature, part: Part) -> tuple[Array, Array]:
     """CSV with x_mm y_mm z_mm and optionally nx ny nz, drawing frame."""
-    path = document.path.parent / name
-    header, rows = read_csv(path)
-    wanted = ["x_mm", "y_mm", "z_mm"]
-    for column in wanted:
-        if column not in header:
-            raise DataError(
-                f"{path}:1: the column {column} is missing; the file needs x_mm,y_mm,z_mm and may have nx,ny,nz"
+    sheet = read_csv(document.path.parent / name)
+    wanted, optional = ["x_mm", "y_mm", "z_mm"], ["nx", "ny", "nz"]
+    has_normals = any(column in sheet.header for column in optional)
+    here = f"{sheet.path}:{sheet.header_line}"
+    problems = []
+    for column in wanted + (optional if has_normals else []):
+        if column not in sheet.header:
+            problems.append(
+                f"{here}: the column {column} is missing.{did_you_mean(column, sheet.header)} "
+                "The file needs x_mm,y_mm,z_mm and may have nx,ny,nz"
             )
-    for column in header:
-        if column not in (*wanted, "nx", "ny", "nz"):
-            raise DataError(
-                f'{path}:1: unknown column "{column}".{choose_from(column, [*wanted, "nx", "ny", "nz"])}'
-            )
-    points = _numbers(path, header, rows, wanted)
-    normals = _numbers(path, header, rows, ["nx", "ny", "nz"]) if "nx" in header else None
-    return on_surface(feature, points, normals, mesh=part.mesh)
+    for column in sheet.header:
+        if column not in wanted + optional:
+            problems.append(f'{here}: unknown column "{column}".{choose_from(column, wanted + optional)}')
+    if problems:
+        raise DataError(problems)
+    points = _columns(sheet, wanted)
+    normals = _columns(sheet, optional) if has_normals else None
+    try:
+        return on_surface(feature, points, normals, mesh=part.mesh)
+    except UsageError as error:
+        raise DataError(f"{_row_of(sheet, str(error))}: {error}") from None
 
 
-def _numbers(path: Any, header: list[str], rows: list[list[str]], names: list[str]) -> Array:
-    out = np.empty((len(rows), len(names)))
-    for i, row in enumerate(rows):
-        for j, name in enumerate(names):
-            if name not in header:
-                raise DataError(f"{path}:1: the column {name} is missing; give all of {', '.join(names)}")
-            try:
-                out[i, j] = float(row[header.index(name)])
-            except ValueError:
-                raise DataError(
-                    f'{path}:{i + 2}: "{row[header.index(name)]}" in column {name} is not a number'
-                ) from None
-    return out
+def _row_of(sheet: Sheet, message: str) -> str:
+    """File and line of the point that a message names."""
+    match = re.search(r"\bpoint (\d+)\b", message)
+    row = int(match[1]) - 1 if match else -1
+    return sheet.at(row) if 0 <= row < len(sheet.lines) else f"{sheet.path}:{sheet.header_line}"
+
+
+def _columns(sheet: Sheet, names: list[str]) -> Array:
+    """Several columns (n, k); every bad cell is reported."""
+    out, problems = [], []
+    for name in names:
+        try:
+            out.append(sheet.numbers(name))
+        except DataError as error:
+            problems.extend(error.problems)
+    if problems:
+        raise DataError(problems)
+    return np.stack(out, axis=1)

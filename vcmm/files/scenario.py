@@ -2,27 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from vcmm.effect import Effect
-from vcmm.errors import DataError
-from vcmm.files.effects import build_effect, build_input
-from vcmm.files.machine import load_machine, machine_from
+from vcmm.errors import DataError, UsageError, choose_from
+from vcmm.files.machine import further_effects, further_inputs, machine_from, merged, note_second, tables_in
 from vcmm.files.part import PartData, part_from
 from vcmm.files.plan import plan_from
-from vcmm.files.schema import Kelvin, Point, Problems, Table, Temperature, Turn, read_model
+from vcmm.files.problems import Problems
+from vcmm.files.schema import (
+    Kelvin,
+    KelvinSpread,
+    Point,
+    Table,
+    Temperature,
+    Turn,
+    checked_model,
+    read_model,
+)
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.gps.decision import RULES
 from vcmm.inputs import Input
 from vcmm.laws import Normal
 from vcmm.machine import Machine
+from vcmm.plan import Plan
 from vcmm.pose import Pose
 from vcmm.run import T0_DEG_C
 from vcmm.scenario import Scenario
 from vcmm.settings import Settings
+from vcmm.units import quantity
 
 
 class PoseTable(Table):
@@ -42,21 +55,21 @@ class Temperatures(Table):
 
 class PartCompensation(Table):
     compensated: bool = False
-    u_sensor: Kelvin = 0.0
+    u_sensor: KelvinSpread = 0.0
 
 
 class EnvironmentTable(Table):
-    temperature: Temperatures = Temperatures()
-    u_temperature: dict[str, str] = {}
-    part: PartCompensation = PartCompensation()
+    temperature: Temperatures = Field(default_factory=Temperatures)
+    u_temperature: dict[str, str] = Field(default_factory=dict, examples=['{ part = "0.1 K" }'])
+    part: PartCompensation = Field(default_factory=PartCompensation)
 
 
 class JobTable(Table):
-    trials: int = 1_000_000
-    seed: int = 0
-    p: float = 0.95
+    trials: int = Field(default=1_000_000, examples=["1_000_000"])
+    seed: int = Field(default=0, ge=0, examples=["0"])
+    p: float = Field(default=0.95, examples=["0.95"])
     interval: Literal["symmetric", "shortest"] = "symmetric"
-    rule: str = RULES[0]
+    rule: str = Field(default=RULES[0], examples=[f'"{RULES[0]}"'])
 
 
 class ScenarioFile(Table):
@@ -64,54 +77,57 @@ class ScenarioFile(Table):
 
     vcmm: str
     name: str = ""
-    machine: str | dict[str, Any]
-    part: str | dict[str, Any]
-    plan: str | dict[str, Any]
-    pose: PoseTable = PoseTable()
-    places: dict[str, PoseTable] = {}
-    environment: str | dict[str, Any] = {}
-    job: str | dict[str, Any] = {}
-    effects: list[dict[str, Any]] = []
-    inputs: list[dict[str, Any]] = []
+    machine: str | dict[str, Any] = Field(examples=['"machine.toml"'])
+    part: str | dict[str, Any] = Field(examples=['"part.toml"'])
+    plan: str | dict[str, Any] = Field(examples=['"plan.toml"'])
+    pose: PoseTable = Field(default_factory=PoseTable)
+    places: dict[str, PoseTable] = Field(default_factory=dict)
+    environment: str | dict[str, Any] = Field(default_factory=dict, examples=['"environment.toml"'])
+    job: str | dict[str, Any] = Field(default_factory=dict, examples=['"job.toml"'])
+    effects: list[dict[str, Any]] = Field(default_factory=list)
+    inputs: list[dict[str, Any]] = Field(default_factory=list)
 
 
 def load_scenario(path: str | Path) -> Scenario:
     """Read a scenario. Raises DataError with every problem of the file (and of the files it names)."""
     document = read_toml(path)
     check_version(document, "scenario")
-    model = read_model(ScenarioFile, document.data, document)
     problems = Problems(document)
-    machine = problems.attempt(("machine",), lambda: _machine(document, model.machine))
-    part = _section(document, "part", model.part, problems, lambda d, t, at: part_from(d, t, at, problems))
+    scenario = _checked_scenario(document, problems)
+    problems.raise_if_any()
+    assert scenario is not None
+    return scenario
+
+
+def _checked_scenario(document: Document, problems: Problems) -> Scenario | None:
+    data = document.data
+    model = checked_model(ScenarioFile, data, problems)
+    machine = _section(document, "machine", data.get("machine"), problems, machine_from)
+    part = _section(
+        document, "part", data.get("part"), problems, lambda d, t, at: _inner(part_from, d, t, at)
+    )
     planned = _section(
         document,
         "plan",
-        model.plan,
+        data.get("plan"),
         problems,
-        lambda d, t, at: plan_from(d, t, at, part.part if part else None, problems),
+        lambda d, t, at: _inner(lambda *a: plan_from(*a[:3], part.part if part else None, a[3]), d, t, at),
     )
     environment = _section(
         document,
         "environment",
-        model.environment,
+        data.get("environment", {}),
         problems,
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )
-    job = _section(document, "job", model.job, problems, lambda d, t, at: read_model(JobTable, t, d, at))
-    settings = problems.attempt(("job",), lambda: _settings(job)) if job else None
-    built = (
-        _with_knowledge(model, machine, part, environment, problems)
-        if machine and part and environment
-        else None
-    )
-    problems.raise_if_any()
-    assert built and planned and part and settings and environment
-    machine, inputs = built
+    settings = _section(document, "job", data.get("job", {}), problems, _settings)
+    known = _with_knowledge(document, machine, part, environment, planned, problems)
+    if problems.found or not (model and planned and part and settings and environment and known):
+        return None
+    machine, inputs = known
     plan, qualifications = planned
-    places = {n: _pose(t) for n, t in model.places.items()}
-    name = model.name or document.path.stem
     return Scenario(
-        name,
+        model.name or document.path.stem,
         machine,
         part.part,
         plan,
@@ -121,24 +137,28 @@ def load_scenario(path: str | Path) -> Scenario:
         part.forms,
         qualifications,
         settings,
-        places,
+        {n: _pose(t) for n, t in model.places.items()},
     )
+
+
+def _inner(make: Any, document: Document, data: dict[str, Any], at: Location) -> Any:
+    """Run a reader that notes its problems, with a list of its own: its document may be another file."""
+    problems = Problems(document)
+    found = make(document, data, at, problems)
+    problems.raise_if_any()
+    return found
 
 
 def _pose(table: PoseTable) -> Pose:
     return Pose.from_turns(np.array(table.shift), np.array(table.turn))
 
 
-def _machine(document: Document, value: str | dict[str, Any]) -> Machine:
-    if isinstance(value, str):
-        return load_machine(document.path.parent / value)
-    return machine_from(document, value, ("machine",))
-
-
-def _section(document: Document, key: str, value: str | dict[str, Any], problems: Problems, make: Any) -> Any:
-    """A table of this file, or the file it names (whose version line is checked)."""
-    if not isinstance(value, str):
+def _section(document: Document, key: str, value: object, problems: Problems, make: Any) -> Any:
+    """A table of this file, or the file it names (whose version line is checked); None where it cannot be read."""
+    if isinstance(value, dict):
         return problems.attempt((key,), lambda: make(document, value, (key,)))
+    if not isinstance(value, str):
+        return None  # missing or of a wrong type: reported with the scenario itself
 
     def from_file() -> Any:
         other = read_toml(document.path.parent / value)
@@ -148,57 +168,120 @@ def _section(document: Document, key: str, value: str | dict[str, Any], problems
     return problems.attempt((key,), from_file)
 
 
-def _settings(job: JobTable) -> Settings:
-    return Settings(job.seed, job.trials, job.p, job.interval, rule=job.rule)
+def _settings(document: Document, data: dict[str, Any], at: Location) -> Settings:
+    problems = Problems(document)
+    job = checked_model(JobTable, data, problems, at)
+    if job is not None and job.rule not in RULES:
+        problems.add((*at, "rule"), f'unknown rule "{job.rule}".{choose_from(job.rule, RULES)}')
+    settings = None
+    if job is not None and not problems.found:
+        settings = problems.attempt(
+            at, lambda: Settings(job.seed, job.trials, job.p, job.interval, rule=job.rule)
+        )
+    problems.raise_if_any()
+    assert settings is not None
+    return settings
 
 
 def _with_knowledge(
-    model: ScenarioFile, machine: Machine, part: PartData, environment: EnvironmentTable, problems: Problems
-) -> tuple[Machine, tuple[Input, ...]]:
-    effects: list[Effect] = list(part.effects(environment.part.compensated))
-    for i, table in enumerate(model.effects):
-        built = problems.attempt(("effects", i), lambda table=table: build_effect(table))
-        effects += [built] if built is not None else []
-    machine = machine.with_effect(*effects)
-    inputs = [*part.inputs(), *_temperature_inputs(environment, machine, problems)]
-    for i, table in enumerate(model.inputs):
-        found = problems.attempt(("inputs", i), lambda table=table: build_input(table, machine.effects))
-        inputs += [found] if found is not None else []
+    document: Document,
+    machine: Machine | None,
+    part: PartData | None,
+    environment: EnvironmentTable | None,
+    planned: tuple[Plan, Any] | None,
+    problems: Problems,
+) -> tuple[Machine, tuple[Input, ...]] | None:
+    """The machine with the effects of part and scenario, and all inputs that are not the machine's own."""
+    chain = machine.chain if machine else None
+    further = further_effects(tables_in(document.data, "effects"), chain, problems, ())
+    if machine is None or part is None or environment is None:
+        return None
+    effects = merged([*machine.effects, *part.effects(environment.part.compensated), *further])
+    machine = Machine(
+        machine.name, machine.kind, machine.chain, machine.axes, tuple(effects), machine.inputs,
+        machine.state, machine.compensation,
+    )  # fmt: skip
+    inputs = part.inputs()
+    for location, one in _temperature_inputs(document, environment, problems):
+        note_second(one, machine.inputs, problems, location)
+        inputs.append(one)
+    inputs += further_inputs(
+        tables_in(document.data, "inputs"), effects, [*machine.inputs, *inputs], problems, ()
+    )
+    _check_temperatures(document, machine.effects, environment, problems)
+    if planned:
+        _check_styli(document, planned[0], problems)
     return machine, tuple(inputs)
 
 
-def _temperature_inputs(environment: EnvironmentTable, machine: Machine, problems: Problems) -> list[Input]:
-    from vcmm.errors import UsageError, choose_from
-    from vcmm.units import quantity
+def _check_temperatures(
+    document: Document, effects: Sequence[Effect], environment: EnvironmentTable, problems: Problems
+) -> None:
+    """A temperature that an effect needs is one of the environment's."""
+    known = columns_of(environment.temperature)
+    for effect in effects:
+        for column in effect.required():
+            if column.startswith("temp_") and column not in known:
+                sensor = column.removeprefix("temp_").removesuffix("_C")
+                names = list(Temperatures.model_fields)
+                problems.add(
+                    _effect_location(document, "sensor", sensor),
+                    f'{effect.id} needs the temperature "{sensor}".{choose_from(sensor, names)}',
+                )
 
-    inputs = []
+
+def _check_styli(document: Document, plan: Plan, problems: Problems) -> None:
+    """A stylus named by an effect or input of this file is one of the plan's: others would act on nothing, unseen."""
+    for above in ((), ("machine",)):
+        tables = document.data if not above else document.data.get("machine", {})
+        for key in ("effects", "inputs"):
+            for i, table in enumerate(tables_in(tables, key) if isinstance(tables, dict) else []):
+                name = table.get("stylus", "")
+                if isinstance(name, str) and name not in ("", "*", *plan.styli):
+                    text = f'stylus = "{name}" is not a stylus of the plan.{choose_from(name, plan.styli)}'
+                    problems.add((*above, key, i, "stylus"), text)
+
+
+def _effect_location(document: Document, key: str, value: str) -> Location:
+    """Where an [[effects]] table of this file says key = value; else the machine."""
+    for above in ((), ("machine",)):
+        tables: Any = document.data if not above else document.data.get("machine", {})
+        for i, table in enumerate(tables_in(tables, "effects") if isinstance(tables, dict) else []):
+            if table.get(key) == value:
+                return (*above, "effects", i, key)
+    return ("machine",)
+
+
+def _temperature_inputs(
+    document: Document, environment: EnvironmentTable, problems: Problems
+) -> list[tuple[Location, Input]]:
+    """(where it stands, Input) for every temperature with an uncertainty."""
+    inside = isinstance(document.data.get("environment"), dict)
     names = [n for n in Temperatures.model_fields if n != "gradient"]
-    spread = {n: t for n, t in environment.u_temperature.items()}
-    for name, text in spread.items():
-        here: Location = ("environment", "u_temperature", name)
+    out: list[tuple[Location, Input]] = []
+    for name, text in environment.u_temperature.items():
+        here: Location = ("environment", "u_temperature", name) if inside else ("environment",)
         if name not in names:
             problems.add(here, f'unknown temperature "{name}".{choose_from(name, names)}')
             continue
         try:
-            u = quantity(text, "temperature difference", name)
+            u = quantity(text, "temperature difference", name, "0.1 K")
+            law = Normal(u)
         except UsageError as error:
             problems.add(here, str(error))
             continue
-        inputs.append(
-            Input("channel", "", f"temp_{name}_C", Normal(u), "machine", "temperature of the environment")
+        column = f"temp_{name}_C"
+        out.append((here, Input("channel", "", column, law, "machine", "temperature of the environment")))
+    u_sensor = environment.part.u_sensor
+    if u_sensor and "part" in environment.u_temperature:
+        here = ("environment", "u_temperature", "part") if inside else ("environment",)
+        problems.add(here, "u_temperature.part and part.u_sensor say the same thing; keep one of them")
+    elif u_sensor:
+        one = Input(
+            "channel", "", "temp_part_C", Normal(u_sensor), "machine", "temperature sensor of the part"
         )
-    if environment.part.u_sensor and "part" not in spread:
-        inputs.append(
-            Input(
-                "channel",
-                "",
-                "temp_part_C",
-                Normal(environment.part.u_sensor),
-                "machine",
-                "temperature sensor of the part",
-            )
-        )
-    return inputs
+        out.append((("environment",), one))
+    return out
 
 
 def columns_of(temperature: Temperatures) -> dict[str, float]:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.errors import DataError
+from vcmm.files.toml_lines import Location, key_lines
 
-Location = tuple[str | int, ...]
+__all__ = ["Document", "Location", "check_version", "key_lines", "read_toml"]
 
 
 @dataclass(frozen=True)
@@ -40,18 +41,35 @@ def read_toml(path: str | Path) -> Document:
     if not path.exists():
         near = sorted(p.name for p in path.parent.glob("*.toml"))[:8] if path.parent.is_dir() else []
         raise DataError(f"{path} does not exist" + (f"; TOML files there: {', '.join(near)}" if near else ""))
+    text = _text(path)
     try:
-        text = path.read_text(encoding="utf-8")
         data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise DataError(_syntax(path, text, str(error))) from None
+    return Document(path, data, key_lines(text))
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise DataError(
             f"{path} is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
         ) from None
-    except tomllib.TOMLDecodeError as error:
-        line = re.search(r"line (\d+)", str(error))
-        at = f"{path}:{line[1]}" if line else str(path)
-        raise DataError(f"{at}: this is not valid TOML: {error}; texts need quotes, keys need =") from None
-    return Document(path, data, key_lines(text))
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}") from None
+
+
+def _syntax(path: Path, text: str, message: str) -> str:
+    """The complaint of tomllib with the line it is about, and what is usually wrong."""
+    found = re.search(r"line (\d+)", message)
+    lines = text.splitlines()
+    number = int(found[1]) if found else len(lines)
+    line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+    fix = "texts need quotes, keys need ="
+    if "verwrite" in message or "twice" in message or "more than once" in message:
+        fix = "each key and each table is written once"
+    return f"{path}:{number}: not valid TOML: {message}: {line}\n    {fix}"
 
 
 def check_version(document: Document, kind: str, version: int = 1) -> None:
@@ -67,39 +85,3 @@ def check_version(document: Document, kind: str, version: int = 1) -> None:
         raise DataError(
             f'{at}: "{word}" was written by a newer vcmm; this one reads {kind}/1 to {kind}/{version}: update vcmm'
         )
-
-
-def key_lines(text: str) -> dict[Location, int]:
-    """Line of every key that starts a line, and of the keys of inline tables (on the line of their table)."""
-    lines: dict[Location, int] = {}
-    table: Location = ()
-    counts: dict[Location, int] = {}
-    for number, raw in enumerate(text.splitlines(), 1):
-        line = raw.strip()
-        if header := re.match(r"\[\[\s*([^\]]+?)\s*\]\]", line):
-            name = _parts(header[1])
-            counts[name] = counts.get(name, -1) + 1
-            table = (*name, counts[name])
-            lines.setdefault(name, number)
-            lines[table] = number
-        elif header := re.match(r"\[\s*([^\]]+?)\s*\]", line):
-            table = _under_last(_parts(header[1]), counts)
-            lines.setdefault(table, number)
-        elif key := re.match(r"""((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"))*)\s*=""", line):
-            here = (*table, *_parts(key[1]))
-            lines.setdefault(here, number)
-            for inner in re.findall(r"[{,]\s*([\w-]+)\s*=", line[key.end() :]):
-                lines.setdefault((*here, inner), number)
-    return lines
-
-
-def _parts(dotted: str) -> Location:
-    return tuple(part.strip().strip("\"'") for part in re.findall(r'"[^"]*"|[^.]+', dotted))
-
-
-def _under_last(name: Location, counts: dict[Location, int]) -> Location:
-    """[plan.steps.points] after [[plan.steps]] belongs to the last step."""
-    for cut in range(len(name), 0, -1):
-        if name[:cut] in counts:
-            return (*name[:cut], counts[name[:cut]], *name[cut:])
-    return name

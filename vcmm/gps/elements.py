@@ -37,7 +37,7 @@ class FittedLike(Protocol):
 @dataclass(frozen=True, eq=False)
 class Element:
     """A fitted element in the drawing frame; its axis points as the nominal one does. `offsets` (..., n, 3):
-    the residuals as vectors, from the element to each measured point.
+    the residuals of a line as vectors, from the element to each measured point.
     """
 
     feature: Feature
@@ -69,7 +69,8 @@ def place(
     feature, raw = features[name], fitted[name]
     by = Pose.identity() if pose is None else pose
     axis = _signed(feature, by.turn_each(raw.axis))
-    offsets = by.turn(raw.residuals[..., None] * raw.normals)
+    # only a line needs them: its residuals have a direction, those of surfaces a sign
+    offsets = by.turn(raw.residuals[..., None] * raw.normals) if feature.kind == "line" else np.zeros((1, 3))
     return Element(feature, by.apply_each(raw.point), axis, raw.sizes, raw.residuals, offsets)
 
 

@@ -39,22 +39,15 @@ def heat_map(
     xe, ye = cell_edges(xc), cell_edges(yc)
     ticks = nice_ticks(ye[0], ye[-1], max(3, height // 50))
     holes = not np.isfinite(data).all()
-    area = Area(
-        room_left(ticks), 30, width - legend_width(scale, unit) - 20, height - 46 - (18 if holes else 0)
-    )
-    sx, sy = Scale(xe[0], xe[-1], area.left, area.right), Scale(ye[0], ye[-1], area.bottom, area.top)
+    right, bottom = width - legend_width(scale, unit) - 20, height - (64 if holes else 46)
+    area = Area(room_left(ticks), 30, right, bottom)
+    sx, sy = Scale(xe[0], xe[-1], area.left, right), Scale(ye[0], ye[-1], bottom, area.top)
     hatch = f"hatch-{zlib.crc32(data.tobytes() + title.encode()):08x}"
     body = [_hatch(hatch)] if holes else []
     body.append(_cells(data, scale, sx.many(xe), sy.many(ye), hatch))
-    body.append(
-        svg.text(0, 13, y_label, "muted") + _y_labels(ticks, sy, area) + x_axis(area, sx, x_label, width)
-    )
-    body += [
-        _mark(name, sx(float(mx)), sy(float(my)), area)
-        for name, mx, my in marks
-        if np.isfinite([mx, my]).all()
-    ]
-    body.append(colour_legend(scale, unit, area.right + 20, area.top, area.bottom))
+    body += [svg.text(0, 13, y_label, "muted"), _y_labels(ticks, sy, area), x_axis(area, sx, x_label, width)]
+    body += [_mark(name, sx(mx), sy(my), area) for name, mx, my in marks if np.isfinite([mx, my]).all()]
+    body.append(colour_legend(scale, unit, right + 20, area.top, bottom))
     if holes:
         key = f'<rect width="16" height="10" fill="url(#{hatch})"/>'
         body.append(svg.legend([(key, "not evaluated")], area.left, height - 14, width)[0])

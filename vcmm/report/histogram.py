@@ -37,9 +37,9 @@ def histogram(
     marks = [(name, float(x)) for name, x in marks if np.isfinite(x)]
     values = [edge[0], edge[-1], *(x for _, x in marks), *(interval or ())]
     pad = 0.02 * (max(values) - min(values))
-    scale = Scale(min(values) - pad, max(values) + pad, 8, width - 8)
+    scale = Scale(min(values) - pad, max(values) + pad, 22, width - 22)
     levels, head = _levels(marks, scale, width), 30.0 if interval else 0.0
-    area = Area(8, head + 12 + _ROW * (max(levels, default=-1) + 1), width - 8, height - 46)
+    area = Area(22, head + 12 + _ROW * (max(levels, default=-1) + 1), width - 22, height - 46)
     body = [_bars(edge, count, interval, scale, area)]
     body += [_mark(x, head + 12 + _ROW * level, scale, area) for (_, x), level in zip(marks, levels)]
     body += [

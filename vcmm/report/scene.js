@@ -8,11 +8,11 @@ for (const data of document.querySelectorAll('script[data-scene]')) {
     wait = 0;
     const [ca, sa, ce, se] = [az, el].flatMap(v => [Math.cos(v * Math.PI / 180), Math.sin(v * Math.PI / 180)]);
     const F = [[-sa, ca, 0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]], seen = v => F.map(r => dot(r, v)), C = D.v.map(seen);
-    const fit = j => D.fit[j + 2] / C.reduce((m, c) => Math.max(m, Math.abs(c[j])), 1), k = Math.min(fit(0), fit(1)), shown = {};
+    const fit = j => D.fit[j + 2] / C.reduce((m, c) => Math.max(m, Math.abs(c[j])), 1), k = Math.min(fit(0), fit(1));
     const P = C.map(c => [D.fit[0] + k * c[0], D.fit[1] - k * c[1]]), at = i => n(P[i][0]) + ' ' + n(P[i][1]);
     const faces = D.f.map(([s, g, m, ...q]) => {
       const N = seen(D.n[m]), [r, v, b, alpha, cull, shade] = D.s[s];
-      if (!(shown[g] = N[2] > 0 || !cull)) return;
+      if (cull && N[2] <= 0) return;
       const tone = 1 - shade + shade * Math.max(0, dot(N, D.light) * Math.sign(N[2]));
       const rgb = `rgb(${[r, v, b].map(c => Math.round(c * tone))})`;
       return [q.reduce((z, i) => z + C[i][2], 0) / q.length, `<path d="M${q.map(at).join('L')}Z" fill="${rgb}" ` +
@@ -22,9 +22,8 @@ for (const data of document.querySelectorAll('script[data-scene]')) {
       const near = {}, rows = t.i.map(i => faces[i]).filter(f => f);
       for (const f of rows) near[f[2]] = f[0];
       for (const [s, p, q, ...g] of t.i.filter(i => i < 0).map(i => D.e[-1 - i])) {
-        if (g.length && !g.some(x => shown[x])) continue;
-        const b = t.m ? [] : g.filter(x => x in near).map(x => near[x]);
-        rows.push([b.length ? Math.max(...b) + 60 : (C[p][2] + C[q][2]) / 2 + 60, `<path d="M${at(p)}L${at(q)}" ${D.s[s]}/>`]);
+        const b = g.filter(x => x in near).map(x => near[x]);
+        if (b.length || !g.length) rows.push([60 + (t.m || !g.length ? (C[p][2] + C[q][2]) / 2 : Math.max(...b)), `<path d="M${at(p)}L${at(q)}" ${D.s[s]}/>`]);
       }
       return join(rows);
     };

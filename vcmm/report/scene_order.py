@@ -120,15 +120,21 @@ def _sides(solids: _Solids, plane: _Plane, eps: float) -> list[str]:
 def _parted(
     pieces: list[Piece], whole: dict[int, str], plane: _Plane, eps: float, on_top: bool
 ) -> tuple[list[Piece], list[Piece]]:
-    """Units beside the plane go whole and take their edges along; the rest is divided piece by piece."""
+    """Units beside the plane go whole; the rest is divided piece by piece.
+
+    An edge follows its faces. One that lies in the plane goes to both sides: it is drawn where a face of it shows.
+    """
     low: list[Piece] = []
     high: list[Piece] = []
     for piece in pieces:
-        near = {whole.get(u, "") for u in ((piece.unit,) if piece.unit >= 0 else piece.faces)} or {""}
+        units = (piece.unit,) if piece.unit >= 0 else piece.faces
+        near = {whole[u] for u in units if u in whole}
+        if units and not near:
+            continue  # an edge that came without its faces
         side = near.pop() if len(near) == 1 else ""
-        side = side or _side_of(
-            piece.points[:, plane.axis], plane.at, eps, "high" in near if near else on_top
-        )
+        side = side or _side_of(piece.points[:, plane.axis], plane.at, eps)
+        if side == "in" and (piece.is_face or not units):
+            side = "high" if on_top else "low"
         first, second = (piece, piece) if side else cut(piece, plane.axis, plane.at)
         if side != "high" and first is not None:
             low.append(first)
@@ -137,11 +143,10 @@ def _parted(
     return low, high
 
 
-def _side_of(ends: Array, at: float, eps: float, on_top: bool) -> str:
+def _side_of(ends: Array, at: float, eps: float) -> str:
+    """ "low", "high", "in" the plane, or "" for a piece to be cut."""
     below, above = ends.max() <= at + eps, ends.min() >= at - eps
-    if below and above:
-        return "high" if on_top else "low"
-    return "low" if below else "high" if above else ""
+    return ("in" if above else "low") if below else "high" if above else ""
 
 
 def _leaf(pieces: list[Piece], size: float, items: int) -> Leaf:

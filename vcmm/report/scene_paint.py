@@ -109,8 +109,8 @@ def draw(display: Display, view: Sequence[float]) -> str:
     """SVG of everything that turns with the view: surfaces, edges, overlays, triad, scale bar."""
     frame = basis(*view)
     pixels, scale = project(display, view)
-    faces, shown = _faces(display, pixels, frame)
-    solid = "".join(_leaf(display, leaf, pixels, faces, shown) for leaf in leaves(display["t"], frame[2]))
+    faces = _faces(display, pixels, frame)
+    solid = "".join(_leaf(display, leaf, pixels, faces) for leaf in leaves(display["t"], frame[2]))
     over = _overlays(display, pixels, frame, scale)
     stage = f'<g class="stage" stroke-linejoin="round" stroke-linecap="round">{solid}{over}</g>'
     return stage + (_scale_bar(display, scale) + _triad(display, frame) if display["bar"] else "")
@@ -132,27 +132,21 @@ def _in_depth(rows: list[Row]) -> str:
     return "".join(row[1] for row in sorted(rows, key=lambda row: row[0]))
 
 
-def _faces(
-    display: Display, pixels: Array, frame: Array
-) -> tuple[dict[int, tuple[float, str, int]], dict[int, bool]]:
-    """(depth, SVG, original face) of each polygon that shows; which original faces show."""
-    shown: dict[int, bool] = {}
+def _faces(display: Display, pixels: Array, frame: Array) -> dict[int, tuple[float, str, int]]:
+    """(depth, SVG, original face) of each polygon that shows."""
     out = {}
     normals = np.array(display["n"], dtype=np.float64).reshape(-1, 3) @ frame.T
     for i, (style, origin, normal, *corners) in enumerate(display["f"]):
         *rgb, opacity, cull, shade = display["s"][style]
         n = normals[normal]
-        shown[origin] = bool(n[2] > 0 or not cull)
-        if shown[origin]:
-            tone = 1 - shade + shade * max(0.0, float(n @ LIGHT) * float(np.sign(n[2])))
-            colour = "#" + "".join(f"{min(int(c * tone + 0.5), 255):02x}" for c in rgb)
-            p = pixels[corners]
-            out[i] = (
-                float(p[:, 2].mean()),
-                _polygon(svg.points(p[:, :2], close=True, decimals=1), colour, opacity),
-                origin,
-            )
-    return out, shown
+        if cull and n[2] <= 0:
+            continue
+        tone = 1 - shade + shade * max(0.0, float(n @ LIGHT) * float(np.sign(n[2])))
+        colour = "#" + "".join(f"{min(int(c * tone + 0.5), 255):02x}" for c in rgb)
+        p = pixels[corners]
+        shape = _polygon(svg.points(p[:, :2], close=True, decimals=1), colour, opacity)
+        out[i] = (float(p[:, 2].mean()), shape, origin)
+    return out
 
 
 def _polygon(data: str, colour: str, opacity: float) -> str:
@@ -163,24 +157,19 @@ def _polygon(data: str, colour: str, opacity: float) -> str:
 
 
 def _leaf(
-    display: Display,
-    leaf: dict[str, Any],
-    pixels: Array,
-    faces: dict[int, tuple[float, str, int]],
-    shown: dict[int, bool],
+    display: Display, leaf: dict[str, Any], pixels: Array, faces: dict[int, tuple[float, str, int]]
 ) -> str:
-    """Pieces of one leaf, farthest first; an edge comes right after the faces it borders."""
+    """Pieces of one leaf, farthest first; an edge right after the faces that it borders, if one of them shows."""
     here = [faces[i] for i in leaf["i"] if i in faces]
     near = {origin: depth for depth, _, origin in here}
     rows: list[Row] = [(depth, shape) for depth, shape, _ in here]
     for style, a, b, *borders in (display["e"][-1 - i] for i in leaf["i"] if i < 0):
-        if borders and not any(shown[g] for g in borders):
-            continue
-        beside = [near[g] for g in borders if g in near and not leaf["m"]]
-        depth = max(beside) + 60 if beside else float(pixels[[a, b], 2].mean()) + 60
-        rows.append(
-            (depth, f'<path d="{svg.points(pixels[[a, b], :2], decimals=1)}" {display["s"][style]}/>')
-        )
+        beside = [near[g] for g in borders if g in near]
+        if beside or not borders:
+            free = leaf["m"] or not borders
+            depth = 60 + (float(pixels[[a, b], 2].mean()) if free else max(beside))
+            line = svg.points(pixels[[a, b], :2], decimals=1)
+            rows.append((depth, f'<path d="{line}" {display["s"][style]}/>'))
     return _in_depth(rows)
 
 
@@ -222,10 +211,12 @@ def place_labels(
     out: list[list[Any]] = []
     for at, words, wide in labels:
         x, y = float(pixels[at, 0]), float(pixels[at, 1])
-        spots = [(x + 8, y + 4), (x - 8 - wide, y + 4), (x - wide / 2, y - 9), (x - wide / 2, y + 18)]
-        spots = [(min(max(a, 2.0), display["w"] - wide - 2), b) for a, b in spots]
+        most = display["w"] - wide - 2
+        middle = min(max(x - wide / 2, 2.0), most)
+        spots = [(x + 8, y + 4), (x - 8 - wide, y + 4), (middle, y - 11), (middle, y + 19)]
+        spots = [p for p in spots if 2 <= p[0] <= most] or spots
         free = [
-            p for p in spots if all(p[0] > r or p[0] + wide < a or abs(p[1] - b) > 14 for a, r, b in taken)
+            p for p in spots if all(p[0] > r or p[0] + wide < q or abs(p[1] - b) > 14 for q, r, b in taken)
         ]
         left, base = (free or spots)[0]
         taken.append((left, left + wide, base))

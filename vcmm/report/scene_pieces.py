@@ -56,6 +56,7 @@ class Piece:
 
     @property
     def is_face(self) -> bool:
+        """A polygon, not an edge."""
         return not isinstance(self.style, str)
 
 

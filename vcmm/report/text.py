@@ -55,7 +55,7 @@ def number(value: float | None, digits: int = 3) -> str:
 def aligned(values: Iterable[float | None], digits: int = 3) -> list[str]:
     """Numbers of one column with common decimals: the largest shows `digits` significant digits.
 
-    What would round to zero is shown as less than the last digit ("<0.001").
+    What would round to zero keeps its one significant digit.
     """
     column = [math.nan if v is None else float(v) for v in values]
     largest = max((abs(v) for v in column if math.isfinite(v)), default=0.0)
@@ -69,7 +69,7 @@ def _in_column(value: float, decimals: int) -> str:
     if not math.isfinite(value):
         return DASH
     if value != 0 and round(value, decimals) == 0:
-        return ("<" if value > 0 else f">{MINUS}") + f"{10.0**-decimals:.{decimals}f}"
+        return number(value, 1)
     return f"{value + 0.0:.{decimals}f}".replace("-", MINUS)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from vcmm.errors import UsageError
 from vcmm.report import svg
 from vcmm.report.axes import Scale
-from vcmm.report.text import DASH, plain, text_width, with_uncertainty
+from vcmm.report.text import plain, text_width, with_uncertainty
 
 NAMES = {"good": "conformance zone", "warning": "uncertainty zone", "bad": "non-conformance zone"}
 _TOP, _TALL = 46.0, 30.0
@@ -64,7 +65,7 @@ def zones(
 ) -> str:
     """Tolerance limits (either may be None), result `value` with expanded uncertainty, guard band width; one unit.
 
-    A value that is not finite draws the zones alone and says so.
+    A value or an uncertainty that is not finite draws the zones alone and says so.
     """
     parts = zone_list(lower, upper, guard)
     known = math.isfinite(value) and math.isfinite(expanded)
@@ -72,9 +73,8 @@ def zones(
         [v for v in (lower, upper) if v is not None], guard, value, expanded if known else 0.0, width
     )
     body = [_stripe(zone, scale) for zone in parts]
-    body.append(_limits(lower, upper, unit, scale))
-    body.append(_guards(parts, lower, upper, scale))
-    verdict = "result not available"
+    body += [_limits(lower, upper, unit, scale), _guards(parts, lower, upper, scale)]
+    verdict = "The result is not available."
     if known:
         body.append(_marker(value, expanded, unit, scale, width))
         verdict = f"The result lies in the {NAMES[zone_of(value, parts).kind]}."
@@ -83,9 +83,9 @@ def zones(
         (svg.rect(0, 0, 16, 10, svg.paint(f"{k}-soft", k, 0.8)), NAMES[k].removesuffix(" zone"))
         for k in shown
     ]
-    legend, used = svg.legend(keys, 0, _TOP + _TALL + 44, width)
+    legend, used = svg.legend(keys, 0, _TOP + _TALL + 42, width)
     return svg.figure(
-        svg.document(width, _TOP + _TALL + 48 + used, "".join(body) + legend, title), title, verdict
+        svg.document(width, _TOP + _TALL + 44 + used, "".join(body) + legend, title), title, verdict
     )
 
 
@@ -103,23 +103,25 @@ def _stripe(zone: Zone, scale: Scale) -> str:
 
 
 def _limits(lower: float | None, upper: float | None, unit: str, scale: Scale) -> str:
-    """Lines and labels of the limits; two labels that would touch are turned outwards."""
-    named = [(f"{name} {plain(x)} {unit}".strip(), scale(x)) for name, x in
-             (("lower limit", lower), ("upper limit", upper)) if x is not None]  # fmt: skip
-    halves = [text_width(words, svg.SIZE) / 2 for words, _ in named]
-    crowded = len(named) == 2 and named[1][1] - named[0][1] < sum(halves) + 12
-    out, bottom = [], _TOP + _TALL
-    for i, ((words, at), half) in enumerate(zip(named, halves)):
-        shift = (half - 4) * (2 * i - 1) if crowded else 0.0
-        centre = min(max(at + shift, half), scale.end - half)
-        out.append(svg.line(at, _TOP - 5, at, bottom + 8, svg.paint(stroke="ink", width=1.4)))
-        out.append(svg.text(centre, bottom + 23, words, "ink", "middle"))
+    """Lines and labels of the limits; one common label where two would touch."""
+    known = [(name, x) for name, x in (("lower", lower), ("upper", upper)) if x is not None]
+    named = [(f"{name} limit {plain(x)} {unit}".strip(), scale(x)) for name, x in known]
+    if len(named) == 2:
+        reach = sum(text_width(words, svg.SIZE) for words, _ in named) / 2 + 12
+        if named[1][1] - named[0][1] < reach:
+            both = f"limits {plain(lower)} to {plain(upper)} {unit}".strip()
+            named = [(both, (named[0][1] + named[1][1]) / 2)]
+    bottom, how = _TOP + _TALL, svg.paint(stroke="ink", width=1.4)
+    out = [svg.line(scale(x), _TOP - 5, scale(x), bottom + 8, how) for _, x in known]
+    for words, at in named:
+        half = text_width(words, svg.SIZE) / 2
+        out.append(svg.text(min(max(at, half), scale.end - half), bottom + 23, words, "ink", "middle"))
     return "".join(out)
 
 
 def _guards(parts: list[Zone], lower: float | None, upper: float | None, scale: Scale) -> str:
-    """Thin lines where the zones meet, besides the limits."""
-    cuts = {z.low for z in parts[1:]} - {lower, upper}
+    """Thin lines where zones of different kind meet, besides the limits."""
+    cuts = {b.low for a, b in pairwise(parts) if a.kind != b.kind} - {lower, upper}
     how = svg.paint(stroke="warning", width=1.0, dash="2 2")
     return "".join(svg.line(scale(x), _TOP, scale(x), _TOP + _TALL, how) for x in sorted(cuts))
 
@@ -131,8 +133,8 @@ def _marker(value: float, expanded: float, unit: str, scale: Scale, width: float
     diamond = svg.path(
         svg.points([(x, y - 6), (x + 6, y), (x, y + 6), (x - 6, y)], close=True), svg.paint("ink")
     )
-    words = f"{with_uncertainty(value, expanded)} {unit}".strip() if expanded >= 0 else DASH
-    half = text_width(words, svg.SIZE + 1) / 2
+    words = f"{with_uncertainty(value, expanded)} {unit}".strip()
+    half = 1.1 * text_width(words, svg.SIZE + 1) / 2  # bold is wider
     centre = min(max(x, half), width - half)
     leader = svg.line(x, _TOP - 18, x, y - 6, svg.paint(stroke="faint", width=0.8))
     return leader + bar + diamond + svg.text(centre, _TOP - 24, words, "ink", "middle", svg.SIZE + 1, True)

@@ -1,0 +1,86 @@
+"""`import vcmm` and `vcmm --help` start at once: no numerical or drawing library is loaded."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = ("numpy", "scipy", "numba", "trimesh", "pyvista", "vtk", "manifold3d", "pydantic", "matplotlib")
+REPORT = f"import json, sys; print(json.dumps([m for m in {HEAVY!r} if m in sys.modules]), file=sys.stderr)"
+
+
+def run(code: str) -> tuple[subprocess.CompletedProcess[str], list[str]]:
+    """The finished process and the heavy libraries it had loaded."""
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}\n{REPORT}"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done, json.loads(done.stderr.splitlines()[-1])
+
+
+def test_import_loads_nothing_heavy():
+    done, loaded = run("import vcmm\nprint(vcmm.__version__)\nprint(*dir(vcmm))")
+    assert loaded == []
+    assert "uncertainty" in done.stdout
+
+
+def test_the_probe_itself_sees_numpy():
+    assert run("import numpy")[1] == ["numpy"]
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--help"], "uncertainty"),
+        (["--version"], "vcmm "),
+        (["uncertainty", "--help"], "--engine"),
+        (["field", "--help"], "--exact"),
+    ],
+)
+def test_help_loads_nothing_heavy(words: list[str], text: str):
+    done, loaded = run(f"from vcmm.cli import run\nassert run({words!r}) == 0")
+    assert loaded == []
+    assert text in done.stdout
+
+
+def test_public_names_are_found_on_first_use():
+    _, loaded = run(
+        "import vcmm\nmissing = [n for n in vcmm.__all__ if not hasattr(vcmm, n)]\nassert not missing, missing"
+    )
+    assert "numpy" in loaded  # the names are real objects, not promises
+
+
+def test_public_names_stay_what_they_are_when_modules_are_imported():
+    """Importing vcmm.x sets the attribute x of the package, so no public name may also be a module that is in use."""
+    run(
+        "import importlib, pkgutil, types, vcmm\n"
+        "for found in pkgutil.iter_modules(vcmm.__path__):\n"
+        "    if not found.name.startswith('_'): importlib.import_module(f'vcmm.{found.name}')\n"
+        "hidden = [n for n in vcmm.__all__ if isinstance(getattr(vcmm, n), types.ModuleType)]\n"
+        "assert not hidden, f'modules hide these public names: {hidden}'"
+    )
+
+
+def test_a_mistyped_name_is_answered_with_the_closest():
+    run(
+        "import vcmm\ntry:\n    vcmm.mesure\nexcept AttributeError as error:\n    assert 'Did you mean \"measure\"?' in str(error)"
+    )
+
+
+def test_the_command_ends_with_its_exit_code():
+    done = subprocess.run(
+        [sys.executable, "-c", "from vcmm.cli import main; main(['--help'])"],
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 0
+    done = subprocess.run(
+        [sys.executable, "-c", "from vcmm.cli import main; main(['mesure'])"],
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stdout == b""

@@ -1,0 +1,258 @@
+"""[[inputs]] tables: what is known about a parameter of an effect or about a column of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import Field
+from typing import Any
+
+import numpy as np
+
+from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.errors import UsageError, choose_from, did_you_mean
+from vcmm.files.columns import REDRAW, check_channel
+from vcmm.files.effects import Found, check_matters, kind_of, noting, unit_of
+from vcmm.files.problems import TableProblems
+from vcmm.inputs import EVERY, Input
+from vcmm.laws import (
+    Arcsine,
+    Law,
+    MultivariateNormal,
+    Normal,
+    Samples,
+    StudentT,
+    Trapezoidal,
+    Triangular,
+    Uniform,
+)
+from vcmm.run import Array
+from vcmm.units import channel_unit, dimension_of, parse_unit, vector
+
+BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
+LAW_KEYS = {  # the first is the spread; of u and half_width one is given
+    "normal": ("u",), "t": ("scale", "dof"), "uniform": ("half_width", "u"), "triangular": ("half_width", "u"),
+    "trapezoidal": ("half_width", "u", "top"), "arcsine": ("half_width", "u"), "samples": ("values",),
+    "multivariate": ("covariance",),
+}  # fmt: skip
+INPUT_KEYS = (
+    "effect", "channel", "parameter", "law", "u", "scale", "dof", "half_width", "top", "values", "covariance",
+    "redraw", "evidence",
+)  # fmt: skip
+
+
+def build_input(table: dict[str, Any], effects: Sequence[Effect]) -> Input:
+    """One [[inputs]] table to an Input; `effects` are those of the machine (or scenario), to check the target.
+
+    Raises TableProblems naming every wrong key, unit or word.
+    """
+    found: Found = []
+    if "effect" not in table and "channel" not in table and did_you_mean("effect", table):
+        raise TableProblems([("", f'the key "effect" is missing.{did_you_mean("effect", table)}')])
+    if ("effect" in table) == ("channel" in table):
+        text = 'an input names either effect = "..." with parameter = "...", or channel = "..."'
+        raise TableProblems([("effect" if "effect" in table else "", text)])
+    redraw = str(table.get("redraw", "machine"))
+    if redraw not in REDRAW:
+        found.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
+    out = _channel_input(table, found) if "channel" in table else _effect_input(table, effects, found)
+    if found or out is None:
+        raise TableProblems(found)
+    return out
+
+
+def _channel_input(table: dict[str, Any], found: Found) -> Input | None:
+    _note_unknown(table, (), found)
+    channel = str(table["channel"])
+    with noting(found, "channel"):
+        check_channel(channel)
+        law, _ = _law(table, channel_unit(channel))
+        return Input("channel", "", channel, law, _redraw(table), str(table.get("evidence", "")))
+    return None
+
+
+def _effect_input(table: dict[str, Any], effects: Sequence[Effect], found: Found) -> Input | None:
+    kind = kind_of(table, found)
+    if kind is None:
+        return None
+    places = [f.name for f in place_fields(kind)]
+    _note_unknown(table, places, found)
+    target = None
+    with noting(found, places[0] if places and places[0] in table else "effect"):
+        target = _target(kind, table, effects)
+    spec = None
+    with noting(found, "parameter"):
+        spec = _input_parameter(kind, table, "" if target is None else str(getattr(target, "component", "")))
+    if spec is None or target is None:
+        return None
+    law, scale, component = None, None, str(getattr(target, "component", ""))
+    with noting(found, "law"):
+        law, scale = _law(table, unit_of(spec.metadata["unit"], component))
+    if law is None:
+        return None
+    return Input(
+        kind.name, _where(kind, table), spec.name, law, _redraw(table), str(table.get("evidence", "")), scale
+    )
+
+
+def _redraw(table: dict[str, Any]) -> str:
+    return str(table.get("redraw", "machine"))
+
+
+def _where(kind: type[Effect], table: dict[str, Any]) -> str:
+    given = [str(table[f.name]) for f in place_fields(kind) if table.get(f.name)]
+    return EVERY if given and set(given) == {EVERY} else ",".join(given)
+
+
+def _target(kind: type[Effect], table: dict[str, Any], effects: Sequence[Effect]) -> Effect:
+    """The first effect that an input is about."""
+    where = _where(kind, table)
+    same = [e for e in effects if e.name == kind.name]
+    for effect in same:
+        if where in (EVERY, effect.where):
+            return effect
+    if not same:
+        raise UsageError(
+            f'an input for {kind.name}, but there is no such effect; add it with [[effects]] effect = "{kind.name}"'
+        )
+    have = [e.id for e in same]
+    missing = [f.name for f in place_fields(kind) if f.name not in table]
+    if missing and not where:
+        raise UsageError(
+            f'the input does not say which {kind.name}; add {missing[0]} = "{getattr(same[0], missing[0])}"'
+        )
+    raise UsageError(
+        f"an input for {kind.name}[{where}], but there is no such effect.{choose_from(f'{kind.name}[{where}]', have)}"
+    )
+
+
+def _input_parameter(kind: type[Effect], table: dict[str, Any], component: str) -> Field[Any]:
+    known = {f.name: f for f in parameter_fields(kind)}
+    word = str(table.get("parameter", ""))
+    allowed = [*(k for k in kind.aliases), *(k for k in known if k not in kind.aliases.values())]
+    if not word:
+        raise UsageError(f'the key "parameter" is missing; write for example parameter = "{allowed[0]}"')
+    name = kind.aliases.get(word, word)
+    if name not in known:
+        raise UsageError(f'{kind.name} has no parameter "{word}".{choose_from(word, [*allowed, *known])}')
+    check_matters(known[name], component, name)
+    return known[name]
+
+
+def _note_unknown(table: dict[str, Any], places: Sequence[str], found: Found) -> None:
+    keys = INPUT_KEYS if places else tuple(k for k in INPUT_KEYS if "channel" in table or k != "channel")
+    for key in table:
+        if key not in keys and key not in places:
+            found.append((key, f'unknown key "{key}" of an input.{choose_from(key, [*places, *keys])}'))
+
+
+def _law(table: dict[str, Any], unit: str) -> tuple[Any, Array | None]:
+    """(law, scale per element or None) from the keys law, u, scale, dof, half_width, top, values, covariance."""
+    name = str(table.get("law", "normal"))
+    if name not in LAW_KEYS:
+        raise UsageError(f'unknown law "{name}".{choose_from(name, LAW_KEYS)}')
+    _refuse_keys_of_other_laws(table, name)
+    if name == "samples":
+        if "values" not in table:
+            raise UsageError(f'law = "samples" needs values, for example values = "0.1 -0.2 0.3 {unit}"')
+        with _key("values"):
+            return Samples(
+                np.array(vector(table["values"], dimension_of(unit), "values", f"0.1 -0.2 {unit}"))
+            ), None
+    if name == "multivariate":
+        return _multivariate(table, unit), None
+    key = _spread_key(table, name, unit)
+    with _key(key):
+        numbers = _numbers(table[key], dimension_of(unit), key, f"0.5 {unit}")
+        if (numbers < 0).any():
+            raise UsageError(f"{key} = {table[key]} is negative; a spread is zero or positive")
+        if len(numbers) > 1:
+            return _scalar_law(name, key, 1.0, table), numbers
+        return _scalar_law(name, key, float(numbers[0]), table), None
+
+
+@contextmanager
+def _key(key: str) -> Iterator[None]:
+    """Complaints inside are about this key."""
+    try:
+        yield
+    except TableProblems:
+        raise
+    except UsageError as error:
+        raise TableProblems([(key, str(error))]) from None
+
+
+def _refuse_keys_of_other_laws(table: dict[str, Any], name: str) -> None:
+    foreign = [k for keys in LAW_KEYS.values() for k in keys if k in table and k not in LAW_KEYS[name]]
+    foreign = list(dict.fromkeys(foreign))
+    if foreign and any(k in table for k in LAW_KEYS[name]):
+        owner = next(law for law, keys in LAW_KEYS.items() if foreign[0] in keys)
+        text = f'{foreign[0]} does not belong to law = "{name}", which takes {" or ".join(LAW_KEYS[name])}'
+        raise TableProblems([(foreign[0], f'{text}; remove it or write law = "{owner}"')])
+
+
+def _multivariate(table: dict[str, Any], unit: str) -> MultivariateNormal:
+    if "covariance" not in table:
+        raise UsageError(f'law = "multivariate" needs covariance = [[...], ...] in ({unit})^2')
+    with _key("covariance"):
+        try:
+            numbers = np.array(table["covariance"], dtype=float)
+        except (TypeError, ValueError):
+            raise UsageError(
+                f"covariance must be a square of plain numbers in ({unit})^2, as in [[1.0, 0.2], [0.2, 1.0]]"
+            ) from None
+        return MultivariateNormal(numbers * parse_unit(unit).factor ** 2)
+
+
+def _numbers(value: Any, dimension: str, key: str, example: str) -> Array:
+    """One number, "a b c um", a list of texts, or a list of "x y z um" rows, flattened."""
+    if isinstance(value, list) and value and all(isinstance(v, str) for v in value):
+        return np.concatenate([vector(v, dimension, key, example) for v in value])
+    return np.array(vector(value, dimension, key, example))
+
+
+def _spread_key(table: dict[str, Any], name: str, unit: str) -> str:
+    allowed = [k for k in LAW_KEYS[name] if k not in ("dof", "top")]
+    given = [k for k in allowed if k in table]
+    if len(given) == 1:
+        return given[0]
+    if given:
+        raise TableProblems([(given[1], f"{' and '.join(given)} are both given; keep one of them")])
+    other = next((k for k in ("u", "scale", "half_width") if k in table), "")
+    if other:
+        owner = next(law for law, keys in LAW_KEYS.items() if other in keys)
+        text = f'law = "{name}" needs {" or ".join(allowed)}, but {other} is given; {other} goes with law = "{owner}"'
+        raise TableProblems([(other, text)])
+    raise UsageError(
+        f'law = "{name}" needs {" or ".join(allowed)}; write for example {allowed[0]} = "0.5 {unit}"'
+    )
+
+
+def _scalar_law(name: str, key: str, value: float, table: dict[str, Any]) -> Law:
+    if name == "normal":
+        return Normal(value)
+    if name == "t":
+        with _key("dof"):
+            dof = _plain_number(table.get("dof"), "dof", "13")
+            return StudentT(value, dof)
+    if name == "trapezoidal":
+        with _key("top"):
+            ratio = _plain_number(table.get("top", 0.5), "top", "0.5")
+            if not 0 <= ratio <= 1:
+                raise UsageError(
+                    f"top = {ratio:g} is the plateau as a share of the half width and lies between 0 and 1"
+                )
+        half = value if key == "half_width" else value / (Trapezoidal(1.0, ratio).u)
+        return Trapezoidal(half, half * ratio)
+    kind = BOUNDED[name]
+    return kind(value if key == "half_width" else value / kind(1.0).u)
+
+
+def _plain_number(value: Any, key: str, example: str) -> float:
+    if value is None:
+        raise UsageError(
+            f'law = "t" needs {key}, the degrees of freedom; write for example {key} = {example}'
+        )
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise UsageError(f"{key} = {value} must be a plain number; write for example {key} = {example}")
+    return float(value)

@@ -1,0 +1,56 @@
+"""Collects what is wrong in a file, so that all of it is reported at once, each with file and line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
+from vcmm.errors import DataError, ModelLimit, UsageError
+from vcmm.files.toml import Document, Location
+
+T = TypeVar("T")
+_LOCATED = re.compile(r".+?:\d+: ")  # 'machine.toml:12: ...' says where already
+
+
+Key = str | tuple[str, ...]  # a key of a table, or the way to one inside it; "" is the table itself
+
+
+class TableProblems(UsageError):
+    """Several things wrong in one table: (key, sentence) each."""
+
+    def __init__(self, found: Iterable[tuple[Key, str]]) -> None:
+        self.found = tuple(found)
+        super().__init__("\n".join(text for _, text in self.found))
+
+
+class Problems:
+    """What is wrong in a document."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.found: list[str] = []
+
+    def add(self, location: Location, text: str) -> None:
+        """Note one problem; a text that names file and line already is left as it is."""
+        self.found.append(text if _LOCATED.match(text) else f"{self.document.where(location)}: {text}")
+
+    def attempt(self, location: Location, make: Callable[[], T]) -> T | None:
+        """Call `make`; complaints are noted with file and line, and None is returned."""
+        try:
+            return make()
+        except TableProblems as error:
+            for key, text in error.found:
+                inside = (key,) if isinstance(key, str) else key
+                self.add((*location, *inside) if key else location, text)
+        except DataError as error:
+            for text in error.problems:
+                self.add(location, text)
+        except (UsageError, ModelLimit) as error:
+            self.add(location, str(error))
+        return None
+
+    def raise_if_any(self) -> None:
+        """Raises DataError with everything that was noted."""
+        if self.found:
+            raise DataError(list(dict.fromkeys(self.found)))

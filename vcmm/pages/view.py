@@ -1,0 +1,159 @@
+"""3-D pictures of a machine, a part in it, its touches and their uncertainty; composed of report blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vcmm.influence import Influence
+from vcmm.machine import Machine
+from vcmm.part import Feature, frame
+from vcmm.plan import Stylus, Touches
+from vcmm.pose import Pose
+from vcmm.report import (
+    Box,
+    Ellipsoids,
+    Label,
+    Lines,
+    Mesh,
+    Points,
+    cone_mesh,
+    cylinder_mesh,
+    sphere_mesh,
+    torus_mesh,
+)
+from vcmm.run import Array
+from vcmm.task import Task
+
+Item = Box | Ellipsoids | Label | Lines | Mesh | Points
+STEEL, BORE, GRANITE, PORTAL, RAM = "#9fb4cc", "#c9a46b", "#8d9299", "#c7cdd4", "#a9b3bf"
+
+
+def volume_items(machine: Machine, stylus: Stylus, at: Array) -> list[Item]:
+    """The machine around its reach with the tip at `at` (3,), workpiece axes."""
+    return machine_items(*reach(machine, stylus.offset), at, stylus)
+
+
+def machine_items(low: Array, high: Array, at: Array, stylus: Stylus) -> list[Item]:
+    """A portal over a table: a picture of scale, not of the real build. low, high: reach of the tip."""
+    size = high - low
+    beam = 0.08 * float(size.max())
+    top = high[2] + 0.35 * size[2]
+    head = at - stylus.offset
+    y = (at[1] - beam / 2, at[1] + beam / 2)
+    wide = (low[0] - 1.6 * beam, high[0] + 1.6 * beam)
+    table = Box(
+        [wide[0], low[1] - beam, low[2] - beam],
+        [wide[1], high[1] + beam, low[2] - 1.0],
+        GRANITE,
+        1.0,
+        name="table",
+    )
+    return [
+        table,
+        Box(low, high, "#7a8793", 0.0, name="reach of the tip"),
+        Box([wide[0], y[0], low[2]], [wide[0] + beam, y[1], top], PORTAL, 0.5),
+        Box([wide[1] - beam, y[0], low[2]], [wide[1], y[1], top], PORTAL, 0.5),
+        Box([wide[0], y[0], top], [wide[1], y[1], top + beam], PORTAL, 0.5, name="portal"),
+        Box(
+            [head[0] - 0.3 * beam, at[1] - 0.3 * beam, head[2]],
+            [head[0] + 0.3 * beam, at[1] + 0.3 * beam, top + 1.5 * beam],
+            RAM,
+            0.6,
+            name="ram",
+        ),
+        Lines(np.array([head, at]), "ink", 2.0, name="stylus"),
+    ]
+
+
+def reach(machine: Machine, offset: Array) -> tuple[Array, Array]:
+    """Corners of the box that the tip can reach with one stylus offset (3,), mm."""
+    low, high = np.array(offset, dtype=float), np.array(offset, dtype=float)
+    for i, letter in enumerate("XYZ"):
+        if letter in machine.axes:
+            low[i] += machine.axes[letter].travel[0]
+            high[i] += machine.axes[letter].travel[1]
+        else:
+            high[i] += 1.0
+    return low, high
+
+
+def feature_mesh(feature: Feature) -> Mesh | None:
+    """The nominal surface of a feature, drawing frame; None for points, lines and meshes."""
+    point, axis = feature.point, feature.axis
+    if feature.kind == "plane":
+        u, v, _ = frame(feature)
+        a, b = feature.extent[0] / 2 * u, feature.extent[1] / 2 * v
+        corners = np.array([point - a - b, point + a - b, point + a + b, point - a + b])
+        return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), STEEL, 0.85)
+    if feature.kind in ("cylinder", "circle"):
+        length = feature.extent[0] if feature.kind == "cylinder" else 0.05 * feature.sizes[0]
+        middle = point + axis * length / 2
+        solid = cylinder_mesh(middle, axis, float(feature.sizes[0]), float(length), inside=feature.inside)
+        return Mesh(*solid, colour=BORE if feature.inside else STEEL, opacity=0.9)
+    if feature.kind == "sphere":
+        return Mesh(*sphere_mesh(point, float(feature.sizes[0])), colour=STEEL, opacity=0.9)
+    if feature.kind == "torus":
+        return Mesh(
+            *torus_mesh(point, axis, float(feature.sizes[0]), float(feature.sizes[1])),
+            colour=STEEL,
+            opacity=0.9,
+        )
+    if feature.kind == "cone":
+        radius, half = feature.sizes
+        far = radius + feature.extent[0] * np.tan(half)
+        base = point + axis * feature.extent[0]
+        return Mesh(
+            *cone_mesh(base, -axis, float(far), float(feature.extent[0]), top=float(radius)),
+            colour=STEEL,
+            opacity=0.9,
+        )
+    return None
+
+
+def part_items(features: Sequence[Feature], pose: Pose) -> list[Item]:
+    """The part's features where the pose puts them."""
+    items: list[Item] = []
+    for feature in features:
+        mesh = feature_mesh(feature)
+        if mesh is not None:
+            items.append(Mesh(pose.apply(np.asarray(mesh.vertices)), mesh.faces, mesh.colour, mesh.opacity))
+    return items
+
+
+def touch_items(t: Touches, covariances: Array | None = None) -> list[Item]:
+    """Touches in the machine, with ellipsoids of their standard uncertainty where covariances (n, 3, 3) are given."""
+    points = t.pose.apply(t.points)
+    items: list[Item] = [Points(points, "accent", 2.2, name="touches")]
+    if covariances is not None:
+        items.append(
+            Ellipsoids(
+                points, covariances, magnification(points, covariances), "c4", name="uncertainty of a touch"
+            )
+        )
+    return items
+
+
+def magnification(points: Array, covariances: Array) -> float:
+    """A round factor that makes the largest ellipsoid about a fifteenth of the part."""
+    largest = float(np.sqrt(np.linalg.eigvalsh(covariances).max(initial=0.0)))
+    size = float(np.ptp(points, axis=0).max(initial=1.0))
+    if largest <= 0:
+        return 1.0
+    exact = size / 15 / largest
+    power = 10.0 ** np.floor(np.log10(exact))
+    return float(power * max(m for m in (1, 2, 5) if m * power <= exact))
+
+
+def touch_covariances(task: Task, influences: Sequence[Influence]) -> Array:
+    """(n, 3, 3) mm^2: covariance of the indication of each touch from all Inputs (those with a finite variance)."""
+    total = np.zeros((task.touches.run.n, 3, 3))
+    for one in influences:
+        law, factor = one.input.spread(one.response.shape[2])
+        u = np.asarray(law.u)
+        if not np.isfinite(u).all():
+            continue
+        spread = (one.response @ factor) * u
+        total += np.einsum("nik,njk->nij", spread, spread)
+    return total
