@@ -49,7 +49,7 @@ bench: .venv/.installed-dev ## run times, each beside the plain way of doing it
 
 clean: ## remove .venv, caches and everything that was made
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md vcmm-demo
-	find vcmm tests tools docs benchmarks notebooks -name __pycache__ -type d -prune -exec rm -rf {} +
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/.installed: pyproject.toml constraints.txt
 	@sh tools/venv.sh $@ "" "$(PYTHON)"

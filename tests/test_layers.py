@@ -18,7 +18,7 @@ PACKAGE = ROOT / "vcmm"
 # From the ground up. A module imports from its own layer and from those above it in this list, never from below.
 # A name stands for the module or for the whole package of that name.
 LAYERS: dict[str, tuple[str, ...]] = {
-    "ground": ("errors", "units", "aliases", "pose", "run", "history", "mesh", "_law", "_bounded_laws", "laws"),
+    "ground": ("errors", "units", "aliases", "pose", "grid", "run", "history", "mesh", "_law", "_bounded_laws", "laws"),
     "pictures": ("report",),  # blocks of a page: they know numbers, not measuring
     "nouns": ("effect", "kinematics", "inputs", "machine", "part", "form", "alignment"),
     "fits": ("fit",),
@@ -31,7 +31,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "files": ("files", "library", "nc"),
     "jobs": (
-        "result", "sampling", "field", "measure", "uncertainty", "jobs", "api", "audit", "place", "calibrate", "compensate",
+        "result", "sampling", "volumetric", "measuring", "evaluation", "jobs", "audit", "place", "calibrate", "compensate",
         "diagnose", "cut",
     ),
     "twins": ("twins",),
@@ -40,13 +40,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 # Effects stand alone: any file of effects/ can be deleted. The list in effects/__init__.py is the one meeting place.
-EFFECT_TO_EFFECT = {
-    (
-        "effects.residual",
-        "effects.component",
-    ): "multilinear: interpolation on a grid, shared by tables and fields",
-    ("effects.qualification", "effects.probe"): "used: which rows were made with a stylus",
-}
+EFFECT_TO_EFFECT: dict[tuple[str, str], str] = {}
 
 # Libraries that cost more than 50 ms to import are imported by the function that needs them.
 HEAVY = (

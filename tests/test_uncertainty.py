@@ -13,12 +13,12 @@ from vcmm.effects.probe import TipRadius
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.errors import UsageError
+from vcmm.evaluation import evaluate
 from vcmm.exact import draw_inputs, exact_values
 from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal, MultivariateSamples, Normal, StudentT, Uniform
 from vcmm.linear import build
 from vcmm.settings import Settings
-from vcmm.uncertainty import evaluate
 
 QUICK = Settings(trials=20_000, certify=50)
 

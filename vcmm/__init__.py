@@ -28,7 +28,7 @@ _HOME = {
     "Settings": "vcmm.settings",
     "measure": "vcmm.jobs",
     "uncertainty": "vcmm.jobs",
-    "field": "vcmm.field",
+    "field": "vcmm.volumetric",
 }
 __all__ = ["__version__", *_HOME]
 

@@ -137,7 +137,7 @@ def _words(direction: str, axis: str) -> str:
 
 
 def _square_row(name: str) -> tuple[str, str, str, str]:
-    first, second = SQUARE[name]
+    first, second = SQUARE[name][0], SQUARE[name][1]
     return (
         name,
         f"{first}w{second}".lower(),
@@ -166,7 +166,7 @@ def _by_words() -> dict[str, str]:
     """Plain words and the few names that follow no pattern, in lower case."""
     words = {row[3].lower(): row[0] for row in table()}
     words |= {f"s{axes}".lower(): name for name, axes in SQUARE.items()}
-    return words | {f"squareness {a}-{b}".lower(): name for name, (a, b) in SQUARE.items()}
+    return words | {f"squareness {axes[0]}-{axes[1]}".lower(): name for name, axes in SQUARE.items()}
 
 
 def _examples(word: str) -> list[str]:

@@ -129,7 +129,7 @@ def parameter(effect: Effect, name: str) -> Field[Any]:
 
 def with_parameter(effect: E, name: str, value: float | Array) -> E:
     """A copy with one parameter changed."""
-    return replace(effect, **{parameter(effect, name).name: value})  # type: ignore[type-var]
+    return replace(effect, **{parameter(effect, name).name: value})
 
 
 def basis(effect: Effect, name: str, run: Run) -> Array:

@@ -166,7 +166,7 @@ def _mixed(machine: Machine, run: Run, one: Input, other: Input) -> Array:
 
 def _step(one: Input) -> float:
     _, factor = one.spread(1)
-    u = one.law.u * abs(float(factor[0, 0])) if not isinstance(one.law, MultivariateSamples) else 0.0
+    u = float(np.ravel(one.law.u)[0]) * abs(float(factor[0, 0]))
     return u if 0 < u < np.inf else 1e-6
 
 

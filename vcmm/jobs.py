@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from vcmm.measure import Measurement, measure_task
+from vcmm.evaluation import evaluate
+from vcmm.measuring import Measurement, measure_task
 from vcmm.result import UncertaintyResult
 from vcmm.sampling import Progress
 from vcmm.scenario import Scenario
-from vcmm.uncertainty import evaluate
 
 
 def measure(scenario: Scenario, seed: int | None = None) -> Measurement:

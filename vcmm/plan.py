@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.alignment import Alignment
 from vcmm.errors import ModelLimit, UsageError, choose_from
@@ -18,6 +19,8 @@ from vcmm.machine import Machine
 from vcmm.pose import Pose
 from vcmm.run import Array, Run
 
+Words = npt.NDArray[np.str_]
+Ints = npt.NDArray[np.intp]
 POSITIONING_MM_S = 100.0  # between touches, where the machine file names no axis speed
 
 
@@ -92,7 +95,7 @@ class Touches:
     normals: Array
     approach: Array
     tip_radius: Array
-    rows: Mapping[str, Array]  # feature -> row numbers, as int array
+    rows: Mapping[str, Ints]  # feature -> row numbers
     pose: Pose  # machine_from_part
 
 
@@ -167,7 +170,7 @@ def _check_reach(machine: Machine, run: Run, feature: Array) -> None:
         raise ModelLimit(f"the plan leaves the machine{where}: {error}") from None
 
 
-def _labels(plan: Plan, feature: Array, stylus: Array) -> dict[str, Array]:
+def _labels(plan: Plan, feature: Words, stylus: Words) -> dict[str, Words]:
     count: dict[str, int] = {}
     touch = []
     for name in feature:  # named after feature and number there: other features do not change the draws
@@ -177,7 +180,7 @@ def _labels(plan: Plan, feature: Array, stylus: Array) -> dict[str, Array]:
     return {"feature": feature, "stylus": stylus, "touch": np.array(touch), "event": np.array(event)}
 
 
-def probe_columns(plan: Plan, stylus: Array, normal: Array) -> dict[str, Array]:
+def probe_columns(plan: Plan, stylus: Words, normal: Array) -> dict[str, Array]:
     """probe_angle about the stylus axis (0 along the machine axis nearest to +X), lateral share of n, stylus length."""
     direction = np.array([plan.styli[s].direction for s in stylus])
     along = (normal * direction).sum(axis=1)

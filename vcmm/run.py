@@ -106,6 +106,12 @@ class Run:
         values, codes = np.unique(self.labels[label], return_inverse=True)
         return [str(v) for v in values], codes
 
+    def used(self, label: str, value: str) -> Array:
+        """1 in the rows whose label has this value (in every row for ""), else 0; (n,)."""
+        if not value:
+            return np.ones(self.n)
+        return (self.labels[label] == value).astype(float) if label in self.labels else np.zeros(self.n)
+
     def lagged(self, sensor: str, tau: float) -> Array:
         """Temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log."""
         name = f"temp_{sensor}_C"

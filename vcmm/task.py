@@ -19,7 +19,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.inputs import Input
 from vcmm.machine import Machine
 from vcmm.part import Feature, Part, frame
-from vcmm.plan import Plan, Touches
+from vcmm.plan import Ints, Plan, Touches
 from vcmm.pose import Pose
 from vcmm.run import Array
 
@@ -56,7 +56,7 @@ def per_normal(t: Touches) -> Array:
     return np.asarray(t.approach / (t.normals * t.approach).sum(axis=1)[:, None])
 
 
-def _touched(task: Task, name: str, rows: Array, displacement: Array) -> Array:
+def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
     t, feature = task.touches, task.part.features[name]
     surface = task.part.mesh if feature.kind == "mesh" else feature
     assert surface is not None
@@ -112,5 +112,7 @@ def evaluate_all(task: Task, fitted: Mapping[str, Fitted]) -> Array:
     """Characteristics (..., C) of fitted elements; the alignment is made anew from them."""
     scheme, features = task.plan.alignment, task.part.features
     pose = None if scheme is None else align(scheme, features, fitted, Pose.identity())
+    if not task.part.characteristics:
+        return np.zeros((0,))
     columns = [gps.evaluate(c, features, fitted, pose) for c in task.part.characteristics]
     return np.stack(np.broadcast_arrays(*columns), axis=-1)

@@ -28,6 +28,7 @@ def _dim(
 
 DIMENSIONS: dict[str, Dimension] = {
     "number": _NONE,
+    "slope": _NONE,
     "length": _dim(length=1),
     "angle": _dim(angle=1),
     "time": _dim(time=1),
@@ -49,7 +50,7 @@ DIMENSIONS: dict[str, Dimension] = {
 
 # what a correct value looks like, for messages
 EXAMPLES: dict[str, str] = {
-    "number": "0.5", "length": "0.8 um", "angle": "3 urad", "time": "30 s", "frequency": "40 1/s",
+    "number": "0.5", "slope": "5 um/m", "length": "0.8 um", "angle": "3 urad", "time": "30 s", "frequency": "40 1/s",
     "temperature": "20.4 degC", "temperature difference": "0.05 K", "speed": "5 mm/s",
     "acceleration": "2 m/s^2", "jerk": "50 m/s^3", "expansion": "8.0 um/(m K)", "curvature": "2 um/m^2",
     "angle per length": "3 urad/m", "length per temperature": "0.4 um/K", "length per time": "0.5 um/h",
@@ -118,7 +119,8 @@ def quantity(text: object, dimension: str, what: str = "value", example: str = "
 def vector(text: object, dimension: str, what: str = "value", example: str = "") -> tuple[float, ...]:
     """'0 0 20 mm', or a list of texts ['0 mm', '20 mm'], in canonical units."""
     if isinstance(text, list | tuple) and text and all(isinstance(item, str) for item in text):
-        return tuple(quantity(item, dimension, what) for item in text)
+        single = example and " ".join([example.split()[0], _unit_of(example).strip()])
+        return tuple(quantity(item, dimension, what, single) for item in text)
     numbers, unit = _split(text, dimension, what, example or EXAMPLES[dimension])
     return tuple(n * unit for n in numbers)
 
@@ -134,8 +136,10 @@ def in_unit(value: float, unit: str) -> float:
 
 
 def dimension_of(unit: str) -> str:
-    """The name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion'."""
+    """The name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion', "um/m" -> 'slope'."""
     found = parse_unit(unit).dimension
+    if found == _NONE:
+        return "number" if unit in ("1", "%") else "slope"
     for name, dimension in DIMENSIONS.items():
         if dimension == found:
             return name
@@ -198,11 +202,24 @@ def _no_text(value: object, what: str, example: str) -> str:
     """The complaint about a value that is no text, with the corrected line where its numbers are plain."""
     items = list(value) if isinstance(value, list | tuple) else [value]
     plain = all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in items)
-    shown = str(value).lower() if isinstance(value, bool) else value
     if not plain or not items or len(items) != len(_numbers_and_unit(example)[0]):
-        return f'{what} = {shown} is not a text with {_due(example)}; write for example {what} = "{example}"'
+        return f'{what} = {shown(value)} is not a text with {_due(example)}; write for example {what} = "{example}"'
     corrected = " ".join(str(v) for v in items) + _unit_of(example)
-    return f'{what} = {shown} has no unit; write for example {what} = "{corrected}"'
+    return f'{what} = {shown(value)} has no unit; write for example {what} = "{corrected}"'
+
+
+def shown(value: object) -> str:
+    """A value as it stands in a TOML file, shortened."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(shown(v) for v in value[:6]) + (", ..." if len(value) > 6 else "") + "]"
+    if isinstance(value, dict):
+        inside = ", ".join(f"{k} = {shown(v)}" for k, v in list(value.items())[:4])
+        return "{ " + inside + " }" if inside else "{}"
+    return str(value)
 
 
 def _due(example: str) -> str:

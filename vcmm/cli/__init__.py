@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import Any
 
 from vcmm import __version__
-from vcmm.errors import VcmmError
+from vcmm.errors import UsageError, VcmmError, choose_from
 
-VERBS = ("demo", "new", "check", "field", "measure", "uncertainty", "list", "explain", "doctor", "schema")
+VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
+    "demo": "Virtually measure a part on a published machine and say how well (start here).",
+    "new": "Write a commented scenario that you can edit.",
+    "check": "Check a machine or scenario file: all problems at once, each with file, line and fix.",
+    "field": "Volumetric error map: tip errors, maxima, body diagonals.",
+    "measure": "Measure the part once, virtually.",
+    "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
+    "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
+    "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
+    "doctor": "Check the installation.",
+    "schema": "Print the JSON Schema of a file format.",
+}
+JOBS = ("demo", "new", "check", "field", "measure", "uncertainty")
 LATER = ("place", "nc", "cut", "compensate", "calibrate", "diagnose", "audit", "serve")
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
@@ -26,8 +39,8 @@ def build_app() -> Any:
     )
     jobs, about = Group.create_ordered("Jobs"), Group.create_ordered("About")
     for verb in VERBS:
-        group = jobs if verb in ("demo", "new", "check", "field", "measure", "uncertainty") else about
-        app.command(f"vcmm.cli.{verb}:{verb}_command", name=verb, group=group)
+        group = jobs if verb in JOBS else about
+        app.command(f"vcmm.cli.{verb}:{verb}_command", name=verb, group=group, help=VERBS[verb])
     app.register_install_completion_command(name="--install-completion")
     return app
 
@@ -43,12 +56,14 @@ def run(words: list[str]) -> int:
     try:
         return _dispatch(words)
     except VcmmError as error:
-        print(f"vcmm: {error}", file=sys.stderr)
+        for problem in getattr(error, "problems", (str(error),)):
+            print(f"vcmm: {problem}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("vcmm: interrupted; nothing was half-written", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:
+    except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except Exception as error:
         import traceback
@@ -66,9 +81,9 @@ def _dispatch(words: list[str]) -> int:
     from rich.console import Console
 
     if words and words[0] in LATER:
-        from vcmm.errors import UsageError
-
         raise UsageError(f"{words[0]} is planned and not built yet; what works today: {', '.join(VERBS)}")
+    if words and not words[0].startswith("-") and words[0] not in VERBS:
+        raise UsageError(f'unknown command "{words[0]}".{choose_from(words[0], VERBS)}')
     app = build_app()
     try:
         code = app(words, exit_on_error=False, print_error=False, result_action="return_value")

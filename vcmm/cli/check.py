@@ -19,18 +19,22 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
         Print one JSON document.
     """
     from vcmm.cli.common import document, print_json, show_table, sources
-    from vcmm.errors import DataError
+    from vcmm.errors import DataError, did_you_mean
     from vcmm.files.toml import read_toml
 
-    kind = str(read_toml(file).data.get("vcmm", "")).split("/")[0]
+    head = read_toml(file)
+    kind = str(head.data.get("vcmm", "")).split("/")[0]
     if kind == "machine":
         rows = _machine_rows(file)
     elif kind == "scenario":
         rows = _scenario_rows(file)
     else:
-        raise DataError(f'{file}:1: the first line must be vcmm = "scenario/1" or vcmm = "machine/1"')
+        hint = did_you_mean(kind, ("scenario", "machine")) if kind else did_you_mean("vcmm", head.data)
+        raise DataError(
+            f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1" or vcmm = "machine/1".{hint}'
+        )
     if json:
-        body = {"file": str(file), "kind": kind, "understood": {k: v for k, v in rows}}
+        body = {"file": str(file), "kind": kind, "understood": dict(rows)}
         print_json(document("vcmm.check/1", body, files=sources(file)))
     else:
         show_table(f"{file}: no problems found", ["", "understood as"], rows, left=(0, 1))
@@ -62,14 +66,22 @@ def _describe_machine(machine: Any) -> list[list[str]]:
 
 
 def _law(one: Any) -> str:
-    return str(getattr(one.law, "name", type(one.law).__name__))
+    import numpy as np
+
+    name = str(getattr(one.law, "name", type(one.law).__name__))
+    if not np.isfinite(one.law.u).all():
+        name += " (u is infinite for nu <= 2; the coverage interval is given)"
+    return name
 
 
 def _scenario_rows(file: Path) -> list[list[str]]:
+    from vcmm.cli.common import about
     from vcmm.files.scenario import load_scenario
 
     scenario = load_scenario(file)
-    task = scenario.task()
+    with about(file):
+        task = scenario.task()
+        _evaluate(task)
     rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
     rows += [[f"feature {n}", f.kind] for n, f in scenario.part.features.items()]
     rows += [[f"characteristic {c.name}", c.type] for c in scenario.part.characteristics]
@@ -82,3 +94,11 @@ def _scenario_rows(file: Path) -> list[list[str]]:
         if i not in scenario.machine.inputs
     ]
     return rows
+
+
+def _evaluate(task: Any) -> None:
+    """Ask every effect and every input once: columns, tables, hulls, rotations, labels."""
+    from vcmm.influence import influences
+
+    task.machine.indication_error(task.touches.run)
+    influences(task.machine, task.touches.run, task.inputs)

@@ -7,13 +7,13 @@ import json
 import math
 import sys
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from vcmm import __version__
-from vcmm.errors import Environment
+from vcmm.errors import DataError, Environment, ModelLimit, UsageError
 
 
 def document(
@@ -53,14 +53,23 @@ def _hashed(path: Path) -> dict[str, str]:
 
 
 def sources(path: Path) -> list[Path]:
-    """A TOML file and all files it names that lie beside it, for the record of inputs."""
+    """A TOML file and all files it names that lie beside it, for the record of inputs; each once."""
     found = [path]
-    data = tomllib.loads(path.read_text(encoding="utf-8"))
-    for text in _texts(data):
-        other = path.parent / text
-        if len(text) < 200 and other.suffix and "\n" not in text and other.is_file() and other not in found:
-            found += [p for p in (sources(other) if other.suffix == ".toml" else [other]) if p not in found]
+    for one in found:  # grows while it is read
+        if one.suffix == ".toml":
+            found += [p for p in _named_in(one) if p not in found]
     return found
+
+
+def _named_in(path: Path) -> list[Path]:
+    """Files beside a TOML file whose names stand in it as texts; none where the file is no valid TOML."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return []
+    names = {text for text in _texts(data) if len(text) < 200 and "\n" not in text and "\0" not in text}
+    beside = [path.parent / name for name in sorted(names)]
+    return [p for p in beside if p.suffix and p.is_file()]
 
 
 def _texts(value: Any) -> Iterator[str]:
@@ -76,12 +85,19 @@ def print_json(content: dict[str, Any]) -> None:
 
 
 def output_folder(path: Path) -> Path:
-    """Make a folder and make sure it can be written. Raises Environment before any work is done."""
+    """Make sure that a folder can be made and written. Raises Environment before any work is done.
+
+    Nothing is left behind: the folder comes into being with the first file that is written into it, so that a
+    command that fails leaves no empty folder.
+    """
+    missing = [p for p in (path, *path.parents) if not p.exists()]
     try:
         path.mkdir(parents=True, exist_ok=True)
         probe = path / ".vcmm-probe"
         probe.write_text("")
         probe.unlink()
+        for made in missing:
+            made.rmdir()
     except OSError as error:
         raise Environment(
             f"the folder {path} cannot be written ({error.strerror}); choose another with --out"
@@ -91,14 +107,40 @@ def output_folder(path: Path) -> Path:
 
 def write_text(path: Path, text: str) -> Path:
     """Write a whole file or nothing: a temporary file beside it, then a rename."""
-    temporary = path.with_name(f".{path.name}.part")
+    return write_files(path.parent, {path.name: text})[0]
+
+
+def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write several files, all or none: temporary files first, then renames. Raises Environment."""
+    drafts = {folder / f".{name}.part": folder / name for name in texts}
     try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(path)
+        folder.mkdir(parents=True, exist_ok=True)
+        for draft, text in zip(drafts, texts.values()):
+            draft.write_text(text, encoding="utf-8")
+        for draft, path in drafts.items():
+            draft.replace(path)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise Environment(f"{path} cannot be written ({error.strerror}); choose another folder") from None
-    return path
+        for draft in drafts:
+            draft.unlink(missing_ok=True)
+        raise Environment(
+            f"{folder / next(iter(texts))} cannot be written ({error.strerror}); choose another folder"
+        ) from None
+    return list(drafts.values())
+
+
+@contextmanager
+def about(file: Path) -> Iterator[None]:
+    """Complaints about the numbers of a scenario get its name, and the line of its pose where a point is out of reach."""
+    try:
+        yield
+    except ModelLimit as error:
+        from vcmm.files.toml import read_toml
+
+        raise ModelLimit(f"{read_toml(file).where(('pose',))}: {error}") from None
+    except DataError:
+        raise
+    except UsageError as error:
+        raise UsageError(f"{file}: {error}") from None
 
 
 @contextmanager
@@ -141,8 +183,8 @@ def show_table(
     width = None if sys.stdout.isatty() else 160
     console = Console(width=width, highlight=False)
     table = Table(
-        title=title,
-        caption=caption or None,
+        title=_plain(title),
+        caption=_plain(caption) or None,
         box=box.SIMPLE_HEAD,
         title_justify="left",
         caption_justify="left",
@@ -150,7 +192,12 @@ def show_table(
         caption_style="",
     )
     for i, name in enumerate(columns):
-        table.add_column(name, justify="left" if i in left else "right", no_wrap=i in left and i == 0)
+        table.add_column(_plain(name), justify="left" if i in left else "right", no_wrap=i in left and i == 0)
     for row in rows:
-        table.add_row(*[cell.replace("[", "\\[") for cell in row])
+        table.add_row(*[_plain(cell) for cell in row])
     console.print(table)
+
+
+def _plain(text: str) -> str:
+    """Square brackets are text, not the markup of rich."""
+    return text.replace("[", "\\[")

@@ -36,11 +36,7 @@ def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json
     ]
     places = [[f.name, str(f.metadata["doc"])] for f in place_fields(kind)]
     text = cleandoc(kind.__doc__ or "")
-    link = (
-        "reading: indicated - true"
-        if kind.__module__.endswith(("probe", "qualification"))
-        else "tip error: actual - nominal"
-    )
+    link = "reading: indicated - true" if kind().link == "reading" else "tip error: actual - nominal"
     if json:
         body = {"effect": kind.name, "text": text, "sign": link, "per": kind.per, "needs": list(kind.needs), "cites": kind.cites,
                 "parameters": [dict(zip(("name", "unit", "doc"), p)) for p in parameters], "places": [dict(zip(("key", "doc"), p)) for p in places]}  # fmt: skip
@@ -48,7 +44,7 @@ def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json
         return 0
     print(f"{kind.name}\n\n{text}\n")
     print(
-        f"source    {kind.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
+        f"sign      {link}\nsource    {kind.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
     )
     rows = [["place", n, d] for n, d in places] + [["parameter", n, f"{u}: {d}"] for n, u, d in parameters]
     rows += [["key", f.name, "further key of the table"] for f in fields(kind) if not f.metadata]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -35,14 +38,15 @@ def field_command(
         Folder for field.html (picture of the deformed volume), field.csv and field.json.
     """
     from vcmm.cli.common import document, output_folder, print_json, sources
-    from vcmm.field import field
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
+    from vcmm.volumetric import field
 
     folder = output_folder(out) if out else None
     loaded = load_machine(machine)
     run = read_positions(at, loaded.chain.letters) if at else None
-    found = field(loaded, run, exact, nodes)
+    with _rows_of(machine, at):
+        found = field(loaded, run, exact, nodes)
     files = sources(machine) + ([at] if at else [])
     content = document("vcmm.field/1", field_json(found), files=files)
     if folder:
@@ -52,6 +56,25 @@ def field_command(
     else:
         _show(loaded, found)
     return 0
+
+
+@contextmanager
+def _rows_of(machine: Path, at: Path | None) -> Iterator[None]:
+    """A complaint about a row gets the line of the positions file; without one, the way to choose the positions."""
+    from vcmm.errors import ModelLimit
+
+    try:
+        yield
+    except ModelLimit as error:
+        text = str(error)
+        row = re.match(r"row (\d+): ", text)
+        if at is None:
+            raise ModelLimit(f"{machine}: {text}; or choose the positions with --at") from None
+        if not row:
+            raise ModelLimit(f"{at}: {text}") from None
+        from vcmm.files.columns import read_csv
+
+        raise ModelLimit(f"{read_csv(at).at(int(row[1]) - 1)}: {text[row.end() :]}") from None
 
 
 def field_json(found: Any) -> dict[str, Any]:
@@ -78,12 +101,15 @@ def field_json(found: Any) -> dict[str, Any]:
 def _write(folder: Path, machine: Any, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_text
+    from vcmm.cli.common import say, write_files
     from vcmm.pages.field import field_page
 
-    write_text(folder / "field.json", _json.dumps(content, indent=1, allow_nan=False))
-    write_text(folder / "field.csv", _csv(machine, found))
-    write_text(folder / "field.html", field_page(machine, found))
+    texts = {
+        "field.json": _json.dumps(content, indent=1, allow_nan=False),
+        "field.csv": _csv(machine, found),
+        "field.html": field_page(machine, found),
+    }
+    write_files(folder, texts)
     say(f"wrote {folder}/field.html, field.csv, field.json")
 
 

@@ -28,12 +28,14 @@ def measure_command(
     out
         Folder for measure.json and points.csv.
     """
-    from vcmm.cli.common import document, output_folder, print_json, sources
+    from vcmm.cli.common import about, document, output_folder, print_json, sources
     from vcmm.files.scenario import load_scenario
     from vcmm.jobs import measure
 
     folder = output_folder(out) if out else None
-    found = measure(load_scenario(scenario), seed)
+    loaded = load_scenario(scenario)
+    with about(scenario):
+        found = measure(loaded, seed)
     content = document("vcmm.measure/1", measure_json(found), seed=seed, files=sources(scenario))
     if folder:
         _write(folder, found, content)
@@ -60,13 +62,16 @@ def measure_json(found: Any) -> dict[str, Any]:
 def _write(folder: Path, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_text
+    from vcmm.cli.common import say, write_files
 
-    write_text(folder / "measure.json", _json.dumps(content, indent=1, allow_nan=False))
     rows = ["feature,x_mm,y_mm,z_mm,nx,ny,nz,error_um"]
     for f, p, n, e in zip(found.features, found.points, found.normals, found.errors):
         rows.append(",".join([f, *(f"{v:.9f}" for v in (*p, *n)), f"{e * 1e3:.6f}"]))
-    write_text(folder / "points.csv", "\n".join(rows) + "\n")
+    texts = {
+        "measure.json": _json.dumps(content, indent=1, allow_nan=False),
+        "points.csv": "\n".join(rows) + "\n",
+    }
+    write_files(folder, texts)
     say(f"wrote {folder}/measure.json, points.csv")
 
 

@@ -101,7 +101,7 @@ def characteristic_json(c: Any) -> dict[str, Any]:
 def show(found: Any) -> None:
     """The result table and the largest budget lines."""
     from vcmm.cli.common import say, show_table
-    from vcmm.cli.words import deviation_text, length_text, percent_text
+    from vcmm.cli.words import deviation_text, fine_text, length_text, percent_text
 
     rows = []
     for c in found.characteristics:
@@ -140,7 +140,7 @@ def show(found: Any) -> None:
             c.name,
             c.tier,
             f"{c.trials:,}" if c.trials else "–",
-            deviation_text(c.linear_error, c.unit, signed=False),
+            fine_text(c.linear_error, c.unit),
         ]
         for c in found.characteristics
     ]

@@ -22,3 +22,10 @@ def deviation_text(value: float, unit: str, signed: bool = True) -> str:
 
 def percent_text(share: float) -> str:
     return f"{share * 100:.1f} %" if math.isfinite(share) else "–"
+
+
+def fine_text(value: float, unit: str) -> str:
+    """A very small difference: 0.12 nm or 0.003 urad; "not checked" when unknown."""
+    if not math.isfinite(value):
+        return "not checked"
+    return f"{value * 1e6:.2g} nm" if unit == "mm" else f"{value * 1e6:.2g} urad"

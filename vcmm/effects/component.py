@@ -13,6 +13,7 @@ import numpy as np
 
 from vcmm.effect import COLUMN, Effect, at, param
 from vcmm.errors import ModelLimit, UsageError
+from vcmm.grid import multilinear
 from vcmm.run import Array, Run
 
 EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
@@ -59,6 +60,16 @@ def _inside(component: str, axis: str, q: Array, grid: Array) -> Array:
     return np.minimum(np.maximum(q, low), high)
 
 
+def check_increasing(what: str, grid: Array) -> None:
+    """Raises UsageError for positions that are not finite or do not increase."""
+    wrong = np.flatnonzero(~(np.diff(grid) > 0))
+    if len(wrong) or not np.isfinite(grid).all():
+        at = int(wrong[0]) + 1 if len(wrong) else 0
+        raise UsageError(
+            f"{what} do not increase: {grid[at]:g} after {grid[max(at - 1, 0)]:g}; sort them and remove repeats"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class ComponentTable(_Component):
     """A component error tabulated over one axis, or over a grid of several; linear between the nodes."""
@@ -68,6 +79,21 @@ class ComponentTable(_Component):
     arguments: tuple[str, ...] = field(default=("X",))
     grids: tuple[Array, ...] = field(default_factory=lambda: (np.array([0.0, 1.0]),))
     values: Any = param(lambda: np.zeros(2), "mm or rad", "error at the nodes", shape="(nodes, ...)")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.arguments) != len(self.grids) or not self.arguments:
+            raise UsageError(
+                f"{self.id}: {len(self.grids)} grids for the arguments {', '.join(self.arguments) or 'none'}; give one per axis"
+            )
+        for letter, grid in zip(self.arguments, self.grids):
+            check_increasing(f"{self.id}: positions of {letter}", np.asarray(grid, dtype=float))
+        shape = tuple(len(grid) for grid in self.grids)
+        if np.size(self.values) != int(np.prod(shape)):
+            raise UsageError(
+                f"{self.id}: {np.size(self.values)} values for {' x '.join(map(str, shape))} nodes; give one value per node"
+            )
+        object.__setattr__(self, "values", np.reshape(np.asarray(self.values, dtype=float), shape))
 
     def error_motion(self, run: Run) -> Array:
         values = np.asarray(self.values, dtype=float)
@@ -86,22 +112,6 @@ class ComponentTable(_Component):
         return out
 
 
-def multilinear(positions: list[Array], grids: tuple[Array, ...]) -> tuple[Array, np.ndarray[Any, Any]]:
-    """Weights (n, 2^d) and flat node numbers (n, 2^d) of linear interpolation on a rectilinear grid."""
-    n = len(positions[0])
-    weights, nodes = np.ones((n, 1)), np.zeros((n, 1), dtype=np.intp)
-    for q, grid in zip(positions, grids):
-        if len(grid) == 1:
-            nodes = nodes * 1
-            continue
-        cell = np.clip(np.searchsorted(grid, q, side="right") - 1, 0, len(grid) - 2)
-        share = ((q - grid[cell]) / (grid[cell + 1] - grid[cell]))[:, None]
-        weights = np.concatenate([weights * (1 - share), weights * share], axis=1)
-        nodes = nodes * len(grid)
-        nodes = np.concatenate([nodes + cell[:, None], nodes + cell[:, None] + 1], axis=1)
-    return weights, nodes
-
-
 @dataclass(frozen=True, eq=False)
 class ComponentSpline(_Component):
     """A component error as a natural cubic spline through nodes."""
@@ -110,6 +120,15 @@ class ComponentSpline(_Component):
     cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
     values: Any = param(lambda: np.zeros(3), "mm or rad", "error at the nodes", shape="(nodes,)")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        nodes = np.asarray(self.nodes, dtype=float)
+        check_increasing(f"{self.id}: nodes", nodes)
+        if len(nodes) < 3 or np.shape(self.values) != nodes.shape:
+            raise UsageError(
+                f"{self.id}: {np.size(self.values)} values for {len(nodes)} nodes; a spline takes 3 nodes or more, one value each"
+            )
 
     def error_motion(self, run: Run) -> Array:
         return self._place(self._weights(run) @ np.asarray(self.values, dtype=float))

@@ -23,15 +23,6 @@ class _Probe(Effect):
         return "reading"
 
 
-def used(run: Run, stylus: str) -> Array:
-    """1 where this stylus was used (everywhere for ""), else 0; (n,)."""
-    if not stylus:
-        return np.ones(run.n)
-    if "stylus" not in run.labels:
-        return np.zeros(run.n)
-    return (run.labels["stylus"] == stylus).astype(float)
-
-
 @dataclass(frozen=True, eq=False)
 class ProbeLobing(_Probe):
     """Pre-travel of a touch probe: (cosine cos(k theta) + sine sin(k theta)) times the lateral share of n, along n.
@@ -53,7 +44,7 @@ class ProbeLobing(_Probe):
     def error_motion(self, run: Run) -> Array:
         angle = self.lobes * run.column("probe_angle_rad")
         wave = self.cosine * np.cos(angle) + self.sine * np.sin(angle)
-        return along(run, run.normal, wave * run.column("probe_lateral") * used(run, self.stylus))
+        return along(run, run.normal, wave * run.column("probe_lateral") * run.used("stylus", self.stylus))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +58,7 @@ class TipRadius(_Probe):
     dr: float = param(0.0, "um", "actual minus qualified tip radius")
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal, self.dr * used(run, self.stylus))
+        return along(run, run.normal, self.dr * run.used("stylus", self.stylus))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +72,7 @@ class TipOffset(_Probe):
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))
-        out[:, :3] = used(run, self.stylus)[:, None] * np.asarray(self.d, dtype=float)
+        out[:, :3] = run.used("stylus", self.stylus)[:, None] * np.asarray(self.d, dtype=float)
         return out
 
 
@@ -102,7 +93,7 @@ class StylusBending(_Probe):
     def error_motion(self, run: Run) -> Array:
         slender = (run.column("stylus_length_mm") / 50.0) ** 3
         lateral = run.column("probe_lateral") ** 2
-        return along(run, run.normal, -self.c * slender * lateral * used(run, self.stylus))
+        return along(run, run.normal, -self.c * slender * lateral * run.used("stylus", self.stylus))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,4 +109,4 @@ class TriggerDelay(_Probe):
     def error_motion(self, run: Run) -> Array:
         speed = run.vector("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s")
         normal = run.normal
-        return along(run, normal, (speed * normal).sum(axis=1) * self.delay * used(run, self.stylus))
+        return along(run, normal, (speed * normal).sum(axis=1) * self.delay * run.used("stylus", self.stylus))

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from vcmm.effect import Effect, at, param
-from vcmm.effects.probe import used
 from vcmm.run import Array, Run
 
 
@@ -33,5 +32,5 @@ class StylusQualification(Effect):
     def error_motion(self, run: Run) -> Array:
         d = np.asarray(self.d, dtype=float)
         out = np.zeros((run.n, 6))
-        out[:, :3] = used(run, self.stylus)[:, None] * (d[:3] + d[3] * run.normal)
+        out[:, :3] = run.used("stylus", self.stylus)[:, None] * (d[:3] + d[3] * run.normal)
         return out

@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.effect import Effect, param
-from vcmm.effects.component import multilinear
 from vcmm.errors import ModelLimit, UsageError
+from vcmm.grid import multilinear
 from vcmm.run import Array, Run
 
 Ints = npt.NDArray[np.intp]
@@ -236,7 +236,7 @@ class CorrelatedField(Effect):
 
     def covariance(self) -> Array:
         """Covariance (3 nodes, 3 nodes) of `values` flattened: K for each direction, directions independent."""
-        return np.kron(self._kernel(np.asarray(self.nodes, dtype=float)), np.eye(3))
+        return np.asarray(np.kron(self._kernel(np.asarray(self.nodes, dtype=float)), np.eye(3)))
 
     def _kernel(self, points: Array) -> Array:
         nodes = np.asarray(self.nodes, dtype=float)

@@ -14,7 +14,7 @@ from vcmm.effects import find
 from vcmm.errors import UsageError, choose_from, did_you_mean
 from vcmm.files.problems import Key, TableProblems
 from vcmm.run import Array
-from vcmm.units import dimension_of, quantity, vector
+from vcmm.units import dimension_of, quantity, shown, vector
 
 Found = list[tuple[Key, str]]  # (key, what is wrong with it)
 
@@ -85,7 +85,9 @@ def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> A
 
 def _text(key: str, value: Any, example: str) -> str:
     if not isinstance(value, str):
-        raise UsageError(f'{key} = {value} must be a text in quotes; write for example {key} = "{example}"')
+        raise UsageError(
+            f'{key} = {shown(value)} must be a text in quotes; write for example {key} = "{example}"'
+        )
     return value
 
 
@@ -95,23 +97,16 @@ def _parameter_value(spec: Field[Any], key: str, value: Any, table: dict[str, An
     dimension = dimension_of(unit)
     if not spec.metadata["shape"]:
         return quantity(value, dimension, key, f"0.5 {unit}")
-    rows = value if isinstance(value, list) else [value]
-    if (
-        rows
-        and all(isinstance(r, str) and len(r.split()) > 2 for r in rows)
-        and "," in spec.metadata["shape"]
-    ):
-        table_rows = [vector(r, dimension, key) for r in rows]
-        if len({len(r) for r in table_rows}) > 1:
-            raise UsageError(
-                f"{key}: the rows have different lengths: {', '.join(str(len(r)) for r in table_rows)}"
-            )
-        return (
-            np.array(table_rows).reshape(-1)
-            if spec.metadata["shape"].endswith(",)")
-            else np.array(table_rows)
+    rows = value if isinstance(value, list) and value and all(isinstance(r, str) for r in value) else [value]
+    numbers = [vector(row, dimension, key, f"0.1 0.2 0.3 {unit}") for row in rows]
+    if spec.metadata["shape"] != "(nodes, 3)":
+        return np.concatenate(numbers)
+    bad = next((i for i, row in enumerate(numbers) if len(row) != 3), None)
+    if bad is not None:
+        raise UsageError(
+            f'{key}: row {bad + 1} must have three numbers and a unit, as in "0.1 0.2 0.3 {unit}"'
         )
-    return np.array(vector(value, dimension, key))
+    return np.array(numbers)
 
 
 def check_matters(spec: Field[Any], component: str, key: str) -> None:
@@ -148,8 +143,16 @@ def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
         return np.array(rows)
     if key == "grids":
         letters = table.get("arguments", ["X"])
+        if not isinstance(value, list) or not isinstance(letters, list) or len(value) != len(letters):
+            raise UsageError(
+                f'{key} = {shown(value)} must have one list of positions per argument, as in grids = ["0 100 200 mm"]'
+            )
         return tuple(_axis_positions(v, str(a), key) for v, a in zip(value, letters))
     if key == "arguments":
+        if not isinstance(value, list):
+            raise UsageError(
+                f'{key} = {shown(value)} must be a list of axis letters, as in arguments = ["X"]'
+            )
         return tuple(_text(key, v, "X") for v in value)
     if spec.type == "float":
         return quantity(value, "length", key, "150 mm")
@@ -157,7 +160,7 @@ def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
         return _text(key, value, str(spec.default))
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:
         raise UsageError(
-            f"{key} = {value} must be a whole number, 1 or more; write for example {key} = {spec.default}"
+            f"{key} = {shown(value)} must be a whole number, 1 or more; write for example {key} = {spec.default}"
         )
     return value
 

@@ -27,7 +27,7 @@ from vcmm.laws import (
     Uniform,
 )
 from vcmm.run import Array
-from vcmm.units import channel_unit, dimension_of, parse_unit, vector
+from vcmm.units import channel_unit, dimension_of, parse_unit, shown, vector
 
 BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
 LAW_KEYS = {  # the first is the spread; of u and half_width one is given
@@ -41,10 +41,11 @@ INPUT_KEYS = (
 )  # fmt: skip
 
 
-def build_input(table: dict[str, Any], effects: Sequence[Effect]) -> Input:
+def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool = True) -> Input | None:
     """One [[inputs]] table to an Input; `effects` are those of the machine (or scenario), to check the target.
 
-    Raises TableProblems naming every wrong key, unit or word.
+    Raises TableProblems naming every wrong key, unit or word. Where not all effects could be read (complete =
+    False) a missing target is no mistake of the input, and None is returned.
     """
     found: Found = []
     if "effect" not in table and "channel" not in table and did_you_mean("effect", table):
@@ -55,8 +56,10 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect]) -> Input:
     redraw = str(table.get("redraw", "machine"))
     if redraw not in REDRAW:
         found.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))
-    out = _channel_input(table, found) if "channel" in table else _effect_input(table, effects, found)
-    if found or out is None:
+    out = (
+        _channel_input(table, found) if "channel" in table else _effect_input(table, effects, complete, found)
+    )
+    if found:
         raise TableProblems(found)
     return out
 
@@ -66,12 +69,14 @@ def _channel_input(table: dict[str, Any], found: Found) -> Input | None:
     channel = str(table["channel"])
     with noting(found, "channel"):
         check_channel(channel)
-        law, _ = _law(table, channel_unit(channel))
+        law, _ = _law(table, channel_unit(channel), difference=True)
         return Input("channel", "", channel, law, _redraw(table), str(table.get("evidence", "")))
     return None
 
 
-def _effect_input(table: dict[str, Any], effects: Sequence[Effect], found: Found) -> Input | None:
+def _effect_input(
+    table: dict[str, Any], effects: Sequence[Effect], complete: bool, found: Found
+) -> Input | None:
     kind = kind_of(table, found)
     if kind is None:
         return None
@@ -79,7 +84,7 @@ def _effect_input(table: dict[str, Any], effects: Sequence[Effect], found: Found
     _note_unknown(table, places, found)
     target = None
     with noting(found, places[0] if places and places[0] in table else "effect"):
-        target = _target(kind, table, effects)
+        target = _target(kind, table, effects, complete)
     spec = None
     with noting(found, "parameter"):
         spec = _input_parameter(kind, table, "" if target is None else str(getattr(target, "component", "")))
@@ -104,13 +109,17 @@ def _where(kind: type[Effect], table: dict[str, Any]) -> str:
     return EVERY if given and set(given) == {EVERY} else ",".join(given)
 
 
-def _target(kind: type[Effect], table: dict[str, Any], effects: Sequence[Effect]) -> Effect:
+def _target(
+    kind: type[Effect], table: dict[str, Any], effects: Sequence[Effect], complete: bool
+) -> Effect | None:
     """The first effect that an input is about."""
     where = _where(kind, table)
     same = [e for e in effects if e.name == kind.name]
     for effect in same:
         if where in (EVERY, effect.where):
             return effect
+    if not complete:
+        return None
     if not same:
         raise UsageError(
             f'an input for {kind.name}, but there is no such effect; add it with [[effects]] effect = "{kind.name}"'
@@ -129,12 +138,12 @@ def _target(kind: type[Effect], table: dict[str, Any], effects: Sequence[Effect]
 def _input_parameter(kind: type[Effect], table: dict[str, Any], component: str) -> Field[Any]:
     known = {f.name: f for f in parameter_fields(kind)}
     word = str(table.get("parameter", ""))
-    allowed = [*(k for k in kind.aliases), *(k for k in known if k not in kind.aliases.values())]
+    allowed = list(dict.fromkeys([*kind.aliases, *known]))
     if not word:
         raise UsageError(f'the key "parameter" is missing; write for example parameter = "{allowed[0]}"')
     name = kind.aliases.get(word, word)
     if name not in known:
-        raise UsageError(f'{kind.name} has no parameter "{word}".{choose_from(word, [*allowed, *known])}')
+        raise UsageError(f'{kind.name} has no parameter "{word}".{choose_from(word, allowed)}')
     check_matters(known[name], component, name)
     return known[name]
 
@@ -146,8 +155,12 @@ def _note_unknown(table: dict[str, Any], places: Sequence[str], found: Found) ->
             found.append((key, f'unknown key "{key}" of an input.{choose_from(key, [*places, *keys])}'))
 
 
-def _law(table: dict[str, Any], unit: str) -> tuple[Any, Array | None]:
-    """(law, scale per element or None) from the keys law, u, scale, dof, half_width, top, values, covariance."""
+def _law(table: dict[str, Any], unit: str, difference: bool = False) -> tuple[Any, Array | None]:
+    """(law, scale per element or None) from the keys law, u, scale, dof, half_width, top, values, covariance.
+
+    difference: the unit K is that of a departure from a temperature.
+    """
+    dimension = "temperature difference" if difference and unit == "K" else dimension_of(unit)
     name = str(table.get("law", "normal"))
     if name not in LAW_KEYS:
         raise UsageError(f'unknown law "{name}".{choose_from(name, LAW_KEYS)}')
@@ -156,16 +169,14 @@ def _law(table: dict[str, Any], unit: str) -> tuple[Any, Array | None]:
         if "values" not in table:
             raise UsageError(f'law = "samples" needs values, for example values = "0.1 -0.2 0.3 {unit}"')
         with _key("values"):
-            return Samples(
-                np.array(vector(table["values"], dimension_of(unit), "values", f"0.1 -0.2 {unit}"))
-            ), None
+            return Samples(np.array(vector(table["values"], dimension, "values", f"0.1 -0.2 {unit}"))), None
     if name == "multivariate":
         return _multivariate(table, unit), None
     key = _spread_key(table, name, unit)
     with _key(key):
-        numbers = _numbers(table[key], dimension_of(unit), key, f"0.5 {unit}")
+        numbers = _numbers(table[key], dimension, key, f"0.5 {unit}")
         if (numbers < 0).any():
-            raise UsageError(f"{key} = {table[key]} is negative; a spread is zero or positive")
+            raise UsageError(f"{key} = {shown(table[key])} is negative; a spread is zero or positive")
         if len(numbers) > 1:
             return _scalar_law(name, key, 1.0, table), numbers
         return _scalar_law(name, key, float(numbers[0]), table), None
@@ -254,5 +265,7 @@ def _plain_number(value: Any, key: str, example: str) -> float:
             f'law = "t" needs {key}, the degrees of freedom; write for example {key} = {example}'
         )
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UsageError(f"{key} = {value} must be a plain number; write for example {key} = {example}")
+        raise UsageError(
+            f"{key} = {shown(value)} must be a plain number; write for example {key} = {example}"
+        )
     return float(value)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +11,7 @@ from pydantic import Field
 
 from vcmm.effects.expansion import PartExpansion
 from vcmm.errors import UsageError, choose_from, did_you_mean
+from vcmm.files.knowledge import names_in
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.schema import (
     Angle,
@@ -19,13 +19,14 @@ from vcmm.files.schema import (
     Direction,
     Expansion,
     ExpansionSpread,
-    Lengths,
     Limits,
     Point,
     Size,
     Table,
+    TwoSizes,
     checked_model,
     read_model,
+    whole,
 )
 from vcmm.files.toml import Document, Location
 from vcmm.form import Lobes
@@ -61,7 +62,7 @@ class LineTable(FeatureTable):
 class PlaneTable(FeatureTable):
     point: Point
     normal: Direction
-    size: Lengths
+    size: TwoSizes
     u: Direction | None = None
 
 
@@ -165,13 +166,17 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
         if built is not None:
             features[name] = built[0]
             forms |= {name: built[1]} if built[1] is not None else {}
-    characteristics = []
+    characteristics: list[Characteristic] = []
     for i, item in enumerate(model.characteristics if model else ()):
+        if not whole(item, data["characteristics"][i]):
+            continue
         here = (*at, "characteristics", i)
         c = problems.attempt(here, lambda item=item: _characteristic(item))  # type: ignore[misc]
         if c is not None:
-            _check_names(c, tables, [*characteristics], problems, here)
+            _check_names(c, names_in(data, "features") or None, characteristics, problems, here)
             characteristics.append(c)
+    if model is not None and model.characteristics and not model.features and len(problems.found) == before:
+        problems.add(at, "the part has characteristics and no features; add them in [part.features]")
     if model is None or len(problems.found) > before:
         return None
     mesh = None
@@ -187,7 +192,7 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
 
 def _check_names(
     c: Characteristic,
-    features: Mapping[str, Any],
+    features: list[str] | None,
     before: list[Characteristic],
     problems: Problems,
     at: Location,
@@ -195,7 +200,7 @@ def _check_names(
     """A characteristic names features that exist, and has a name of its own."""
     for role in ("of", "between", "datums"):
         for name in getattr(c, role):
-            if name not in features:
+            if features is not None and name not in features:
                 problems.add(
                     (*at, role),
                     f'the characteristic "{c.name}" names the unknown feature "{name}".{choose_from(name, features)}',

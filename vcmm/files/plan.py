@@ -14,7 +14,8 @@ from pydantic import Field
 from vcmm.alignment import Alignment
 from vcmm.errors import DataError, UsageError, choose_from, did_you_mean
 from vcmm.files.columns import Sheet, read_csv
-from vcmm.files.problems import Problems, TableProblems
+from vcmm.files.knowledge import names_in
+from vcmm.files.problems import Key, Problems, TableProblems
 from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model
 from vcmm.files.toml import Document, Location
 from vcmm.part import Feature, Part
@@ -22,7 +23,7 @@ from vcmm.plan import Plan, Step, Stylus, Touch
 from vcmm.qualification import Qualification
 from vcmm.run import Array
 from vcmm.strategies import choose, on_surface, plan_points
-from vcmm.units import quantity, vector
+from vcmm.units import quantity, shown, vector
 
 
 class QualificationTable(Table):
@@ -64,9 +65,13 @@ class AlignmentTable(Table):
             self.plane, line, self.origin if isinstance(self.origin, str) else tuple(self.origin)
         )
 
-    def names(self) -> list[str]:
-        several = [[self.plane], *([x] if isinstance(x, str) else x for x in (self.line, self.origin))]
-        return [name for names in several for name in names]
+    def names(self) -> list[tuple[str, str]]:
+        """(role, feature) of every feature named."""
+        out = []
+        for role in ("plane", "line", "origin"):
+            value = getattr(self, role)
+            out += [(role, name) for name in ([value] if isinstance(value, str) else value)]
+        return out
 
 
 class PlanFile(Table):
@@ -92,12 +97,22 @@ def plan_from(
     if model is None or part is None:
         return None
     steps = []
+    if not part.features and model.steps:
+        problems.add(
+            (*at, "steps"), "the plan measures features, but the part has none; add them in [part.features]"
+        )
+        return None
+    if not model.styli and len(problems.found) == before and model.steps:
+        problems.add(
+            at, 'the plan has no styli; add styli.down = { offset = "0 0 -120 mm", tip_diameter = "4 mm" }'
+        )
+    styli_names = names_in(data, "styli") or None
     for i, table in enumerate(model.steps):
         here = (*at, "steps", i)
-        step = problems.attempt(here, lambda t=table: _step(document, t, part, model.styli))  # type: ignore[misc]
+        step = problems.attempt(here, lambda t=table: _step(document, t, part, styli_names))  # type: ignore[misc]
         steps += [step] if step is not None else []
-    measured = list(dict.fromkeys(t.feature for t in model.steps))
-    _check_measured(model, measured, part, problems, at)
+    if len(problems.found) == before:
+        _check_measured(model, list(dict.fromkeys(t.feature for t in model.steps)), part, problems, at)
     if len(problems.found) > before:
         return None
     styli = {n: _stylus(n, t) for n, t in model.styli.items()}
@@ -116,13 +131,15 @@ def _check_measured(
     model: PlanFile, measured: list[str], part: Part, problems: Problems, at: Location
 ) -> None:
     """Every feature that a characteristic or the alignment needs is measured, each in one step."""
-    for name in model.alignment.names() if model.alignment else ():
+    if not measured:
+        return  # the empty plan is reported once
+    for role, name in model.alignment.names() if model.alignment else ():
         if name not in measured:
             problems.add(
-                (*at, "alignment"),
+                (*at, "alignment", role),
                 f'the alignment names "{name}", which the plan does not measure.{choose_from(name, measured)}',
             )
-    for c in part.characteristics if model.steps else ():
+    for c in part.characteristics:
         for name in (*c.of, *c.between, *c.datums):
             if name not in measured:
                 problems.add(
@@ -138,11 +155,11 @@ def _stylus(name: str, t: StylusTable) -> Stylus:
     return Stylus(name, offset, t.tip_diameter / 2, length, t.event)
 
 
-def _step(document: Document, t: StepTable, part: Part, styli: Mapping[str, StylusTable]) -> Step:
-    found = []
+def _step(document: Document, t: StepTable, part: Part, styli: list[str] | None) -> Step:
+    found: list[tuple[Key, str]] = []
     if t.feature not in part.features:
         found.append(("feature", f'unknown feature "{t.feature}".{choose_from(t.feature, part.features)}'))
-    if t.stylus not in styli:
+    if styli is not None and t.stylus not in styli:
         found.append(("stylus", f'unknown stylus "{t.stylus}".{choose_from(t.stylus, styli)}'))
     if found:
         raise TableProblems(found)
@@ -154,6 +171,8 @@ def _step(document: Document, t: StepTable, part: Part, styli: Mapping[str, Styl
             points, normals = plan_points(feature, _pattern(feature, t.points))
     except TableProblems:
         raise
+    except DataError as error:
+        raise TableProblems([("points", text) for text in error.problems]) from None
     except UsageError as error:
         raise TableProblems([("points", str(error))]) from None
     approach = None
@@ -173,7 +192,7 @@ def _pattern(feature: Feature, table: Mapping[str, Any]) -> Any:
     kind = choose(feature.kind, str(table["strategy"]))
     known = {f.name: f for f in fields(kind)}
     values: dict[str, Any] = {}
-    problems: list[tuple[tuple[str, ...], str]] = []
+    problems: list[tuple[Key, str]] = []
     for key, value in table.items():
         if key == "strategy":
             continue
@@ -209,16 +228,16 @@ def _pattern_value(spec: DataField[Any], key: str, value: Any) -> Any:
     if kind.startswith("tuple[float"):
         if not isinstance(value, list) or len(value) != 3 or not all(_is_number(v) for v in value):
             raise UsageError(
-                f"{key} = {value} must be three plain numbers; write for example {key} = [0, 0, 1]"
+                f"{key} = {shown(value)} must be three plain numbers; write for example {key} = [0, 0, 1]"
             )
         return tuple(float(v) for v in value)
     if kind == "bool":
         if not isinstance(value, bool):
-            raise UsageError(f"{key} = {value} must be true or false")
+            raise UsageError(f"{key} = {shown(value)} must be true or false")
         return value
     if kind == "float":
         if not _is_number(value):
-            raise UsageError(f"{key} = {value} must be a plain number; write for example {key} = 2.5")
+            raise UsageError(f"{key} = {shown(value)} must be a plain number; write for example {key} = 2.5")
         return float(value)
     return _counts(key, [value], 1)[0]
 
@@ -227,9 +246,9 @@ def _counts(key: str, value: Any, how_many: int) -> tuple[int, ...]:
     whole = isinstance(value, list) and all(isinstance(v, int) and not isinstance(v, bool) for v in value)
     if not whole or len(value) != how_many or min(value) < 1:
         example = f"{key} = 8" if how_many == 1 else f"{key} = [{', '.join(['3'] * how_many)}]"
-        shown = value[0] if how_many == 1 and isinstance(value, list) and len(value) == 1 else value
+        given = value[0] if how_many == 1 and isinstance(value, list) and len(value) == 1 else value
         due = "a whole number" if how_many == 1 else f"{how_many} whole numbers"
-        raise UsageError(f"{key} = {shown} must be {due}, 1 or more; write for example {example}")
+        raise UsageError(f"{key} = {shown(given)} must be {due}, 1 or more; write for example {example}")
     return tuple(value)
 
 
@@ -272,7 +291,8 @@ def _row_of(sheet: Sheet, message: str) -> str:
 
 def _columns(sheet: Sheet, names: list[str]) -> Array:
     """Several columns (n, k); every bad cell is reported."""
-    out, problems = [], []
+    out: list[Array] = []
+    problems: list[str] = []
     for name in names:
         try:
             out.append(sheet.numbers(name))

@@ -31,9 +31,10 @@ class Problems:
         self.document = document
         self.found: list[str] = []
 
-    def add(self, location: Location, text: str) -> None:
-        """Note one problem; a text that names file and line already is left as it is."""
-        self.found.append(text if _LOCATED.match(text) else f"{self.document.where(location)}: {text}")
+    def add(self, location: Location, text: str, table: Location | None = None) -> None:
+        """Note one problem with file, line and table; a text that names file and line already is left as it is."""
+        here = f"{self.document.where(location)}: {self.document.table(location if table is None else table)}"
+        self.found.append(text if _LOCATED.match(text) else here + text)
 
     def attempt(self, location: Location, make: Callable[[], T]) -> T | None:
         """Call `make`; complaints are noted with file and line, and None is returned."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,12 +12,13 @@ from pydantic import Field
 
 from vcmm.effect import Effect
 from vcmm.errors import DataError, UsageError, choose_from
-from vcmm.files.machine import further_effects, further_inputs, machine_from, merged, note_second, tables_in
+from vcmm.files.knowledge import further_effects, further_inputs, merged, note_second, tables_in
+from vcmm.files.machine import machine_from
 from vcmm.files.part import PartData, part_from
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
 from vcmm.files.schema import (
-    Kelvin,
+    Gradient,
     KelvinSpread,
     Point,
     Table,
@@ -50,7 +52,7 @@ class Temperatures(Table):
     scale_z: Temperature = T0_DEG_C
     air: Temperature = T0_DEG_C
     spindle: Temperature = T0_DEG_C
-    gradient: Kelvin = 0.0
+    gradient: Gradient = 0.0
 
 
 class PartCompensation(Table):
@@ -111,7 +113,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         "plan",
         data.get("plan"),
         problems,
-        lambda d, t, at: _inner(lambda *a: plan_from(*a[:3], part.part if part else None, a[3]), d, t, at),
+        lambda d, t, at: _inner(partial(_plan, part), d, t, at),
     )
     environment = _section(
         document,
@@ -147,6 +149,12 @@ def _inner(make: Any, document: Document, data: dict[str, Any], at: Location) ->
     found = make(document, data, at, problems)
     problems.raise_if_any()
     return found
+
+
+def _plan(
+    part: PartData | None, document: Document, data: dict[str, Any], at: Location, problems: Problems
+) -> Any:
+    return plan_from(document, data, at, part.part if part else None, problems)
 
 
 def _pose(table: PoseTable) -> Pose:
@@ -197,6 +205,7 @@ def _with_knowledge(
     if machine is None or part is None or environment is None:
         return None
     effects = merged([*machine.effects, *part.effects(environment.part.compensated), *further])
+    complete = not problems.found
     machine = Machine(
         machine.name, machine.kind, machine.chain, machine.axes, tuple(effects), machine.inputs,
         machine.state, machine.compensation,
@@ -206,7 +215,7 @@ def _with_knowledge(
         note_second(one, machine.inputs, problems, location)
         inputs.append(one)
     inputs += further_inputs(
-        tables_in(document.data, "inputs"), effects, [*machine.inputs, *inputs], problems, ()
+        tables_in(document.data, "inputs"), effects, [*machine.inputs, *inputs], problems, (), complete
     )
     _check_temperatures(document, machine.effects, environment, problems)
     if planned:

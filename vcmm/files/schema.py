@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable
 from copy import deepcopy
 from functools import partial
+from types import UnionType
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, WithJsonSchema
@@ -17,7 +18,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Wi
 from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Document, Location
-from vcmm.units import quantity, vector
+from vcmm.units import quantity, shown, vector
 
 M = TypeVar("M", bound="Table")
 NAME = "\0"  # stands for the key in messages of validators, which do not know it
@@ -55,17 +56,23 @@ def _one(dimension: str, example: str, bound: str, value: object) -> float:
 
 
 def _three(dimension: str, example: str, value: object) -> tuple[float, ...]:
-    out = vector(value, dimension, NAME, example)
-    if len(out) != 3:
-        raise UsageError(
-            f"{NAME} = {_shown(value)} has {_count(len(out), 'number')} where three are due; "
-            f'write for example {NAME} = "{example}"'
-        )
+    return _exactly(3, "three", vector(value, dimension, NAME, example), value, example)
+
+
+def _two_sizes(dimension: str, example: str, value: object) -> tuple[float, ...]:
+    out = _exactly(2, "two", vector(value, dimension, NAME, example), value, example)
+    if min(out) <= 0:
+        raise UsageError(f'{NAME} = {shown(value)} must be positive; write for example {NAME} = "{example}"')
     return out
 
 
-def _several(dimension: str, example: str, value: object) -> tuple[float, ...]:
-    return vector(value, dimension, NAME, example)
+def _exactly(n: int, word: str, numbers: tuple[float, ...], value: object, example: str) -> tuple[float, ...]:
+    if len(numbers) != n:
+        raise UsageError(
+            f"{NAME} = {shown(value)} has {_count(len(numbers), 'number')} where {word} are due; "
+            f'write for example {NAME} = "{example}"'
+        )
+    return numbers
 
 
 def _quantity_type(dimension: str, example: str, bound: str = "") -> Any:
@@ -73,6 +80,19 @@ def _quantity_type(dimension: str, example: str, bound: str = "") -> Any:
     schema = {"type": "string", "description": text, "examples": [example]}
     convert = partial(_one, dimension, example, bound)
     return Annotated[float, BeforeValidator(partial(_as_value_error, convert)), WithJsonSchema(schema)]
+
+
+def _degrees(example: str, value: object) -> float:
+    """A difference of temperatures that files also give in degC (the columns end in _C)."""
+    text = value.replace("degC", "K").replace("°C", "K") if isinstance(value, str) else value
+    return quantity(text, "temperature difference", NAME, example)
+
+
+def _temperature_difference_type(example: str) -> Any:
+    schema = {"type": "string", "description": "temperature difference with its unit", "examples": [example]}
+    return Annotated[
+        float, BeforeValidator(partial(_as_value_error, partial(_degrees, example))), WithJsonSchema(schema)
+    ]
 
 
 def _vector_type(convert: Any, dimension: str, example: str, kind: Any) -> Any:
@@ -92,7 +112,7 @@ def _direction(value: object) -> Any:
     plain = isinstance(value, list | tuple) and len(value) == 3
     if not plain or not all(_is_number(v) and math.isfinite(v) for v in value):  # type: ignore[attr-defined]
         raise ValueError(
-            f"{NAME} = {_shown(value)} must be three plain finite numbers; write for example {NAME} = [0, 0, 1]"
+            f"{NAME} = {shown(value)} must be three plain finite numbers; write for example {NAME} = [0, 0, 1]"
         )
     numbers = tuple(float(v) for v in value)  # type: ignore[attr-defined]
     if not any(numbers):
@@ -104,7 +124,7 @@ def _pair(example: str, value: object) -> Any:
     """Two texts with units; the unit depends on other keys and is checked later."""
     if not (isinstance(value, list) and len(value) == 2 and all(isinstance(v, str) for v in value)):
         raise ValueError(
-            f"{NAME} = {_shown(value)} must be two values with units; write for example {NAME} = {example}"
+            f"{NAME} = {shown(value)} must be two values with units; write for example {NAME} = {example}"
         )
     return value
 
@@ -131,8 +151,8 @@ Deviation = _quantity_type("length", "0.5 um")
 Angle = _quantity_type("angle", "30 deg")
 AngleSpread = _quantity_type("angle", "1 urad", "not negative")
 Temperature = _quantity_type("temperature", "20.4 degC")
-Kelvin = _quantity_type("temperature difference", "0.1 K")
 KelvinSpread = _quantity_type("temperature difference", "0.05 K", "not negative")
+Gradient = _temperature_difference_type("0.1 K")
 Expansion = _quantity_type("expansion", "11.5 um/(m K)")
 ExpansionSpread = _quantity_type("expansion", "0.5 um/(m K)", "not negative")
 Speed = _quantity_type("speed", "5 mm/s", "positive")
@@ -142,7 +162,7 @@ Frequency = _quantity_type("frequency", "40 1/s", "positive")
 _THREE = tuple[float, float, float]
 Point = _vector_type(_three, "length", "0 0 20 mm", _THREE)
 Turn = _vector_type(_three, "angle", "0 0 90 deg", _THREE)
-Lengths = _vector_type(_several, "length", "80 80 mm", tuple[float, ...])
+TwoSizes = _vector_type(_two_sizes, "length", "80 80 mm", tuple[float, float])
 Travel = _pair_type('["0 mm", "600 mm"]')
 Limits = _pair_type('["0 mm", "0.021 mm"]')
 Direction = Annotated[
@@ -179,16 +199,18 @@ def checked_model(model: type[M], data: object, problems: Problems, at: Location
         return model.model_validate(data)
     except ValidationError as error:
         items = error.errors(include_url=False)
-    for text in _merged([explain(item, model, problems.document, at) for item in items]):
-        problems.add((), text)
+    for item in items:
+        where, text = explain(item, model)
+        problems.add((*at, *where), text, table=(*at, *_key_location(where)[:-1]))
     try:
         return model.model_validate(_without(data, [item["loc"] for item in items]))
     except ValidationError:
         return None
 
 
-def _merged(texts: list[str]) -> list[str]:
-    return list(dict.fromkeys(texts))
+def whole(table: Table, data: object) -> bool:
+    """Whether a table still has all keys it was given: what is left of a wrong one brings false complaints only."""
+    return isinstance(data, dict) and set(data) == table.model_fields_set
 
 
 def _without(data: object, locations: Iterable[tuple[Any, ...]]) -> object:
@@ -210,27 +232,19 @@ def _holds(place: Any, part: object) -> bool:
     return part in place if isinstance(place, dict) else isinstance(part, int) and part < len(place)
 
 
-def explain(item: Any, model: type[BaseModel], document: Document, at: Location) -> str:
-    """One pydantic error in plain words: 'machine.toml:12: [axes.X] unknown key "travle". Did you mean "travel"?'"""
-    location = _in_data(item["loc"])
-    here = document.where(at + location)
-    while location and isinstance(location[-1], int) and item["type"] != "missing":
-        location = location[:-1]  # an element is reported by the key of its list
+def explain(item: Any, model: type[BaseModel]) -> tuple[Location, str]:
+    """One pydantic error in plain words, and where it is: 'unknown key "travle". Did you mean "travel"?'"""
+    where = _in_data(item["loc"])
+    location = _key_location(where)
     key = str(location[-1]) if location else "the table"
-    inside = table_name(at + location[:-1])
-    text = _sentence(item, key, model, location)
-    return f"{here}: {inside}{text}"
+    return where, _sentence(item, key, model, location)
 
 
-def table_name(location: Location) -> str:
-    """('plan', 'steps', 0) -> '[plan.steps 1] '; empty at the top of a file."""
-    words: list[str] = []
-    for part in location:
-        if isinstance(part, int) and words:
-            words[-1] += f" {part + 1}"
-        else:
-            words.append(str(part))
-    return f"[{'.'.join(words)}] " if words else ""
+def _key_location(location: Location) -> Location:
+    """An element of a list is reported by the key of its list."""
+    while location and isinstance(location[-1], int):
+        location = location[:-1]
+    return location
 
 
 def _sentence(item: Any, key: str, model: type[BaseModel], location: Location) -> str:
@@ -244,38 +258,25 @@ def _sentence(item: Any, key: str, model: type[BaseModel], location: Location) -
         )
     if kind == "literal_error":
         allowed = [w.strip(" '") for w in item["ctx"]["expected"].replace(" or ", ", ").split(",")]
-        return f"{key} = {_shown(value)} is not allowed.{choose_from(str(value), allowed)}"
+        return f"{key} = {shown(value)} is not allowed.{choose_from(str(value), allowed)}"
     if kind == "value_error":
         return str(item["ctx"]["error"]).replace(NAME, key)
     if kind in WANTED:
         example = _example(model, location)
         fix = f"; write for example {key} = {example}" if example else ""
-        return f"{key} = {_shown(value)} must be {_wanted(model, location, WANTED[kind])}{fix}"
-    return f"{key} = {_shown(value)}: {item['msg'][0].lower()}{item['msg'][1:]}"
+        return f"{key} = {shown(value)} must be {_wanted(model, location, WANTED[kind])}{fix}"
+    return f"{key} = {shown(value)}: {item['msg'][0].lower()}{item['msg'][1:]}"
 
 
 def _wanted(model: type[BaseModel], location: Location, otherwise: str) -> str:
     """Where a key takes a text or a list or a table, say so."""
     field = _field(model, location)
-    words = []
-    for inner in getattr(field.annotation, "__args__", ()) if field is not None else ():
-        origin = getattr(inner, "__origin__", inner)
-        words += [{str: "a text", list: "a list of texts", dict: "a table"}.get(origin, "")]
+    if field is None or not isinstance(field.annotation, UnionType):
+        return otherwise
+    names = {str: "a text", list: "a list of texts", dict: "a table"}
+    words = [names.get(getattr(inner, "__origin__", inner), "") for inner in field.annotation.__args__]
     words = [w for w in words if w]
     return " or ".join(words) if len(words) > 1 else otherwise
-
-
-def _shown(value: object) -> str:
-    """A value as it stands in TOML, shortened."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_shown(v) for v in value[:6]) + (", ..." if len(value) > 6 else "") + "]"
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{k} = {_shown(v)}" for k, v in list(value.items())[:4]) + " }"
-    return str(value)
 
 
 def _count(n: int, word: str) -> str:

@@ -11,8 +11,14 @@ from vcmm.files.machine import MachineFile
 from vcmm.files.part import TABLES, PartFile
 from vcmm.files.plan import PlanFile
 from vcmm.files.scenario import EnvironmentTable, JobTable, ScenarioFile
+from vcmm.files.schema import Table
 
-MODELS = {"machine": MachineFile, "scenario": ScenarioFile, "part": PartFile, "plan": PlanFile}
+MODELS: dict[str, type[Table]] = {
+    "machine": MachineFile,
+    "scenario": ScenarioFile,
+    "part": PartFile,
+    "plan": PlanFile,
+}
 
 
 def json_schema(kind: str) -> dict[str, Any]:

@@ -29,8 +29,26 @@ class Document:
             location = location[:-1]
         return f"{self.path}:{self.lines.get(location, 1)}"
 
-    def has(self, *location: str | int) -> bool:
-        return tuple(location) in self.lines
+    def table(self, location: Location) -> str:
+        """'[plan.steps 1] ', the table that holds the location; empty at the top of the file."""
+        words: list[str] = []
+        place: Any = self.data
+        for part in location:
+            inside = place[part] if _holds(place, part) else None
+            if not isinstance(inside, dict | list):
+                break
+            if isinstance(part, int):
+                words[-1] += f" {part + 1}"
+            elif isinstance(inside, dict) or (inside and isinstance(inside[0], dict)):
+                words.append(str(part))
+            place = inside
+        return f"[{'.'.join(words)}] " if words else ""
+
+
+def _holds(place: Any, part: str | int) -> bool:
+    if isinstance(place, dict):
+        return part in place
+    return isinstance(place, list) and isinstance(part, int) and part < len(place)
 
 
 def read_toml(path: str | Path) -> Document:

@@ -6,9 +6,9 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.field import Field, linear_axes
 from vcmm.machine import Machine
 from vcmm.run import Array
+from vcmm.volumetric import Field, linear_axes
 
 LINES = 5  # grid lines per axis in the picture
 
@@ -85,8 +85,8 @@ def _arrows(found: Field) -> str:
         np.column_stack([found.run.position.get(a, np.zeros(found.run.n)) for a in "XYZ"]) + found.run.offset
     )
     factor = _magnification(points, found.tip_error)
-    items = [r.Points(points, "muted", 1.5), r.Arrows(points, found.tip_error, factor, name="tip error")]
-    return r.scene(items, title="Tip errors at the given positions")
+    dots, arrows = r.Points(points, "muted", 1.5), r.Arrows(points, found.tip_error, factor, name="tip error")
+    return r.scene([dots, arrows], title="Tip errors at the given positions")
 
 
 def _pad(points: Array) -> Array:

@@ -97,8 +97,15 @@ def pictures(found: UncertaintyResult) -> list[str]:
     features = list(task.part.features.values())
     last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
     stylus = task.plan.styli[task.plan.steps[-1].stylus]
-    overview = [*volume_items(task.machine, stylus, last), *part_items(features, t.pose), *touch_items(t)]
-    close = [*part_items(features, t.pose), *touch_items(t, touch_covariances(task, found.model.influences))]
+    overview = [
+        *volume_items(task.machine, stylus, last),
+        *part_items(features, t.pose, task.part.mesh),
+        *touch_items(t),
+    ]
+    close = [
+        *part_items(features, t.pose, task.part.mesh),
+        *touch_items(t, touch_covariances(task, found.model.influences)),
+    ]
     return [
         r.scene(
             overview,

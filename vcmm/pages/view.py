@@ -8,6 +8,7 @@ import numpy as np
 
 from vcmm.influence import Influence
 from vcmm.machine import Machine
+from vcmm.mesh import Mesh as PartMesh
 from vcmm.part import Feature, frame
 from vcmm.plan import Stylus, Touches
 from vcmm.pose import Pose
@@ -112,13 +113,18 @@ def feature_mesh(feature: Feature) -> Mesh | None:
     return None
 
 
-def part_items(features: Sequence[Feature], pose: Pose) -> list[Item]:
-    """The part's features where the pose puts them."""
+MOST_FACES = 20_000  # a larger mesh makes the picture slow; its features are drawn instead
+
+
+def part_items(features: Sequence[Feature], pose: Pose, mesh: PartMesh | None = None) -> list[Item]:
+    """The part's features, and its mesh if it has one, where the pose puts them."""
     items: list[Item] = []
+    if mesh is not None and len(mesh.faces) <= MOST_FACES:
+        items.append(Mesh(pose.apply(mesh.vertices), mesh.faces, STEEL, 0.6, edges=False))
     for feature in features:
-        mesh = feature_mesh(feature)
-        if mesh is not None:
-            items.append(Mesh(pose.apply(np.asarray(mesh.vertices)), mesh.faces, mesh.colour, mesh.opacity))
+        shape = feature_mesh(feature)
+        if shape is not None:
+            items.append(Mesh(pose.apply(np.asarray(shape.vertices)), shape.faces, shape.colour, shape.opacity))
     return items
 
 

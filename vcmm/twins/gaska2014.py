@@ -12,17 +12,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
+from vcmm.evaluation import evaluate
 from vcmm.influence import Influence
 from vcmm.inputs import Input
-from vcmm.laws import StudentT
+from vcmm.laws import MultivariateNormal, StudentT
 from vcmm.linear import LinearModel
 from vcmm.montecarlo import Term
 from vcmm.result import CharacteristicResult, UncertaintyResult
 from vcmm.run import Array
 from vcmm.scenario import Scenario
 from vcmm.streams import copy_code, draw
-from vcmm.uncertainty import evaluate
 
 COLUMNS = (
     (150, 50), (150, 325), (150, 600), (310, 460), (310, 190), (475, 50), (475, 325), (475, 600),
@@ -122,7 +123,7 @@ def run(
     report = progress or (lambda text, share: None)
     settings = replace(scenario.settings, trials=trials or scenario.settings.trials, certify=50)
     fields = [draw_deviations(seed) for seed in range(1, draws + 1)]
-    rows = []
+    rows: list[Row] = []
     total = len(scenario.places) * len(REDRAWS)
     for place, pose in scenario.places.items():
         for redraw in REDRAWS:
@@ -166,7 +167,7 @@ def _ranges(
     return (float(u_form.min()), float(u_form.max())), (float(u_distance.min()), float(u_distance.max()))
 
 
-def _per_lane(weights: Array, along: Array, codes: Array) -> Array:
+def _per_lane(weights: Array, along: Array, codes: npt.NDArray[np.intp]) -> Array:
     """(copies, k): change of one output per draw, for weights (n,) of the touches and their responses (n, k)."""
     out = np.zeros((int(codes.max()) + 1, along.shape[1]))
     np.add.at(out, codes, weights[:, None] * along)
@@ -193,6 +194,7 @@ class _FormTrials:
             self.draws.append(touch[used, None] * z.T)
         self.base = np.tile(model.q0[residuals, None], (1, RANGE_TRIALS))
         for term in others:
+            assert not isinstance(term.law, MultivariateNormal)  # its draws are standard normals times a factor
             self.base += term.gain[residuals] @ draw(seed, term.name, term.lanes, term.law, 0, RANGE_TRIALS).T
 
     def expanded(self, scales: Array) -> Array:

@@ -22,7 +22,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.decision import Decision, decide
 from vcmm.influence import targets
 from vcmm.inputs import Input
-from vcmm.laws import MultivariateNormal, MultivariateSamples
+from vcmm.laws import Law
 from vcmm.linear import LinearModel, build
 from vcmm.montecarlo import Term, marginal
 from vcmm.montecarlo import uncertainty as closed_form_u
@@ -96,18 +96,18 @@ class _Evaluation:
         return smooth and self.settings.engine == "auto" and self._product_share(i) < PRODUCT_SHARE
 
     def _product_share(self, i: int) -> float:
-        """Share of the variance that products of two Inputs add: (d2y u_i u_j)^2 / u^2."""
-        ids = {
-            t.name: t.law.u
-            for t in self.terms
-            if not isinstance(t.law, MultivariateSamples | MultivariateNormal)
-        }
+        """Share of the variance that products of two Inputs add."""
+        first, second = self._variances(i)
+        return second / (first + second) if 0 < first + second < np.inf else 0.0
+
+    def _variances(self, i: int) -> tuple[float, float]:
+        """Closed-form variance of a smooth output: sum of (c u)^2, and of (d2y u_i u_j)^2 over products (JCGM 100, 5.1.2)."""
+        scalar = {t.name: float(t.law.u) for t in self.terms if isinstance(t.law, Law)}
         second = 0.0
         for product in self.model.products:
-            u = [float(ids[self.model.influences[j].input.id]) for j in (product.first, product.second)]
+            u = [scalar[self.model.influences[j].input.id] for j in (product.first, product.second)]
             second += (float(self.gradient[i] @ self.model.product_gain(product)) * u[0] * u[1]) ** 2
-        first = float(closed_form_u(self._projected(i))[0]) ** 2
-        return second / (first + second) if first + second > 0 else 0.0
+        return float(closed_form_u(self._projected(i))[0]) ** 2, second
 
     def _projected(self, i: int) -> list[Term]:
         """The terms acting on one characteristic: gain (1, L)."""
@@ -132,9 +132,10 @@ class _Evaluation:
         smooth = gps.is_linear(c, self.features)
         if smooth:  # products aside it is linear: its contributions have a closed form
             parts = [(float(closed_form_u([t])[0]), _sensitivity(t)) for t in self._projected(i)]
+            u = float(np.sqrt(sum(self._variances(i))))
         else:
-            parts = [(float(u), None) for u in alone]
-        lines = [self._line(j, u, found.u, sensitivity) for j, (u, sensitivity) in enumerate(parts)]
+            parts, u = [(float(alone_u), None) for alone_u in alone], found.u
+        lines = [self._line(j, u_j, u, sensitivity) for j, (u_j, sensitivity) in enumerate(parts)]
         limits = self._limits(i, c)
         p_conform = None if limits is None else found.probability(*limits)
         tier = (
@@ -144,7 +145,7 @@ class _Evaluation:
         )
         interval = found.interval(self.settings.p, self.settings.kind)
         value = float(self.value[i]) if smooth else found.mean
-        result = self._assembled(i, c, value, found.u, interval, lines, p_conform, tier)
+        result = self._assembled(i, c, value, u, interval, lines, p_conform, tier)
         return replace(result, trials=found.trials, summary=found, coverage_shown=smooth)
 
     def _limits(self, i: int, c: Characteristic) -> tuple[float, float] | None:

@@ -1,0 +1,104 @@
+"""[[effects]] and [[inputs]] of a machine or scenario, checked against each other and against the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.files.effects import build_effect
+from vcmm.files.inputs import build_input
+from vcmm.files.problems import Problems
+from vcmm.files.toml import Location
+from vcmm.inputs import Input
+from vcmm.kinematics import Chain
+
+
+def tables_in(data: Any, key: str) -> list[dict[str, Any]]:
+    """The tables of a list such as [[effects]]; empty where the key holds something else."""
+    found = data.get(key, []) if isinstance(data, dict) else []
+    return [t for t in found if isinstance(t, dict)] if isinstance(found, list) else []
+
+
+def names_in(data: dict[str, Any], key: str) -> list[str] | None:
+    """The names of a table of tables such as [axes]; None where it is missing or no table, which is reported elsewhere."""
+    found = data.get(key)
+    return list(found) if isinstance(found, dict) else None
+
+
+def further_effects(
+    tables: list[dict[str, Any]], chain: Chain | None, problems: Problems, at: Location
+) -> list[Effect]:
+    """The [[effects]] of a machine or scenario, on axes that the machine has."""
+    out = []
+    for i, table in enumerate(tables):
+        here = (*at, "effects", i)
+        built = problems.attempt(here, lambda table=table: build_effect(table))  # type: ignore[misc]
+        if built is None:
+            continue
+        if chain and built.link in "XYZABC" and built.link not in chain.letters:
+            key = next((f.name for f in place_fields(built)), "effect")
+            problems.add(
+                (*here, key),
+                f'{built.id} acts on axis {built.link}, which is not in structure = "{chain.structure}"; '
+                f"the axes are {', '.join(sorted(chain.letters))}",
+            )
+        out.append(built)
+    return out
+
+
+def further_inputs(
+    tables: list[dict[str, Any]],
+    effects: Sequence[Effect],
+    known: Sequence[Input],
+    problems: Problems,
+    at: Location,
+    complete: bool = True,
+) -> list[Input]:
+    """The [[inputs]] of a machine or scenario. One quantity has one input: its name is that of its random stream.
+
+    complete: all effects could be read, so that an input without its effect is a mistake of its own.
+    """
+    out: list[Input] = []
+    for i, table in enumerate(tables):
+        here = (*at, "inputs", i)
+        found = problems.attempt(here, lambda table=table: build_input(table, effects, complete))  # type: ignore[misc]
+        if found is None:
+            continue
+        note_second(found, [*known, *out], problems, here)
+        out.append(found)
+    return out
+
+
+def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Location) -> None:
+    """A quantity that has an input already would be drawn twice from one stream."""
+    other = next((k for k in known if k.id == one.id), None)
+    if other is not None:
+        said = f" ({other.evidence})" if other.evidence else ""
+        problems.add(at, f"{one.id} has an input already{said}; keep one of the two")
+
+
+def merged(effects: Sequence[Effect]) -> list[Effect]:
+    """Effects of one name and place added into one where all that differs are numbers in which they are linear.
+
+    An Input names an effect by name and place: two of them (a table and a further known effect) would count twice.
+    """
+    out: list[Effect] = []
+    for effect in effects:
+        match = next((i for i, e in enumerate(out) if e.id == effect.id and _addable(e, effect)), None)
+        if match is None:
+            out.append(effect)
+            continue
+        linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
+        sums = {n: getattr(out[match], n) + getattr(effect, n) for n in linear}
+        out[match] = replace(out[match], **sums)
+    return out
+
+
+def _addable(one: Effect, other: Effect) -> bool:
+    linear = {f.name for f in parameter_fields(one) if not f.metadata["scan"]}
+    rest = [f.name for f in fields(one) if f.name not in linear]
+    return all(np.array_equal(getattr(one, n), getattr(other, n)) for n in rest)

@@ -1,0 +1,209 @@
+"""The short forms of a machine file: error table with its uncertainty, repeatability, scales, to effects and Inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vcmm.effect import Effect
+from vcmm.effects.component import ComponentSpline, ComponentTable
+from vcmm.effects.expansion import ScaleExpansion
+from vcmm.effects.scatter import Scatter
+from vcmm.effects.squareness import RotaryLocation, Squareness
+from vcmm.errors import UsageError
+from vcmm.files.isg import ErrorFile, read_isg
+from vcmm.files.machine_tables import MachineFile, Repeatability, Scales, Uncertainty
+from vcmm.files.problems import Problems
+from vcmm.files.schema import whole
+from vcmm.files.toml import Document, Location
+from vcmm.inputs import EVERY, Input
+from vcmm.kinematics import Chain
+from vcmm.laws import Law, MultivariateNormal, Normal, StudentT
+from vcmm.run import Array
+
+
+def known_errors(
+    model: MachineFile,
+    data: Mapping[str, Any],
+    document: Document,
+    problems: Problems,
+    at: Location,
+    chain: Chain | None,
+) -> tuple[list[Effect], list[Input]]:
+    """Effects and Inputs of [errors], [repeatability] and [environment]; `data` is the table as it was read."""
+    effects: list[Effect] = []
+    inputs: list[Input] = []
+    if model.errors:
+        here = (*at, "errors", "table")
+        path = document.path.parent / model.errors.table
+        cubic = model.errors.interpolation == "cubic"
+        tables = problems.attempt(here, lambda: read_error_file(path))
+        found = problems.attempt(here, lambda: effects_of(tables, cubic)) if tables is not None else None
+        for effect in found or ():
+            _check_on_machine(effect, chain, problems, here, path)
+        effects += found or []
+        inputs += _table_inputs(found or [], model.errors.uncertainty)
+    if model.repeatability and whole(model.repeatability, data["repeatability"]):
+        repeatability = model.repeatability
+        law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))
+        effects.append(Scatter())
+        inputs += (
+            [Input("scatter", "", "value", law, "touch", "repeatability of the machine file")] if law else []
+        )
+    if model.environment and model.environment.scales and chain:
+        more, known = _scales(model.environment.scales, [a for a in chain.letters if a in "XYZ"])
+        effects, inputs = effects + more, inputs + known
+    return effects, inputs
+
+
+def read_error_file(path: Path) -> ErrorFile:
+    """An error table of either format, told apart by its first line: [EXX] opens an Etalon section."""
+    from vcmm.files.etalon import is_etalon, read_etalon
+
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError):
+        return read_isg(path)  # which says what is wrong
+    return read_etalon(path) if is_etalon(text) else read_isg(path)
+
+
+def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
+    """Component tables (or cubic splines), squareness and rotary locations of an errors.csv."""
+    effects: list[Effect] = []
+    for table in file.tables:
+        for name, values in table.values.items():
+            if cubic and len(table.arguments) == 1 and table.arguments[0] == name[2] and len(values) > 2:
+                effects.append(ComponentSpline(name, table.grids[0], values))
+            else:
+                effects.append(ComponentTable(name, table.arguments, table.grids, values))
+    for name, value in file.constants.items():
+        if name[2] in "XYZ":
+            effects.append(Squareness(name, value))
+        elif name[0] in "XYZ":
+            effects.append(RotaryLocation(name, offset=value))
+        else:
+            effects.append(RotaryLocation(name, tilt=value))
+    return effects
+
+
+def _check_on_machine(
+    effect: Effect,
+    chain: Chain | None,
+    problems: Problems,
+    at: Location,
+    path: Path,
+) -> None:
+    if chain and effect.link not in chain.letters:
+        problems.add(
+            at,
+            f'{path.name} holds {effect.where} of axis {effect.link}, which structure = "{chain.structure}" lacks',
+        )
+    if isinstance(effect, ComponentTable):
+        for letter in effect.arguments:
+            if chain and letter not in chain.letters:
+                problems.add(
+                    at, f"{path.name} tabulates {effect.where} over axis {letter}, which the machine lacks"
+                )
+
+
+def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Input]:
+    """The short form `uncertainty`: Gaussian process per component over its axis, squareness independent."""
+    if known is None:
+        return []
+    inputs = []
+    for effect in effects:
+        if isinstance(effect, ComponentTable | ComponentSpline):
+            u = known.translation if effect.component[1] in "XYZ" else known.rotation
+            if u > 0:
+                law = _correlated(effect, u, known.correlation_length)
+                inputs.append(
+                    Input(
+                        effect.name, effect.where, "values", law, "machine", "calibration of the error table"
+                    )
+                )
+        elif isinstance(effect, Squareness) and known.squareness > 0:
+            inputs.append(
+                Input(
+                    "squareness",
+                    effect.where,
+                    "angle",
+                    Normal(known.squareness),
+                    "machine",
+                    "calibration of the error table",
+                )
+            )
+    return inputs
+
+
+def _correlated(
+    effect: ComponentTable | ComponentSpline, u: float, length: float | None
+) -> MultivariateNormal:
+    """u^2 exp(-(dq)^2 / (2 l^2)) between the nodes; without a correlation length the nodes are independent.
+
+    A rotary axis has no length: its nodes are taken as independent unless they coincide.
+    """
+    grids = effect.grids if isinstance(effect, ComponentTable) else (np.asarray(effect.nodes),)
+    letters = effect.arguments if isinstance(effect, ComponentTable) else (effect.link,)
+    mesh = np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
+    squared: Array = np.zeros((len(mesh), len(mesh)))
+    for i, letter in enumerate(letters):
+        gap = mesh[:, None, i] - mesh[None, :, i]
+        if length is None or letter in "ABC":
+            squared = squared + np.where(gap == 0, 0.0, np.inf)
+        else:
+            squared = squared + (gap / length) ** 2
+    return MultivariateNormal(u**2 * np.exp(-squared / 2))
+
+
+def _repeatability(table: Repeatability) -> Law:
+    if table.law == "normal":
+        if table.dof is not None:
+            raise UsageError('dof goes with law = "t"; remove dof or write law = "t"')
+        if table.u is not None and table.scale is not None:
+            raise UsageError("u and scale are both given; a normal law takes u")
+        spread = table.u if table.u is not None else table.scale
+        if spread is None:
+            raise UsageError('law = "normal" needs u; write for example u = "0.5 um"')
+        return Normal(spread)
+    if table.u is not None:
+        raise UsageError(
+            'law = "t" takes scale, the scale parameter of the law, not u; rename u to scale '
+            "(u = scale times the root of dof / (dof - 2))"
+        )
+    if table.scale is None or table.dof is None:
+        raise UsageError('law = "t" needs scale and dof; write for example scale = "0.7 um" and dof = 6')
+    return StudentT(table.scale, table.dof)
+
+
+def _scales(table: Scales, letters: list[str]) -> tuple[list[Effect], list[Input]]:
+    """Scale expansion of every linear axis; one coefficient for all scales, one sensor per scale."""
+    corrected = table.expansion if table.compensated else 0.0
+    effects: list[Effect] = [ScaleExpansion(a, table.expansion, corrected) for a in letters]
+    inputs = []
+    if table.u_expansion > 0:
+        inputs.append(
+            Input(
+                "scale_expansion",
+                EVERY,
+                "alpha",
+                Normal(table.u_expansion),
+                "machine",
+                "expansion of the scales",
+            )
+        )
+    if table.u_sensor > 0:
+        for a in letters:
+            inputs.append(
+                Input(
+                    "channel",
+                    "",
+                    f"temp_scale_{a.lower()}_C",
+                    Normal(table.u_sensor),
+                    "machine",
+                    f"temperature sensor of scale {a}",
+                )
+            )
+    return effects, inputs

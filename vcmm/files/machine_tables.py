@@ -1,0 +1,87 @@
+"""The tables of a machine file (machine/1) as pydantic models: keys, units, defaults."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from vcmm.files.schema import (
+    Acceleration,
+    AngleSpread,
+    Expansion,
+    ExpansionSpread,
+    Frequency,
+    Jerk,
+    KelvinSpread,
+    Point,
+    Size,
+    Speed,
+    Spread,
+    Table,
+    Travel,
+)
+
+
+class Dynamics(Table):
+    speed: Speed | None = None
+    acceleration: Acceleration | None = None
+    jerk: Jerk | None = None
+    gain: Frequency | None = None
+
+
+class AxisTable(Table):
+    travel: Travel
+    centre: Point = (0.0, 0.0, 0.0)
+    measured_at: Point | None = None
+    error_frame: Literal["moving", "fixed"] = "moving"
+    dynamics: Dynamics = Field(default_factory=Dynamics)
+
+
+class Uncertainty(Table):
+    translation: Spread = 0.0
+    rotation: AngleSpread = 0.0
+    squareness: AngleSpread = 0.0
+    correlation_length: Size | None = None
+
+
+class Errors(Table):
+    table: str = Field(examples=['"errors.csv"'])
+    state: Literal["residual", "raw"] = "residual"
+    compensation: list[str] = Field(default_factory=list)
+    interpolation: Literal["linear", "cubic"] = "linear"
+    uncertainty: Uncertainty | None = None
+
+
+class Repeatability(Table):
+    law: Literal["normal", "t"] = "normal"
+    u: Spread | None = None
+    scale: Spread | None = None
+    dof: float | None = Field(default=None, examples=["6"])
+
+
+class Scales(Table):
+    expansion: Expansion
+    u_expansion: ExpansionSpread = 0.0
+    compensated: bool = True
+    u_sensor: KelvinSpread = 0.0
+
+
+class MachineEnvironment(Table):
+    scales: Scales | None = None
+
+
+class MachineFile(Table):
+    """machine/1"""
+
+    vcmm: str
+    name: str = ""
+    kind: Literal["cmm", "machine-tool", "lathe"] = "cmm"
+    structure: str = Field(examples=['"w b Y X Z t"'])
+    axes: dict[str, AxisTable] = Field(examples=['{ X = { travel = ["0 mm", "600 mm"] } }'])
+    errors: Errors | None = None
+    repeatability: Repeatability | None = None
+    environment: MachineEnvironment | None = None
+    effects: list[dict[str, Any]] = Field(default_factory=list)
+    inputs: list[dict[str, Any]] = Field(default_factory=list)
+    certificate: dict[str, str] | None = None

@@ -1,0 +1,26 @@
+"""Linear interpolation on rectilinear grids, as weights, so that it stays linear in the values at the nodes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+def multilinear(positions: list[Array], grids: tuple[Array, ...]) -> tuple[Array, np.ndarray[Any, Any]]:
+    """Weights (n, 2^d) and flat node numbers (n, 2^d) of linear interpolation on a rectilinear grid."""
+    n = len(positions[0])
+    weights, nodes = np.ones((n, 1)), np.zeros((n, 1), dtype=np.intp)
+    for q, grid in zip(positions, grids):
+        if len(grid) == 1:
+            nodes = nodes * 1
+            continue
+        cell = np.clip(np.searchsorted(grid, q, side="right") - 1, 0, len(grid) - 2)
+        share = ((q - grid[cell]) / (grid[cell + 1] - grid[cell]))[:, None]
+        weights = np.concatenate([weights * (1 - share), weights * share], axis=1)
+        nodes = nodes * len(grid)
+        nodes = np.concatenate([nodes + cell[:, None], nodes + cell[:, None] + 1], axis=1)
+    return weights, nodes
