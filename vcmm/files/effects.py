@@ -98,7 +98,8 @@ def _parameter_value(spec: Field[Any], key: str, value: Any, table: dict[str, An
     if not spec.metadata["shape"]:
         return quantity(value, dimension, key, f"0.5 {unit}")
     rows = value if isinstance(value, list) and value and all(isinstance(r, str) for r in value) else [value]
-    numbers = [vector(row, dimension, key, f"0.1 0.2 0.3 {unit}") for row in rows]
+    example = "0.1 0.2 0.3" if unit == "1" else f"0.1 0.2 0.3 {unit}"
+    numbers = [vector(row, dimension, key, example) for row in rows]
     if spec.metadata["shape"] != "(nodes, 3)":
         return np.concatenate(numbers)
     bad = next((i for i, row in enumerate(numbers) if len(row) != 3), None)

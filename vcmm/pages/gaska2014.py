@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -58,11 +59,10 @@ def cells(row: Row) -> list[str]:
 
 
 def _main(c: CharacteristicResult) -> str:
-    """The largest line of a budget in short: field 98 %."""
+    """The largest line of a budget in short: field 98%."""
     line = c.budget[0]
-    name = {"residual_field": "field", "probe_lobing": "lobing"}.get(
-        line.input.split("[")[0], line.input.split("[")[0]
-    )
+    effect = re.split(r"[\[.]", line.input)[0]
+    name = {"residual_field": "field", "probe_lobing": "lobing"}.get(effect, effect)
     return f"{name} {line.share:.0%}"
 
 

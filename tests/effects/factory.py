@@ -1,0 +1,100 @@
+"""One instance of every effect with all parameters set, and a run on which all of them can be asked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.effect import Effect, parameter_fields
+from vcmm.effects import (
+    Backlash,
+    ComponentPolynomial,
+    ComponentSpline,
+    ComponentTable,
+    CorrelatedField,
+    PartExpansion,
+    ProbeLobing,
+    Reindexing,
+    ResidualField,
+    RotaryLocation,
+    ScaleExpansion,
+    ScaleFactor,
+    Scatter,
+    ScrewPitch,
+    Squareness,
+    StylusBending,
+    StylusQualification,
+    ThermalDrift,
+    TipOffset,
+    TipRadius,
+    TriggerDelay,
+)
+from vcmm.run import Run, Series
+
+CUBE = np.array([[x, y, z] for x in (0.0, 400.0) for y in (0.0, 300.0) for z in (-200.0, 0.0)])
+
+
+def _numbers(*shape: int) -> np.ndarray:
+    """Fixed numbers without pattern, of the size of micrometres in mm."""
+    n = int(np.prod(shape))
+    return (1e-3 * np.sin(1.7 * np.arange(1, n + 1))).reshape(shape)
+
+
+INSTANCES: tuple[Effect, ...] = (
+    ComponentTable("EYX", ("X",), (np.array([0.0, 150.0, 400.0]),), _numbers(3)),
+    ComponentTable("EBX", ("Z", "X"), (np.array([-200.0, 0.0]), np.array([0.0, 150.0, 400.0])), _numbers(2, 3)),
+    ComponentSpline("EZY", np.array([0.0, 100.0, 200.0, 300.0]), _numbers(4)),
+    ComponentPolynomial("EAZ", _numbers(3)),
+    Squareness("B0Z", 2e-6),
+    RotaryLocation("X0C", offset=1.5e-3),
+    RotaryLocation("A0C", tilt=3e-6),
+    ScaleFactor("Y", 4e-6),
+    Backlash("X", 1.2e-3),
+    ScaleExpansion("Y", 8e-6, 7e-6),
+    PartExpansion(11.5e-6, 10e-6),
+    ThermalDrift("z", "air", 0.4e-3, 300.0),
+    ScrewPitch("X", 0.5e-3, -0.2e-3, 10.0),
+    ProbeLobing("", 0.4e-3, 0.1e-3),
+    TipRadius("", 0.3e-3),
+    TipOffset("", _numbers(3)),
+    StylusQualification("", _numbers(4)),
+    StylusBending("", 0.6e-3),
+    TriggerDelay("", 2e-3),
+    ResidualField(CUBE, "trilinear", _numbers(8, 3)),
+    ResidualField(CUBE, "columns-linear", _numbers(8, 3)),
+    ResidualField(CUBE, "columns-nearest", _numbers(8, 3)),
+    CorrelatedField(CUBE, np.full((8, 3), 1e-3), 150.0, _numbers(8, 3)),
+    Scatter(0.7e-3),
+    Reindexing(_numbers(3)),
+)
+
+
+def some_run(n: int = 12) -> Run:
+    """n rows inside CUBE with every column that an effect of today needs."""
+    rng = np.random.default_rng(5)
+    tip = rng.uniform([0.0, 0.0, -200.0], [400.0, 300.0, 0.0], (n, 3))
+    normal = rng.standard_normal((n, 3))
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    columns = {f"tip_{c}_mm": tip[:, i] for i, c in enumerate("xyz")}
+    columns |= {f"part_{c}_mm": tip[:, i] - 100.0 for i, c in enumerate("xyz")}
+    columns |= {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}
+    columns |= {f"speed_{a}_mm_s": rng.uniform(-5.0, 5.0, n) for a in "XYZ"}
+    columns |= {f"sense_{a}": rng.choice([-1.0, 1.0], n) for a in "XYZABC"}
+    columns |= {f"temp_{s}_C": rng.uniform(19.0, 22.0, n) for s in ("part", "air", "scale_x", "scale_y", "scale_z")}
+    columns |= {
+        "time_s": np.linspace(0.0, 600.0, n),
+        "probe_angle_rad": rng.uniform(-np.pi, np.pi, n),
+        "probe_lateral": rng.uniform(0.0, 1.0, n),
+        "stylus_length_mm": rng.uniform(20.0, 80.0, n),
+    }
+    position = {"X": tip[:, 0], "Y": tip[:, 1], "Z": tip[:, 2], "C": rng.uniform(-1.0, 1.0, n)}
+    labels = {"stylus": np.array(["down"] * n), "event": np.array(["A"] * n)}
+    log = Series(np.array([0.0, 200.0, 600.0]), np.array([20.0, 21.0, 20.5]))
+    return Run(position, np.zeros((n, 3)), columns, labels, {"air": log})
+
+
+def scaled(effect: Effect, factor: float) -> Effect:
+    """All parameters in which the effect is linear times a factor."""
+    linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
+    return replace(effect, **{name: factor * getattr(effect, name) for name in linear})
