@@ -58,6 +58,18 @@ def read_pair(path: Path, kind: str) -> Reference:
     return Reference(kind, points, fit[:3], fit[3:6] / np.linalg.norm(fit[3:6]), sizes)
 
 
+def deviations(folder: Path) -> list[tuple[str, int, float, float]]:
+    """(set, files, worst length mm, worst angle rad) over all reference sets; printed by tools/validate.py."""
+    circles = [("circle", folder / "nist_ls_circle2d" / f"cir2d{i}.ds") for i in range(1, 31)]
+    pairs = [*circles, *((name[:-1], folder / "certified_ls" / f"{name}.ds") for name in CERTIFIED)]
+    out = []
+    for kind in dict.fromkeys(k for k, _ in pairs):
+        files = [path for k, path in pairs if k == kind]
+        worst = [differences(gauss(kind, w.points), w) for w in (read_pair(path, kind) for path in files)]
+        out.append((kind, len(files), max(w[0] for w in worst), max(w[1] for w in worst)))
+    return out
+
+
 @pytest.mark.parametrize("number", range(1, 31))
 def test_nist_circles(number: int) -> None:
     want = read_pair(data_file(f"data/fitting/nist_ls_circle2d/cir2d{number}.ds"), "circle")

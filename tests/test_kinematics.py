@@ -51,7 +51,9 @@ def test_pitch_on_a_stylus_by_hand():
         {a: Axis(a, (-500.0, 500.0)) for a in "XYZ"},
         (ComponentTable("EBX", ("X",), (np.array([0.0, 400.0]),), np.array([1e-5, 1e-5])),),
     )  # fmt: skip
-    run = Run({"X": np.array([200.0]), "Y": np.array([0.0]), "Z": np.array([0.0])}, np.array([[0.0, 0.0, -150.0]]))
+    run = Run(
+        {"X": np.array([200.0]), "Y": np.array([0.0]), "Z": np.array([0.0])}, np.array([[0.0, 0.0, -150.0]])
+    )
     assert machine.tip_error(run)[0] == pytest.approx([-0.0015, 0.0, 0.0], abs=1e-15)
     # indicated - true is the opposite
     assert machine.indication_error(run)[0] == pytest.approx([0.0015, 0.0, 0.0], abs=1e-15)

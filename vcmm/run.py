@@ -113,16 +113,23 @@ class Run:
         return (self.labels[label] == value).astype(float) if label in self.labels else np.zeros(self.n)
 
     def lagged(self, sensor: str, tau: float) -> Array:
-        """Temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log."""
+        """Temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log.
+
+        Exact for a log that is linear between its entries. Raises ModelLimit where the log ends more than one of its
+        own intervals before a row.
+        """
         name = f"temp_{sensor}_C"
-        if tau == 0.0:
+        if tau == 0.0 and name in self.columns:
             return self.column(name)
         if sensor not in self.series:
+            if tau == 0.0:
+                return self.column(name)  # which says what is missing
             raise ModelLimit(
                 f"a lag of {tau:g} s needs a log of {name} over time (time_s and {name} columns or a series)"
             )
-        series = self.series[sensor]
-        return np.interp(self.column("time_s"), series.time, _first_order_lag(series, tau))
+        series, time = self.series[sensor], self.column("time_s")
+        _check_log_reaches(name, series, time)
+        return first_order_lag(series, tau, time)
 
     def with_columns(self, columns: Mapping[str, Array]) -> Run:
         """A copy with some columns added or replaced."""
@@ -139,14 +146,36 @@ class Run:
         )
 
 
-def _first_order_lag(series: Series, tau: float) -> Array:
-    """Exact response to the piecewise-linear log: T'(t+h) = T' e + (T1 - s tau) + ... with s the slope."""
-    out = np.empty_like(series.value)
-    out[0] = series.value[0]
-    for i in range(1, len(out)):
-        h = series.time[i] - series.time[i - 1]
-        slope = (series.value[i] - series.value[i - 1]) / h
-        decay = np.exp(-h / tau)
-        # particular solution of tau y' + y = T0 + s t is T0 + s (t - tau)
-        out[i] = (out[i - 1] - series.value[i - 1] + slope * tau) * decay + series.value[i] - slope * tau
-    return out
+def _check_log_reaches(name: str, series: Series, time: Array) -> None:
+    last = float(series.time[-1])
+    interval = last - float(series.time[-2]) if len(series.time) > 1 else 0.0
+    late = np.flatnonzero(time > last + interval)
+    if len(late):
+        raise ModelLimit(
+            f"row {late[0] + 1} is at {time[late[0]]:g} s, but the log of {name} ends at {last:g} s; extend the log"
+        )
+
+
+def first_order_lag(series: Series, tau: float, time: Array) -> Array:
+    """Response (n,) at `time` of tau y' + y = T to a log T that is linear between its entries and held after the last.
+
+    Over a stretch of length h from (T0, y0), with x = h / tau:  y = T + (y0 - T0) e^-x - (T - T0) (1 - e^-x) / x.
+    The last factor tends to 1 for a step (h = 0), so steps cost no accuracy.
+    """
+    if tau == 0.0:
+        return np.interp(time, series.time, series.value)
+    known = np.empty_like(series.value)
+    known[0] = series.value[0]
+    for i in range(1, len(known)):
+        h, rise = series.time[i] - series.time[i - 1], series.value[i] - series.value[i - 1]
+        known[i] = series.value[i] + _fading(known[i - 1] - series.value[i - 1], rise, h / tau)
+    before = np.clip(np.searchsorted(series.time, time, side="right") - 1, 0, len(known) - 1)
+    x = np.maximum(time - series.time[before], 0.0) / tau
+    now = np.interp(time, series.time, series.value)
+    return now + _fading(known[before] - series.value[before], now - series.value[before], x)
+
+
+def _fading(behind: Array, rise: Array, x: Array) -> Array:
+    """What the response still lacks after x time constants: (y0 - T0) e^-x - rise (1 - e^-x) / x."""
+    share = np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
+    return behind * np.exp(-x) - rise * share

@@ -43,7 +43,9 @@ def _numbers(*shape: int) -> np.ndarray:
 
 INSTANCES: tuple[Effect, ...] = (
     ComponentTable("EYX", ("X",), (np.array([0.0, 150.0, 400.0]),), _numbers(3)),
-    ComponentTable("EBX", ("Z", "X"), (np.array([-200.0, 0.0]), np.array([0.0, 150.0, 400.0])), _numbers(2, 3)),
+    ComponentTable(
+        "EBX", ("Z", "X"), (np.array([-200.0, 0.0]), np.array([0.0, 150.0, 400.0])), _numbers(2, 3)
+    ),
     ComponentSpline("EZY", np.array([0.0, 100.0, 200.0, 300.0]), _numbers(4)),
     ComponentPolynomial("EAZ", _numbers(3)),
     Squareness("B0Z", 2e-6),
@@ -81,7 +83,9 @@ def some_run(n: int = 12) -> Run:
     columns |= {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}
     columns |= {f"speed_{a}_mm_s": rng.uniform(-5.0, 5.0, n) for a in "XYZ"}
     columns |= {f"sense_{a}": rng.choice([-1.0, 1.0], n) for a in "XYZABC"}
-    columns |= {f"temp_{s}_C": rng.uniform(19.0, 22.0, n) for s in ("part", "air", "scale_x", "scale_y", "scale_z")}
+    columns |= {
+        f"temp_{s}_C": rng.uniform(19.0, 22.0, n) for s in ("part", "air", "scale_x", "scale_y", "scale_z")
+    }
     columns |= {
         "time_s": np.linspace(0.0, 600.0, n),
         "probe_angle_rad": rng.uniform(-np.pi, np.pi, n),

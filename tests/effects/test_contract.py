@@ -148,7 +148,7 @@ def test_axis_effects_need_their_axis():
 def test_unknown_names_show_the_closest():
     with pytest.raises(UsageError, match='Did you mean "backlash"'):
         find("backlsh")
-    with pytest.raises(UsageError, match="has no parameter gpa.*gap"):
+    with pytest.raises(UsageError, match=r"has no parameter gpa.*gap"):
         with_parameter(find("backlash")("X"), "gpa", 1.0)
 
 
@@ -173,10 +173,14 @@ def test_file_takes_the_contract_name_and_unit(name: str):
     assert built.id == instance.id
 
 
-@pytest.mark.parametrize(("name", "parameter", "text"), [("thermal_drift", "tau", "300 s"), ("screw_pitch", "period", "5 mm")])
+@pytest.mark.parametrize(
+    ("name", "parameter", "text"), [("thermal_drift", "tau", "300 s"), ("screw_pitch", "period", "5 mm")]
+)
 def test_file_takes_the_scanned_parameters(name: str, parameter: str, text: str):
     instance = next(e for e in INSTANCES if e.name == name)
-    table = {"effect": name, parameter: text} | {f.name: getattr(instance, f.name) for f in place_fields(instance)}
+    table = {"effect": name, parameter: text} | {
+        f.name: getattr(instance, f.name) for f in place_fields(instance)
+    }
     assert getattr(build_effect(table), parameter) == float(text.split()[0])
 
 

@@ -57,10 +57,20 @@ def demo_command(
         caption=gaska2014.CAPTION,
     )
     say(f"wrote {folder}/report.html, demo.json, demo.csv")
+    me = _command()
     print(
-        f"Next:\n  open {folder}/report.html\n  vcmm new plate\n  vcmm uncertainty plate.toml --out plate-report"
+        f"Next:\n  open {folder}/report.html\n  {me} new plate\n  {me} uncertainty plate.toml --out plate-report"
     )
     return 0
+
+
+def _command() -> str:
+    """How this user calls vcmm: by name when it is on the path, else by the path that was just used."""
+    import os
+    import shutil
+    import sys
+
+    return "vcmm" if shutil.which("vcmm") else os.path.relpath(sys.argv[0])
 
 
 def demo_json(rows: Any, draws: int) -> dict[str, Any]:

@@ -71,13 +71,11 @@ class ResidualField(Effect):
 
     @cached_property
     def _triangles(self) -> Any:
-        from scipy.spatial import Delaunay
-
         nodes = np.asarray(self.nodes, dtype=float)
-        return Delaunay(np.array([nodes[c[0], :2] for c in _columns(nodes)]))
+        return _triangulated(np.array([nodes[c[0], :2] for c in _columns(nodes)]))
 
     def _weights(self, tip: Array) -> tuple[Array, Array]:
-        triangles = self._triangles if self.interpolation == "columns-linear" else None
+        triangles = None if self.interpolation == "trilinear" else self._triangles
         return field_weights(np.asarray(self.nodes, dtype=float), self.interpolation, tip, triangles)
 
 
@@ -93,13 +91,13 @@ def field_weights(nodes: Array, method: str, tip: Array, triangles: Any = None) 
     _refuse_outside(nodes, tip)
     columns = _columns(nodes)
     plane = np.array([nodes[c[0], :2] for c in columns])
-    in_plane = (
-        _triangle_weights(plane, tip[:, :2], triangles)
-        if method == "columns-linear"
-        else _nearest_weights(plane, tip[:, :2])
-    )
+    triangles = _triangulated(plane) if triangles is None else triangles
+    in_plane = _triangle_weights(plane, tip[:, :2], triangles)  # refuses what lies outside, for both methods
+    if method == "columns-nearest":
+        in_plane = _nearest_weights(plane, tip[:, :2])
     lateral = np.zeros((len(tip), len(nodes)))
     for j, column in enumerate(columns):
+        _refuse_beyond(nodes[column], tip, in_plane[:, j] > 1e-12)
         lateral[:, column] += in_plane[:, j, None] * _curve_weights(nodes[column, 2], tip[:, 2])
     return lateral, _nearest_weights(nodes, tip)
 
@@ -127,11 +125,20 @@ def _curve_weights(levels: Array, z: Array) -> Array:
     return np.asarray(make_interp_spline(levels, np.eye(len(levels)), k=degree)(z))
 
 
-def _triangle_weights(plane: Array, xy: Array, triangulation: Any = None) -> Array:
-    """Barycentric weights (n, columns) on the Delaunay triangulation of the columns."""
+def _triangulated(plane: Array) -> Any:
+    """Delaunay triangulation of the columns (m, 2). Raises UsageError where they span no area."""
     from scipy.spatial import Delaunay
 
-    triangulation = Delaunay(plane) if triangulation is None else triangulation
+    spread = plane - plane[0]
+    if np.linalg.matrix_rank(spread, tol=1e-9 * max(float(np.abs(spread).max()), 1e-300)) < 2:
+        raise UsageError(
+            f"residual_field: {len(plane)} columns of nodes lie on one line; between columns the field needs three that do not"
+        )
+    return Delaunay(plane)
+
+
+def _triangle_weights(plane: Array, xy: Array, triangulation: Any) -> Array:
+    """Barycentric weights (n, columns) on the triangles of the columns. Raises ModelLimit outside their hull."""
     simplex = triangulation.find_simplex(xy, tol=1e-9)
     if (simplex < 0).any():
         raise _outside(
@@ -180,6 +187,17 @@ def _refuse_outside(nodes: Array, tip: Array) -> None:
     bad = np.flatnonzero((tip[:, 2] < low - 1e-6) | (tip[:, 2] > high + 1e-6))
     if len(bad):
         raise _outside(tip[bad[0]], f"the nodes' heights {low:g} to {high:g} mm", int(bad[0]))
+
+
+def _refuse_beyond(column: Array, tip: Array, used: npt.NDArray[np.bool_]) -> None:
+    """A curve through a column of nodes is not continued above or below it."""
+    low, high = column[:, 2].min(), column[:, 2].max()
+    bad = np.flatnonzero(used & ((tip[:, 2] < low - 1e-6) | (tip[:, 2] > high + 1e-6)))
+    if len(bad):
+        x, y = column[0, :2]
+        raise _outside(
+            tip[bad[0]], f"the column of nodes at ({x:g} {y:g}) mm, {low:g} to {high:g} mm high", int(bad[0])
+        )
 
 
 def _outside(point: Array, what: str, row: int) -> ModelLimit:

@@ -124,7 +124,9 @@ def part_items(features: Sequence[Feature], pose: Pose, mesh: PartMesh | None = 
     for feature in features:
         shape = feature_mesh(feature)
         if shape is not None:
-            items.append(Mesh(pose.apply(np.asarray(shape.vertices)), shape.faces, shape.colour, shape.opacity))
+            items.append(
+                Mesh(pose.apply(np.asarray(shape.vertices)), shape.faces, shape.colour, shape.opacity)
+            )
     return items
 
 

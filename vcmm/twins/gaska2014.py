@@ -194,7 +194,9 @@ class _FormTrials:
             self.draws.append(touch[used, None] * z.T)
         self.base = np.tile(model.q0[residuals, None], (1, RANGE_TRIALS))
         for term in others:
-            assert not isinstance(term.law, MultivariateNormal)  # its draws are standard normals times a factor
+            assert not isinstance(
+                term.law, MultivariateNormal
+            )  # its draws are standard normals times a factor
             self.base += term.gain[residuals] @ draw(seed, term.name, term.lanes, term.law, 0, RANGE_TRIALS).T
 
     def expanded(self, scales: Array) -> Array:

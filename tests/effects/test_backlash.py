@@ -1,0 +1,28 @@
+"""Backlash: sign and size of the reversal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from build import machine
+
+from vcmm.effects.backlash import Backlash
+from vcmm.run import Run
+
+
+def _run(sense: list[float]) -> Run:
+    n = len(sense)
+    return Run({a: np.zeros(n) for a in "XYZ"}, np.zeros((n, 3)), {"sense_X": np.array(sense)})
+
+
+def test_half_the_gap_behind_the_direction_of_motion():
+    # -1/2 x 1.2 um x (+1) = -0.6 um; moving down +0.6 um; never moved: nothing
+    error = machine(Backlash("X", 1.2e-3)).tip_error(_run([1.0, -1.0, 0.0]))
+    assert error[:, 0] == pytest.approx([-0.6e-3, 0.6e-3, 0.0], abs=1e-15)
+    assert np.all(error[:, 1:] == 0.0)
+
+
+def test_reversal_error_of_iso_230_2_is_minus_the_gap():
+    # B = mean(up) - mean(down) = -0.6 - (+0.6) = -1.2 um
+    up, down = machine(Backlash("X", 1.2e-3)).tip_error(_run([1.0, -1.0]))[:, 0]
+    assert up - down == pytest.approx(-1.2e-3, abs=1e-15)
