@@ -5,6 +5,7 @@ python docs/generate.py      writes docs/effects.md
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 from inspect import cleandoc
 from pathlib import Path
@@ -89,11 +90,15 @@ def tables(effect: type[Effect]) -> list[str]:
     if "nodes" in shapes or "powers" in shapes:
         return []
     lines = ["[[effects]]", f'effect = "{effect.name}"']
-    lines += [f'{f.name} = "{f.default}"' for f in place_fields(effect) if f.default]
+    places = [f for f in place_fields(effect) if f.default and not f.metadata["quiet"]]
+    lines += [f'{f.name} = "{f.default}"' for f in places]
     letter = str(getattr(effect(), "component", ""))[:1]  # a shift has no tilt
     for name, f in zip(names(effect), parameter_fields(effect)):
         if not f.metadata["only"] or letter in f.metadata["only"]:
-            lines.append(f'{name.strip("`")} = "{number(**f.metadata)}"')
+            key = name.strip("`")
+            lines.append(
+                f'{key if re.fullmatch("[A-Za-z0-9_-]+", key) else chr(34) + key + chr(34)} = "{number(**f.metadata)}"'
+            )
     return lines
 
 

@@ -31,8 +31,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "files": ("files", "library", "nc"),
     "jobs": (
-        "result", "sampling", "volumetric", "measuring", "evaluation", "jobs", "audit", "place", "calibrate", "compensate",
-        "diagnose", "cut",
+        "result", "budget", "certify", "sampling", "remarks", "volumetric", "measuring", "evaluation", "jobs", "audit", "place", "calibrate", "compensate",
+        "diagnosis", "cut",
     ),
     "twins": ("twins",),
     "pages": ("pages", "view", "serve"),

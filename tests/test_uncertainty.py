@@ -6,19 +6,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from build import DIAMETER, FORM, LENGTH, SCATTER, scenario
+from build import DIAMETER, FORM, LENGTH, SCATTER, machine, scenario
 
 from vcmm.effects.expansion import PartExpansion
+from vcmm.effects.pitch import ScrewPitch
 from vcmm.effects.probe import TipRadius
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.errors import UsageError
 from vcmm.evaluation import evaluate
-from vcmm.exact import draw_inputs, exact_values
+from vcmm.exact import draw_inputs, exact_values, linear_values
 from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal, MultivariateSamples, Normal, StudentT, Uniform
 from vcmm.linear import build
+from vcmm.part import Characteristic, Feature, Part
+from vcmm.plan import Plan, Step, Stylus, touches
+from vcmm.pose import Pose
 from vcmm.settings import Settings
+from vcmm.strategies import Iso10360, Levels, plan_points
 
 QUICK = Settings(trials=20_000, certify=50)
 
@@ -58,7 +63,8 @@ def test_bias_and_sensitivity_of_a_scale_factor_by_hand():
     found = by_name(evaluate(scenario(ScaleFactor("X", 10e-6), inputs=(SCATTER, known)).task(), QUICK))
     assert found["length"].bias == pytest.approx(-1.04e-3, rel=1e-4)
     line = next(b for b in found["length"].budget if b.input == "scale_factor[X].k")
-    assert line.sensitivity == pytest.approx(-104.0, rel=1e-6)
+    assert line.sensitivity == pytest.approx(-104e-6, rel=1e-6)  # mm per um/m
+    assert (line.u_input, line.unit) == (pytest.approx(2.0), "um/m")
     assert line.u == pytest.approx(2e-6 * 104.0, rel=1e-6)
     assert line.share == pytest.approx(0.208**2 / (0.208**2 + 0.5), rel=1e-5)  # um^2
     assert found["length"].interaction_share == pytest.approx(0.0, abs=1e-9)
@@ -236,3 +242,174 @@ def test_nothing_uncertain_and_nothing_asked():
         evaluate(scenario(characteristics=()).task(), QUICK)
     with pytest.raises(UsageError, match="at least 1000"):
         Settings(trials=10)
+
+
+def test_product_with_the_spread_in_a_scale_or_a_covariance():
+    # the same knowledge in three forms gives the same u: alpha known to 3e-6, T to 1 K, part at 20 degC
+    temperature = Input("channel", "", "temp_part_C", Normal(1.0))
+    found = []
+    for law, scale in (
+        (Normal(3e-6), None),
+        (Normal(1.0), np.array([3e-6])),
+        (MultivariateNormal(np.array([[9e-12]])), None),
+    ):
+        alpha = Input("part_expansion", "", "alpha", law, scale=scale)
+        job = scenario(
+            PartExpansion(0.0),
+            inputs=(alpha, temperature),
+            constants={"temp_part_C": 20.0},
+            characteristics=(LENGTH,),
+        )
+        found.append(by_name(evaluate(job.task(), QUICK))["length"].u)
+    # no first-order term at all: u = 3e-6 x 1 x 100 = 0.3 um
+    assert found == pytest.approx([0.3e-3] * 3, rel=1e-6)
+
+
+def test_products_with_several_copies_match_brute_force():
+    # alpha drawn per feature, T once: each face moves by its own alpha_i dT 50 mm, dT = 0 +- 1 K:
+    # u^2 = 2 x (2e-6 x 1 x 50)^2 mm^2 -> 0.1414 um
+    inputs = (
+        Input("part_expansion", "", "alpha", Normal(2e-6), "feature"),
+        Input("channel", "", "temp_part_C", Normal(1.0)),
+    )
+    job = scenario(
+        PartExpansion(0.0), inputs=inputs, constants={"temp_part_C": 20.0}, characteristics=(LENGTH,)
+    )
+    found = by_name(evaluate(job.task(), replace(QUICK, trials=100_000)))["length"]
+    assert found.u == pytest.approx(np.sqrt(2) * 0.1e-3, rel=1e-6)
+    assert found.linear_error < 1e-9
+
+
+def test_distance_of_almost_nothing_is_sampled():
+    # nominal 10 nm, every point off by 1 um: not the 0.077 um of the tangent; the length of a 3-vector of noise
+    balls = [
+        Feature(n, "sphere", np.array([x, 0.0, 0.0]), np.zeros(3), np.array([5.0]))
+        for n, x in (("a", 0.0), ("b", 1e-5))
+    ]
+    apart = Characteristic("apart", "distance", between=("a", "b"))
+    steps = tuple(Step(b.name, "down", *plan_points(b, Iso10360())) for b in balls)
+    plan = Plan(steps, {"down": Stylus("down", np.array([0.0, 0.0, -100.0]), 2.0, 100.0)})
+    base = scenario()
+    job = replace(base, part=Part({b.name: b for b in balls}, (apart,)), plan=plan)
+    found = by_name(evaluate(job.task(), QUICK))["apart"]
+    exact = by_name(evaluate(job.task(), replace(QUICK, trials=2000, engine="exact")))["apart"]
+    assert found.tier == "collapsed Monte Carlo"
+    assert found.u == pytest.approx(exact.u, rel=0.06)
+    assert found.u > 0.2e-3
+    assert exact.interval[0] < exact.mean < exact.interval[1]
+
+
+def test_nothing_acts_on_a_characteristic():
+    # only Z is uncertain and nothing looks along Z: U = 0, no division by it
+    job = scenario(
+        ScaleFactor("Z", 0.0),
+        inputs=(Input("scale_factor", "Z", "k", Normal(1e-6)),),
+        characteristics=(LENGTH,),
+    )
+    found = by_name(evaluate(job.task(), QUICK))["length"]
+    assert found.u == pytest.approx(0.0, abs=1e-12)
+
+
+def test_two_inputs_of_one_name_are_refused():
+    with pytest.raises(UsageError, match="2 inputs"):
+        evaluate(scenario(inputs=(SCATTER, SCATTER)).task(), QUICK)
+
+
+def test_law_of_the_wrong_size_is_refused():
+    wrong = Input("scale_factor", "X", "k", Normal(1.0), scale=np.array([1e-6, 2e-6]))
+    with pytest.raises(UsageError, match="for 2 numbers, but the parameter has 1"):
+        evaluate(scenario(ScaleFactor("X", 0.0), inputs=(SCATTER, wrong)).task(), QUICK)
+
+
+def test_effects_of_one_family_keep_their_own_draws_in_the_exact_engine():
+    first, second = ScrewPitch("X", 1e-3, period=10.0), ScrewPitch("X", 1e-3, period=7.0, harmonic=2)
+    assert (first.id, second.id) == ("screw_pitch[X]", "screw_pitch[X,2]")
+    model = build(scenario(first, second, characteristics=(LENGTH,)).task())
+    draws = draw_inputs(model, 0, 0, 20)
+    assert np.abs(exact_values(model, draws) - linear_values(model, draws)).max() < 1e-8
+
+
+def test_a_channel_that_no_effect_declares_still_counts_in_the_exact_engine():
+    # the software corrects with the sensor's reading: error = alpha (T - T_read) L; u = 11.5e-6 x 0.5 x 100 = 0.575 um
+    job = scenario(
+        PartExpansion(11.5e-6, 11.5e-6),
+        inputs=(Input("channel", "", "reading_part_C", Normal(0.5)),),
+        constants={"temp_part_C": 20.0, "reading_part_C": 20.0},
+        characteristics=(LENGTH,),
+    )
+    found = by_name(evaluate(job.task(), replace(QUICK, trials=4000, engine="exact")))["length"]
+    assert found.u == pytest.approx(0.575e-3, rel=0.03)
+
+
+def test_known_bias_reported_or_corrected():
+    effect = ScaleFactor("X", 10e-6)  # length reads 1.04 um too short, U = 1.39 um
+    kept = by_name(evaluate(scenario(effect).task(), QUICK))["length"]
+    assert not kept.coverage_shown
+    corrected = by_name(evaluate(scenario(effect).task(), replace(QUICK, known_bias="corrected")))["length"]
+    assert corrected.coverage_shown
+    assert corrected.value == pytest.approx(100.0, abs=1e-6)
+    assert corrected.interval[0] == pytest.approx(kept.interval[0] - kept.bias, abs=1e-12)
+    exact_length = replace(LENGTH, limits=(-3e-3, 3e-3))
+    limits = by_name(
+        evaluate(scenario(ScaleFactor("X", 50e-6), characteristics=(exact_length,)).task(), QUICK)
+    )["length"]
+    assert limits.decision.text == "does not conform"  # 5.2 um short as indicated
+    good = replace(QUICK, known_bias="corrected")
+    limits = by_name(
+        evaluate(scenario(ScaleFactor("X", 50e-6), characteristics=(exact_length,)).task(), good)
+    )["length"]
+    assert limits.decision.text == "conforms"
+
+
+def test_guard_band_uses_the_interval_of_an_asymmetric_output():
+    # the form reads between its interval's ends; a zone inside them cannot be accepted
+    found = by_name(evaluate(scenario(characteristics=(FORM,)).task(), QUICK))["form"]
+    between = (found.value + found.expanded + found.interval[1]) / 2
+    tight = replace(FORM, zone=between)
+    rule = replace(QUICK, rule="guard band U")
+    assert (
+        by_name(evaluate(scenario(characteristics=(tight,)).task(), rule))["form"].decision.text
+        == "undecided"
+    )
+
+
+def test_one_input_has_the_whole_budget():
+    found = by_name(evaluate(scenario(characteristics=(FORM,)).task(), replace(QUICK, trials=100_000)))[
+        "form"
+    ]
+    assert found.budget[0].share == pytest.approx(1.0, abs=1e-9)
+    assert found.interaction_share == pytest.approx(0.0, abs=1e-9)
+
+
+def test_form_under_infinite_variance_says_so():
+    heavy = Input("scatter", "", "value", StudentT(0.1e-3, 2), "touch")
+    found = by_name(evaluate(scenario(inputs=(heavy,), characteristics=(FORM,)).task(), QUICK))["form"]
+    assert np.isinf(found.u)
+    assert np.isfinite(found.expanded)
+
+
+def test_small_bore_nearly_filled_by_the_tip():
+    bore = Feature(
+        "bore",
+        "cylinder",
+        np.zeros(3),
+        np.array([0.0, 0.0, 1.0]),
+        np.array([2.025]),
+        inside=True,
+        extent=(20.0,),
+    )
+    step = Step("bore", "down", *plan_points(bore, Levels((5.0, 15.0), 8)))
+    base = scenario()
+    job = replace(base, part=Part({"bore": bore}, (DIAMETER,)), plan=Plan((step,), base.plan.styli))
+    found = by_name(evaluate(job.task(), QUICK))["diameter"]
+    assert found.u == pytest.approx(0.5e-3, rel=1e-6)
+
+
+def test_sense_of_an_axis_follows_its_own_travel():
+    # stylus b stands 50 mm further in X: to touch the same face the axis goes back although the tip hardly moves
+    styli = {n: Stylus(n, np.array([x, 0.0, -100.0]), 2.0, 100.0) for n, x in (("a", 0.0), ("b", 50.0))}
+    up = np.array([[0.0, 0.0, 1.0]])
+    steps = tuple(Step("face", s, np.array([[x, 0.0, 0.0]]), up) for s, x in (("a", 0.0), ("b", 10.0)))
+    placed = touches(Plan(steps, styli), Pose.identity(), machine(), {})
+    assert placed.run.position["X"].tolist() == [0.0, -40.0]
+    assert placed.run.columns["sense_X"].tolist()[1] == -1.0

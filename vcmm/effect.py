@@ -89,9 +89,8 @@ class Effect(ABC):
     @property
     def where(self) -> str:
         """The place fields joined: "X" of backlash[X]; empty for an effect of the whole machine."""
-        return ",".join(
-            str(getattr(self, f.name)) for f in place_fields(type(self)) if getattr(self, f.name) != ""
-        )
+        said = [(f, getattr(self, f.name)) for f in place_fields(type(self))]
+        return ",".join(str(v) for f, v in said if v != "" and not (f.metadata["quiet"] and v == f.default))
 
     @property
     def id(self) -> str:
@@ -113,9 +112,9 @@ def place_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
     return [f for f in fields(effect) if f.metadata.get("place")]
 
 
-def at(default: Any, doc: str) -> Any:
-    """Declare a place field of an effect (axis, pair, component ...)."""
-    return field(default=default, metadata={"place": True, "doc": doc})
+def at(default: Any, doc: str, quiet: bool = False) -> Any:
+    """Declare a place field of an effect (axis, pair, component ...). quiet: not in the name at its default value."""
+    return field(default=default, metadata={"place": True, "doc": doc, "quiet": quiet})
 
 
 def parameter(effect: Effect, name: str) -> Field[Any]:

@@ -3,39 +3,44 @@
 The tier follows from the characteristic, not from the caller:
     closed form           smooth outputs (size, distance, angle): u = sqrt(G S G^T); interval by inversion of the
                           characteristic function, t-laws treated exactly
-    collapsed Monte Carlo form, orientation, position, and outputs in which a product of two Inputs matters
+    collapsed Monte Carlo form, orientation, position; smooth outputs that curve over their own spread or in which a
+                          product of two Inputs matters
     exact                 on request: every trial with multiplied transforms, contact and iterated fits
-A few hundred exact trials on the same draws certify the linear model in every case.
+A few hundred exact trials on the same draws certify what each tier used (vcmm.certify).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.effect import parameter
+from vcmm.budget import budget_line
+from vcmm.certify import Check, check
 from vcmm.errors import UsageError
-from vcmm.exact import draw_inputs, exact_values, linear_values
 from vcmm.gps import characteristics as gps
-from vcmm.gps.decision import Decision, decide
-from vcmm.influence import targets
-from vcmm.inputs import Input
+from vcmm.gps.decision import GUARD_BAND, Decision, decide
 from vcmm.laws import Law
 from vcmm.linear import LinearModel, build
-from vcmm.montecarlo import Term, marginal
+from vcmm.montecarlo import Summary, Term, marginal
 from vcmm.montecarlo import uncertainty as closed_form_u
 from vcmm.part import Characteristic
 from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.run import Array
 from vcmm.sampling import Progress, Sampler
-from vcmm.settings import Settings
+from vcmm.settings import CORRECTED, Settings
 from vcmm.task import Task, evaluate_all, fit_features, measured_points
-from vcmm.units import channel_unit
 
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
+CURVATURE = (
+    0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
+)
+BIAS_SHARE = (
+    0.1  # |bias| <= 0.1 U: 95 % become 94.5 %; above that the interval is not shown to hold the true value
+)
 CLOSED = "closed form; interval by inversion of the characteristic function"
+SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
 
 
 def evaluate(
@@ -54,15 +59,22 @@ def evaluate(
     report = progress or (lambda text, share: None)
     model = build(task)
     report("certifying the linear model", 0.0)
-    return _Evaluation(model, settings, report).result(certify(model, settings))
+    return _Evaluation(model, settings, report).result()
 
 
-def certify(model: LinearModel, settings: Settings) -> Array:
-    """(C,) largest |linear - exact| over `settings.certify` trials on common draws, mm or rad; inf for 0 trials."""
-    if settings.certify == 0:
-        return np.full(len(model.characteristics), np.inf)
-    drawn = draw_inputs(model, settings.seed, 0, settings.certify)
-    return np.asarray(np.abs(linear_values(model, drawn) - exact_values(model, drawn)).max(axis=0))
+@dataclass(frozen=True)
+class _Outcome:
+    """What a tier found about one characteristic, before bias and decision."""
+
+    tier: str
+    u: float
+    mean: float
+    interval: tuple[float, float]
+    lines: tuple[BudgetLine, ...]
+    probability: float | None
+    linear_error: float
+    shown: bool
+    summary: Summary | None = None
 
 
 class _Evaluation:
@@ -74,125 +86,141 @@ class _Evaluation:
         self.terms = model.terms()
         self.sampler = Sampler(model, self.terms, settings, progress)
         self.value = model.values(model.q0)
-        self.perfect = _perfect(model.task)
+        self.bias = self.value - _perfect(model.task)
         self.gradient = model.gradient()
+        self.check: Check = check(model, self.gradient, settings)
+        self.smooth = [gps.is_linear(c, self.features) for c in model.characteristics]
 
-    def result(self, errors: Array) -> UncertaintyResult:
+    def result(self) -> UncertaintyResult:
         all_of_them = self.model.characteristics
         sampled = [i for i in range(len(all_of_them)) if not self._has_closed_form(i)]
         summaries = self.sampler.summaries(sampled) if sampled else {}
-        alone = self.sampler.alone() if sampled else np.zeros((len(self.terms), len(all_of_them)))
+        alone = (
+            self.sampler.alone()
+            if any(not self.smooth[i] for i in sampled)
+            else np.zeros((len(self.terms), len(all_of_them)))
+        )
         results = []
         for i, c in enumerate(all_of_them):
-            found = self._sampled(i, c, summaries[i], alone[:, i]) if i in summaries else self._closed(i, c)
-            results.append(replace(found, linear_error=float(errors[i])))
+            outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
+            results.append(self._assembled(i, c, outcome))
         warnings = tuple(w for r in results for w in warnings_of(r))
         return UncertaintyResult(
             tuple(results), self.settings.trials, self.settings.seed, warnings, self.model
         )
 
     def _has_closed_form(self, i: int) -> bool:
-        smooth = gps.is_linear(self.model.characteristics[i], self.features)
-        return smooth and self.settings.engine == "auto" and self._product_share(i) < PRODUCT_SHARE
-
-    def _product_share(self, i: int) -> float:
-        """Share of the variance that products of two Inputs add."""
+        if not self.smooth[i] or self.settings.engine != "auto":
+            return False
         first, second = self._variances(i)
-        return second / (first + second) if 0 < first + second < np.inf else 0.0
+        return not self._curved(i) and not second > PRODUCT_SHARE * (first + second)
+
+    def _curved(self, i: int) -> bool:
+        return bool(self.check.curvature[i] > CURVATURE)
 
     def _variances(self, i: int) -> tuple[float, float]:
         """Closed-form variance of a smooth output: sum of (c u)^2, and of (d2y u_i u_j)^2 over products (JCGM 100, 5.1.2)."""
-        scalar = {t.name: float(t.law.u) for t in self.terms if isinstance(t.law, Law)}
         second = 0.0
         for product in self.model.products:
-            u = [scalar[self.model.influences[j].input.id] for j in (product.first, product.second)]
-            second += (float(self.gradient[i] @ self.model.product_gain(product)) * u[0] * u[1]) ** 2
+            u = [self._scalar_u(j) for j in (product.first, product.second)]
+            for _, _, gain in self.model.meetings(product):
+                second += (float(self.gradient[i] @ gain) * u[0] * u[1]) ** 2
         return float(closed_form_u(self._projected(i))[0]) ** 2, second
+
+    def _scalar_u(self, j: int) -> float:
+        law, factor = self.model.influences[j].input.spread(1)
+        assert isinstance(law, Law)
+        return float(law.u) * abs(float(factor[0, 0]))
 
     def _projected(self, i: int) -> list[Term]:
         """The terms acting on one characteristic: gain (1, L)."""
         return [replace(t, gain=(self.gradient[i] @ t.gain)[None]) for t in self.terms]
 
-    def _closed(self, i: int, c: Characteristic) -> CharacteristicResult:
+    def _closed(self, i: int) -> _Outcome:
         terms = self._projected(i)
         linear = marginal(float(self.value[i]), terms, 0)
         interval = linear.interval(self.settings.p, self.settings.kind)
-        lines = [
-            self._line(j, float(closed_form_u([t])[0]), linear.u, _sensitivity(t))
-            for j, t in enumerate(terms)
-        ]
-        limits = self._limits(i, c)
-        p_conform = None if limits is None else linear.probability(*limits)
-        return self._assembled(i, c, float(self.value[i]), linear.u, interval, lines, p_conform, CLOSED)
-
-    def _sampled(self, i: int, c: Characteristic, found: object, alone: Array) -> CharacteristicResult:
-        from vcmm.summary import Summary
-
-        assert isinstance(found, Summary)
-        smooth = gps.is_linear(c, self.features)
-        if smooth:  # products aside it is linear: its contributions have a closed form
-            parts = [(float(closed_form_u([t])[0]), _sensitivity(t)) for t in self._projected(i)]
-            u = float(np.sqrt(sum(self._variances(i))))
-        else:
-            parts, u = [(float(alone_u), None) for alone_u in alone], found.u
-        lines = [self._line(j, u_j, u, sensitivity) for j, (u_j, sensitivity) in enumerate(parts)]
-        limits = self._limits(i, c)
-        p_conform = None if limits is None else found.probability(*limits)
-        tier = (
-            "exact transforms, contact and fits"
-            if self.settings.engine == "exact"
-            else "collapsed Monte Carlo"
+        lines = self._lines(terms, [float(closed_form_u([t])[0]) for t in terms], linear.u, True)
+        limits = self._limits(i)
+        p = None if limits is None else linear.probability(*limits)
+        return _Outcome(
+            CLOSED, linear.u, linear.centre, interval, lines, p, float(self.check.tangent_error[i]), True
         )
-        interval = found.interval(self.settings.p, self.settings.kind)
-        value = float(self.value[i]) if smooth else found.mean
-        result = self._assembled(i, c, value, u, interval, lines, p_conform, tier)
-        return replace(result, trials=found.trials, summary=found, coverage_shown=smooth)
 
-    def _limits(self, i: int, c: Characteristic) -> tuple[float, float] | None:
+    def _sampled(self, i: int, found: Summary, alone: Array) -> _Outcome:
+        exact = self.settings.engine == "exact"
+        tangent = self.smooth[i] and not self._curved(i)
+        terms = self._projected(i) if self.smooth[i] else list(self.terms)
+        u = float(np.sqrt(sum(self._variances(i)))) if tangent and not exact else found.u
+        if not tangent and any(np.isinf(np.max(t.law.u)) for t, share in zip(self.terms, alone) if share > 0):
+            u = np.inf  # the spread of a sample of infinite variance depends on the seed
+        u_i = (
+            [float(closed_form_u([t])[0]) for t in terms]
+            if tangent
+            else [float(share) * found.u for share in alone]
+        )
+        lines = self._lines(terms, u_i, u, tangent)
+        limits = self._limits(i)
+        p = None if limits is None else found.probability(*limits)
+        error = float(self.check.linear_error[i])
+        interval = found.interval(self.settings.p, self.settings.kind)
+        return _Outcome(
+            EXACT if exact else SAMPLED, u, found.mean, interval, lines, p, error, self.smooth[i], found
+        )
+
+    def _lines(
+        self, terms: Sequence[Term], u_i: Sequence[float], u: float, linear: bool
+    ) -> tuple[BudgetLine, ...]:
+        task = self.model.task
+        rows = [budget_line(task, f, t, x, u, linear) for f, t, x in zip(self.model.influences, terms, u_i)]
+        return tuple(sorted(rows, key=lambda line: -line.u))
+
+    def _shift(self, i: int) -> float:
+        """What is taken off the indicated value: its known bias, when the settings say so."""
+        return float(self.bias[i]) if self.settings.known_bias == CORRECTED else 0.0
+
+    def _limits(self, i: int) -> tuple[float, float] | None:
+        """Limits for the indicated value; the 0 of a zone is no limit."""
+        c = self.model.characteristics[i]
         tolerance = gps.tolerance(c, gps.nominal(c, self.features))
         if tolerance is None:
             return None
-        return (-np.inf, tolerance[1]) if gps.one_sided(c) else tolerance
+        low, high = (limit + self._shift(i) for limit in tolerance)
+        return (-np.inf, high) if gps.one_sided(c) else (low, high)
 
     def _decision(
-        self, i: int, c: Characteristic, value: float, u: float, half: float, p: float | None
+        self, c: Characteristic, interval: tuple[float, float], value: float, outcome: _Outcome
     ) -> Decision | None:
-        limits = self._limits(i, c)
-        if limits is None:
+        tolerance = gps.tolerance(c, gps.nominal(c, self.features))
+        if tolerance is None:
             return None
-        finite_u = u if np.isfinite(u) else None
+        low, high = interval
+        half, rule = (high - low) / 2, self.settings.rule
+        where = (
+            (low + high) / 2 if rule == GUARD_BAND else value
+        )  # the guard band is that of the interval's own ends
+        finite_u = outcome.u if np.isfinite(outcome.u) else None
         return decide(
-            value, limits, p, u=finite_u, U=half, rule=self.settings.rule, one_sided=gps.one_sided(c)
+            where, tolerance, outcome.probability, u=finite_u, U=half, rule=rule, one_sided=gps.one_sided(c)
         )
 
-    def _assembled(
-        self, i: int, c: Characteristic, value: float, u: float, interval: tuple[float, float],
-        lines: Sequence[BudgetLine], p_conform: float | None, tier: str,
-    ) -> CharacteristicResult:  # fmt: skip
-        nominal = gps.nominal(c, self.features)
+    def _assembled(self, i: int, c: Characteristic, outcome: _Outcome) -> CharacteristicResult:
+        nominal, shift, u = gps.nominal(c, self.features), self._shift(i), outcome.u
+        interval = (outcome.interval[0] - shift, outcome.interval[1] - shift)
         half = (interval[1] - interval[0]) / 2
-        known = np.isfinite(u) and u > 0
+        known = bool(np.isfinite(u) and u > 0)
+        # a law of samples may have a mean: a smooth output then moves by it (JCGM 101, 7.6)
+        value = (outcome.mean if outcome.tier == CLOSED else float(self.value[i])) - shift
+        unbiased = shift != 0 or abs(float(self.bias[i])) <= BIAS_SHARE * half
         return CharacteristicResult(
-            name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=value,
-            bias=value - float(self.perfect[i]), u=u, k=half / u if known else float("nan"), p=self.settings.p,
-            interval=interval, interval_kind=self.settings.kind, coverage_shown=True,
-            tolerance=gps.tolerance(c, nominal), decision=self._decision(i, c, value, u, half, p_conform),
-            budget=tuple(sorted(lines, key=lambda line: -line.u)),
-            interaction_share=1.0 - sum(line.share for line in lines) if known else float("nan"),
-            tier=tier, trials=0, linear_error=float("nan"), summary=None,
-        )  # fmt: skip
-
-    def _line(self, j: int, u_j: float, u: float, sensitivity: float | None) -> BudgetLine:
-        influence = self.model.influences[j]
-        one = influence.input
-        estimate, unit = estimate_of(self.model.task, one)
-        share = (u_j / u) ** 2 if np.isfinite(u) and u > 0 else float("nan")
-        scalar = influence.response.shape[2] == 1
-        law, factor = one.spread(influence.response.shape[2])
-        u_input = float(np.ravel(law.u)[0]) * float(abs(factor[0, 0])) if scalar else None
-        return BudgetLine(
-            one.id, one.law.name, float(getattr(law, "dof", np.inf)), one.redraw, estimate, u_input, unit,
-            sensitivity, u_j, share, one.evidence,
+            name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=value, mean=outcome.mean - shift,
+            bias=float(self.bias[i]), corrected=self.settings.known_bias == CORRECTED, u=u,
+            k=half / u if known else float("nan"), p=self.settings.p, interval=interval,
+            interval_kind=self.settings.kind, coverage_shown=outcome.shown and unbiased,
+            tolerance=gps.tolerance(c, nominal), decision=self._decision(c, interval, value, outcome), budget=outcome.lines,
+            interaction_share=1.0 - sum(line.share for line in outcome.lines) if known else float("nan"),
+            tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0,
+            linear_error=outcome.linear_error, summary=outcome.summary,
         )  # fmt: skip
 
 
@@ -201,39 +229,27 @@ def _perfect(task: Task) -> Array:
     return evaluate_all(task, fit_features(task, measured_points(task, np.zeros((task.touches.run.n, 3)))))
 
 
-def _sensitivity(term: Term) -> float | None:
-    """dy/dx of a scalar Input; None for arrays and redrawn Inputs."""
-    return float(term.gain[0, 0]) if term.gain.shape[1] == 1 else None
-
-
-def estimate_of(task: Task, one: Input) -> tuple[float | None, str]:
-    """(estimate, unit) of a scalar Input for the budget; None for arrays. Canonical units."""
-    if one.is_channel:
-        return float(np.mean(task.touches.run.column(one.parameter))), channel_unit(one.parameter)
-    effect = targets(task.machine, one)[0]
-    spec = parameter(effect, one.parameter)
-    if spec.metadata["shape"]:
-        return None, spec.metadata["show"]
-    return float(getattr(effect, spec.name)), spec.metadata["show"]
-
-
 def warnings_of(r: CharacteristicResult) -> list[str]:
     """What a reader must know about one result."""
     out = list(r.summary.warnings) if r.summary else []
-    if not r.coverage_shown:
+    unit, scale = ("um", 1e3) if r.unit == "mm" else ("urad", 1e6)
+    if not r.corrected and abs(r.bias) > BIAS_SHARE * r.expanded and abs(r.bias) > 1e-9:
         out.append(
-            f"{r.name}: {r.type} is an extreme value; the interval perturbs measured points and evaluates them again "
-            "(the classic virtual-CMM recipe); its coverage was not shown"
+            f"{r.name}: the known bias of {r.bias * scale:+.3g} {unit} is not corrected; the interval and the decision are about "
+            'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'
+        )
+    if r.type not in ("size", "distance", "angle"):
+        moved = (r.mean - r.value) * scale
+        out.append(
+            f"{r.name}: {r.type} is never negative and grows with noise (here by {moved:+.3g} {unit} on average); perturbing "
+            "measured points and evaluating them again (the classic virtual-CMM recipe) has no shown coverage"
         )
     if not np.isfinite(r.u):
         out.append(
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"
         )
-    if r.tier != CLOSED and r.tier.startswith("exact"):
-        return out
-    if r.linear_error > 0.01 * r.expanded:
+    if r.tier != EXACT and r.linear_error > max(0.01 * r.expanded, 1e-9):
+        share = f" ({r.linear_error / r.expanded:.1%} of U)" if r.expanded > 0 else ""
         size = f"{r.linear_error * 1e6:.3g} {'nm' if r.unit == 'mm' else 'urad'}"
-        out.append(
-            f"{r.name}: the linear model errs by up to {size} ({r.linear_error / r.expanded:.1%} of U); use --engine exact"
-        )
+        out.append(f"{r.name}: the linear model errs by up to {size}{share}; use --engine exact")
     return out

@@ -29,6 +29,10 @@ class Draws:
     raw: Array
     departures: Array
 
+    def head(self, count: int) -> Draws:
+        """The first trials."""
+        return Draws(self.influence, self.raw[:count], self.departures[:count])
+
     def on_rows(self, trial: int) -> Array:
         """(n, k): the departure that acts on each row."""
         return np.asarray(self.departures[trial][self.influence.codes])
@@ -49,20 +53,29 @@ def draw_inputs(model: LinearModel, seed: int, first: int, count: int) -> list[D
 
 def linear_values(model: LinearModel, drawn: list[Draws]) -> Array:
     """Characteristics (m, C) of the linear model for given draws."""
+    return model.values(linear_quantities(model, drawn))
+
+
+def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
+    """q (m, K) of the linear model for given draws, products included."""
     q = np.broadcast_to(model.q0, (len(drawn[0].raw), len(model.q0))).copy() if drawn else model.q0[None]
     for one in drawn:
         along = model.along_normal(one.influence)
         codes = one.influence.codes
         q += np.einsum("mnk,nk->mn", one.departures[:, codes], along) @ model.operator.T
     for product in model.products:
-        pair = drawn[product.first].raw[:, 0, 0] * drawn[product.second].raw[:, 0, 0]
-        factors = [drawn[i].influence.input.spread(1)[1][0, 0] for i in (product.first, product.second)]
-        q += pair[:, None] * factors[0] * factors[1] * model.product_gain(product)
-    return model.values(q)
+        first, second = (drawn[i].departures[:, :, 0] for i in (product.first, product.second))
+        for one_copy, other_copy, gain in model.meetings(product):
+            q += (first[:, one_copy] * second[:, other_copy])[:, None] * gain
+    return np.asarray(q)
 
 
 def exact_values(model: LinearModel, drawn: list[Draws]) -> Array:
-    """Characteristics (m, C) with nothing linearised but parameters of many elements, which act linearly anyway."""
+    """Characteristics (m, C) with transforms multiplied, contact found and fits iterated.
+
+    Parameters are put into their effects; those of many elements or of several copies act by their unit response, which
+    is exact for all but scanned ones (a time constant redrawn per touch stays linearised).
+    """
     return evaluate_all(
         model.task, fit_features(model.task, measured_points(model.task, exact_errors(model, drawn)))
     )
@@ -71,29 +84,37 @@ def exact_values(model: LinearModel, drawn: list[Draws]) -> Array:
 def exact_errors(model: LinearModel, drawn: list[Draws]) -> Array:
     """indicated - true (m, n, 3) of every touch in every trial, workpiece axes, transforms multiplied."""
     trials = len(drawn[0].raw) if drawn else 1
-    bases = _Bases(model)
+    bases = _Bases(model.task.touches.run)
     return np.stack([_indication_error(model, drawn, t, bases) for t in range(trials)])
 
 
 class _Bases:
-    """Unit responses of array parameters, made once: they do not depend on the draws."""
+    """What does not depend on the draws, made once: motions at the estimates, responses of parameters of many elements.
 
-    def __init__(self, model: LinearModel) -> None:
-        self.model = model
-        self.shifted = {i.input.parameter for i in model.influences if i.input.is_channel}
-        self.known: dict[tuple[str, str], Array] = {}
+    Kept per effect object, not per name. Channels may be read by any effect, so that nothing is kept of a trial that
+    moves one.
+    """
 
-    def motion(self, effect: Effect) -> Array:
-        """The effect's motion at its estimates, for trials that change neither its parameters nor its columns."""
-        key = (effect.id, "")
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.known: dict[tuple[int, str], Array] = {}
+
+    def motion(self, effect: Effect, run: Run) -> Array:
+        """The effect's motion at its estimates."""
+        if run is not self.run:
+            return effect.error_motion(run)
+        key = (id(effect), "")
         if key not in self.known:
-            self.known[key] = effect.error_motion(self.model.task.touches.run)
+            self.known[key] = effect.error_motion(run)
         return self.known[key]
 
-    def of(self, effect: Effect, name: str) -> Array:
-        key = (effect.id, name)
+    def of(self, effect: Effect, name: str, run: Run) -> Array:
+        """Unit responses (n, 6, k)."""
+        if run is not self.run and np.size(getattr(effect, parameter(effect, name).name)) <= DIRECT:
+            return basis(effect, name, run)
+        key = (id(effect), name)
         if key not in self.known:
-            self.known[key] = basis(effect, name, self.model.task.touches.run)
+            self.known[key] = basis(effect, name, self.run)
         return self.known[key]
 
 
@@ -118,16 +139,15 @@ def _acts(one: Draws, effect: Effect) -> bool:
 
 
 def _drawn_motion(effect: Effect, run: Run, drawn: list[Draws], trial: int, bases: _Bases) -> Array:
-    extra, untouched = np.zeros((run.n, 6)), effect
+    extra, moved = np.zeros((run.n, 6)), effect
     for one in drawn:
         name = one.influence.input.parameter
         departure = one.departures[trial]
         if len(departure) == 1 and departure.shape[1] <= DIRECT:
-            value = np.asarray(getattr(effect, parameter(effect, name).name), dtype=float)
-            moved = value + departure[0].reshape(value.shape)
-            effect = with_parameter(effect, name, float(moved) if value.ndim == 0 else moved)
+            value = np.asarray(getattr(moved, parameter(effect, name).name), dtype=float)
+            changed = value + departure[0].reshape(value.shape)
+            moved = with_parameter(moved, name, float(changed) if value.ndim == 0 else changed)
         else:
-            extra += np.einsum("nik,nk->ni", bases.of(effect, name), one.on_rows(trial))
-    base = run is bases.model.task.touches.run or not set(effect.required()) & bases.shifted
-    motion = bases.motion(effect) if effect is untouched and base else effect.error_motion(run)
-    return motion + extra
+            extra += np.einsum("nik,nk->ni", bases.of(effect, name, run), one.on_rows(trial))
+    motion = bases.motion(effect, run) if moved is effect else moved.error_motion(run)
+    return np.asarray(motion + extra)

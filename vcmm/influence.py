@@ -17,7 +17,7 @@ from vcmm.effect import Effect, basis, with_parameter
 from vcmm.errors import UsageError, choose_from
 from vcmm.inputs import EVERY, Input
 from vcmm.kinematics import Motion, tip_motion
-from vcmm.laws import MultivariateSamples
+from vcmm.laws import MultivariateNormal, MultivariateSamples
 from vcmm.machine import Machine
 from vcmm.run import Array, Run, Series
 
@@ -39,15 +39,39 @@ class Influence:
 
 def influences(machine: Machine, run: Run, inputs: Sequence[Input]) -> tuple[Influence, ...]:
     """One Influence per Input. `run` is prepared. Raises UsageError for a target that does not exist."""
+    _refuse_twins(inputs)
     carry = _Carrier(machine, run)
     out = []
     for one in inputs:
         response = (
             _of_channel(machine, run, one) if one.is_channel else _of_parameter(machine, run, one, carry)
         )
+        _check_size(one, response.shape[2])
         copies, codes = run.copies(one.redraw)
         out.append(Influence(one, response, tuple(copies), codes))
     return tuple(out)
+
+
+def _refuse_twins(inputs: Sequence[Input]) -> None:
+    """Two Inputs of one name would be drawn from one stream, in step."""
+    ids = [i.id for i in inputs]
+    for name in ids:
+        if ids.count(name) > 1:
+            raise UsageError(f"{name} has {ids.count(name)} inputs; keep one, or join them into one law")
+
+
+def _check_size(one: Input, k: int) -> None:
+    """The law fits the number of elements of the parameter."""
+    law, scale = one.law, one.scale
+    given = None if scale is None or np.size(scale) == 1 else np.size(scale)
+    if isinstance(law, MultivariateNormal):
+        given = len(law.covariance)
+    elif isinstance(law, MultivariateSamples):
+        given = law.values.shape[1]
+    if given is not None and given != k:
+        raise UsageError(
+            f"{one.id}: the law is for {given} numbers, but the parameter has {k}; give one for each"
+        )
 
 
 def targets(machine: Machine, one: Input) -> list[Effect]:
@@ -57,6 +81,10 @@ def targets(machine: Machine, one: Input) -> list[Effect]:
         known = sorted({e.id for e in machine.effects})
         raise UsageError(
             f"{one.id}: the machine has no such effect.{choose_from(f'{one.effect}[{one.where}]', known)}"
+        )
+    if one.where != EVERY and len(found) > 1:
+        raise UsageError(
+            f"{one.id} acts on {len(found)} effects of that name; make them one effect, or tell them apart by their place"
         )
     return found
 
@@ -116,7 +144,10 @@ def shifted(run: Run, channel: str, amount: Array) -> Run:
 
 @dataclass(frozen=True, eq=False)
 class Product:
-    """Second-order term of two Inputs with one number each: response (n, 3) per product of their standard draws."""
+    """Second-order term of two scalar Inputs: response (n, 3) per product of their departures at each row.
+
+    first, second: numbers of the Influences. Which copies meet in a row is told by their codes.
+    """
 
     first: int
     second: int
@@ -124,12 +155,12 @@ class Product:
 
 
 def products(machine: Machine, run: Run, found: Sequence[Influence]) -> tuple[Product, ...]:
-    """Mixed terms u_i u_j d2(indicated - true), for pairs of scalar Inputs drawn once that meet in one effect.
+    """Mixed terms d2(indicated - true) / dx_i dx_j for pairs of scalar Inputs that meet in one effect.
 
-    GUM H.1: alpha_s dTheta + theta dAlpha; the product of the two uncertainties remains where an estimate is zero.
+    GUM H.1: alpha_s dTheta + theta dAlpha; the product of the two departures remains where an estimate is zero.
     """
     out = []
-    scalar = [i for i, f in enumerate(found) if f.response.shape[2] == 1 and len(f.copies) == 1]
+    scalar = [i for i, f in enumerate(found) if f.response.shape[2] == 1]
     scalar = [i for i in scalar if not isinstance(found[i].input.law, MultivariateSamples)]
     for a, i in enumerate(scalar):
         for j in scalar[a + 1 :]:

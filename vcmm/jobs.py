@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from vcmm.evaluation import evaluate
 from vcmm.measuring import Measurement, measure_task
+from vcmm.remarks import remarks
 from vcmm.result import UncertaintyResult
 from vcmm.sampling import Progress
 from vcmm.scenario import Scenario
@@ -28,4 +29,5 @@ def uncertainty(
     """Task-specific uncertainty of every characteristic; settings of the scenario unless given here."""
     changes = {"seed": seed, "trials": trials, "engine": engine, "digits": digits}
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
-    return evaluate(scenario.task(), settings, progress)
+    found = evaluate(scenario.task(), settings, progress)
+    return replace(found, warnings=(*remarks(scenario), *found.warnings))

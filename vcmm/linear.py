@@ -75,29 +75,41 @@ class LinearModel:
         """Change of each touch along its outward normal (n, k) per element of the Input."""
         return np.asarray(np.einsum("nik,ni->nk", influence.response, self.task.touches.run.normal))
 
-    def term(self, influence: Influence) -> Term:
-        """The Input as a term of the collapsed Monte Carlo: gain (K, L), one lane per element and copy; zero lanes dropped."""
+    def term(self, influence: Influence, keep: bool = False) -> Term:
+        """The Input as a term of the collapsed Monte Carlo: gain (K, L), one lane per element and copy.
+
+        Lanes that act on nothing are dropped unless `keep` (their draws may act through a product).
+        """
         one = influence.input
         law, factor = one.spread(influence.response.shape[2])
         touch_change = self.along_normal(influence) @ factor
-        gains, lanes = [], []
+        gains = [np.zeros((len(self.q0), 0))]
+        lanes: list[tuple[int, int]] = []
         for c, label in enumerate(influence.copies):
             rows = np.flatnonzero(influence.codes == c)
             gains.append(self.operator[:, rows] @ touch_change[rows])
             code = copy_code(label)
             lanes += [(k, code) for k in range(touch_change.shape[1])]
-        gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32)
-        used = np.abs(gain).max(axis=0, initial=0.0) > 0
-        used |= gain.shape[1] == 1  # a lone draw may act through a product only
+        gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32).reshape(-1, 2)
+        used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
         return Term(one.id, law, gain[:, used], lane[used])
 
     def terms(self) -> tuple[Term, ...]:
-        return tuple(self.term(i) for i in self.influences)
+        """One Term per Influence, in order."""
+        kept = {i for p in self.products for i in (p.first, p.second)}
+        return tuple(self.term(influence, i in kept) for i, influence in enumerate(self.influences))
 
-    def product_gain(self, product: Product) -> Array:
-        """(K,) change of q per product of the two draws."""
+    def meetings(self, product: Product) -> list[tuple[int, int, Array]]:
+        """(copy of the first, copy of the second, gain (K,) of q per product of their departures)."""
         along = np.einsum("ni,ni->n", product.response, self.task.touches.run.normal)
-        return np.asarray(self.operator @ along)
+        first, second = (self.influences[i].codes for i in (product.first, product.second))
+        out = []
+        for a, b in sorted(set(zip(first.tolist(), second.tolist()))):
+            rows = np.flatnonzero((first == a) & (second == b))
+            gain = self.operator[:, rows] @ along[rows]
+            if np.abs(gain).max(initial=0.0) > 0:
+                out.append((a, b, gain))
+        return out
 
 
 def build(task: Task) -> LinearModel:

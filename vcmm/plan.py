@@ -198,22 +198,27 @@ def _history(
     touch: Touch, machine: Machine, position: Mapping[str, Array], tip: Array, normal: Array, direction: Array
 ) -> dict[str, Array]:
     """time, speed and sense of every axis: positioning to the start of the approach, then the approach itself."""
-    start = tip - touch.approach * direction
-    before = np.concatenate([start[:1] + [[0.0, 0.0, touch.clearance]], (tip + touch.approach * normal)[:-1]])
-    travel = start - before
+    begin, away = -touch.approach * direction, touch.approach * normal
+    start, left = tip + begin, tip + away  # of the approach, of the retract
+    lift = np.array([0.0, 0.0, touch.clearance])
+    seconds = np.full(len(tip), 2 * touch.approach / touch.speed)
     out: dict[str, Array] = {}
     for letter in machine.chain.letters:
         if letter not in "XYZ":
             out[f"sense_{letter}"] = np.zeros(len(tip))
             continue
         i = "XYZ".index(letter)
-        final = np.where(np.abs(direction[:, i]) > 1e-9, direction[:, i], travel[:, i])
+        # the axis' own travel between touches: another stylus moves the axis where the tip does not move
+        q = position[letter]
+        travel = (q + begin[:, i]) - np.concatenate([q[:1] + begin[:1, i] + lift[i], (q + away[:, i])[:-1]])
+        final = np.where(np.abs(direction[:, i]) > 1e-9, direction[:, i], travel)
         sense = np.where(np.abs(final) > 1e-9, np.sign(final), 0.0)
         for row in range(1, len(sense)):  # an axis that did not move keeps its last sense
             sense[row] = sense[row] or sense[row - 1]
         out[f"sense_{letter}"] = sense
+    moved = start - np.concatenate([start[:1] + lift, left[:-1]])
+    seconds += np.linalg.norm(moved, axis=1) / touch.positioning
     for i, letter in enumerate("XYZ"):
         out[f"speed_{letter}_mm_s"] = touch.speed * direction[:, i]
-    seconds = np.linalg.norm(travel, axis=1) / touch.positioning + 2 * touch.approach / touch.speed
     out["time_s"] = np.cumsum(seconds)
     return out

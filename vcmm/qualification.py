@@ -7,15 +7,17 @@ an offset; what scatters remains as covariance, with the calibration of the sphe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.effects.probe import ProbeLobing, StylusBending, TriggerDelay
+from vcmm.effect import Effect
+from vcmm.effects.probe import PreTravel, Sphere
 from vcmm.effects.qualification import StylusQualification
 from vcmm.errors import UsageError
 from vcmm.fit import gauss, sensitivity
-from vcmm.inputs import Input
+from vcmm.inputs import EVERY, Input
 from vcmm.laws import MultivariateNormal
 from vcmm.machine import Machine
 from vcmm.part import Feature
@@ -33,24 +35,63 @@ class Qualification:
     form: float = 0.0
 
 
-def qualify(
-    machine: Machine, plan: Plan, stylus: Stylus, how: Qualification
-) -> tuple[StylusQualification, Input]:
-    """The effect (systematic part) and the Input (covariance 4 x 4 of offset and radius, one draw per stylus).
+def qualified_machine(
+    machine: Machine, plan: Plan, how: Mapping[str, Qualification]
+) -> tuple[Machine, tuple[Input, ...]]:
+    """The machine with every named stylus qualified, and what remains uncertain of offsets and radii.
 
+    One Input per stylus (covariance 4 x 4 of offset and radius from the scatter and the form of the sphere), and, where
+    all styli name the same sphere, one for its diameter that they share; different spheres are independent.
     Form enters as a uniform departure of each touch over the peak-to-valley range.
     Raises UsageError when the scatter has no finite variance.
     """
-    points, normals, matrix = _sphere(stylus, how)
-    systematic = -matrix @ _reading(machine, plan, stylus, points, normals)
-    spread = _scatter_u(machine) ** 2 + how.form**2 / 12.0
-    covariance = spread * matrix @ matrix.T
-    covariance[3, 3] += (how.u_diameter / 2) ** 2
+    spheres = {name: sphere(plan, plan.styli[name], one) for name, one in how.items()}
+    effects: list[Effect] = []
+    for effect in machine.effects:
+        if isinstance(effect, PreTravel):
+            mine = {name: s for name, s in spheres.items() if effect.stylus in ("", name)}
+            effect = replace(effect, spheres=mine)
+        effects.append(effect)
+    effects += [StylusQualification(name) for name in how]
+    common = len(how) > 1 and len({(q.diameter, q.u_diameter, q.form) for q in how.values()}) == 1
+    inputs = [_remaining(machine, name, one, spheres[name], common) for name, one in how.items()]
+    if common and next(iter(how.values())).u_diameter > 0:
+        inputs.append(_shared_sphere(next(iter(how.values()))))
+    return replace(machine, effects=tuple(effects)), tuple(i for i in inputs if i is not None)
+
+
+def _remaining(machine: Machine, name: str, how: Qualification, fitted: Sphere, common: bool) -> Input | None:
+    covariance = (_scatter_u(machine) ** 2 + how.form**2 / 12.0) * fitted.matrix @ fitted.matrix.T
+    covariance[3, 3] += 0.0 if common else (how.u_diameter / 2) ** 2
+    if not covariance.any():
+        return None
     law = MultivariateNormal((covariance + covariance.T) / 2)
-    known = Input(
-        "stylus_qualification", stylus.name, "d", law, "stylus", "simulated qualification, 25 touches"
+    return Input("stylus_qualification", name, "d", law, "stylus", "simulated qualification, 25 touches")
+
+
+def _shared_sphere(how: Qualification) -> Input:
+    covariance = np.zeros((4, 4))
+    covariance[3, 3] = (how.u_diameter / 2) ** 2
+    law = MultivariateNormal(covariance)
+    return Input(
+        "stylus_qualification",
+        EVERY,
+        "d",
+        law,
+        "machine",
+        "diameter of the reference sphere, common to all styli",
     )
-    return StylusQualification(stylus.name, systematic), known
+
+
+def sphere(plan: Plan, stylus: Stylus, how: Qualification) -> Sphere:
+    """The 25 touches of one stylus on its sphere. Pole towards the head."""
+    points, normals, matrix = _sphere(stylus, how)
+    step = Step("reference sphere", stylus.name, points, normals)
+    single = Plan((step,), {stylus.name: stylus}, plan.touch)
+    names = np.array([stylus.name] * len(points))
+    columns = {f"n{c}": normals[:, i] for i, c in enumerate("xyz")} | probe_columns(single, names, normals)
+    columns |= {f"speed_{a}_mm_s": -plan.touch.speed * normals[:, i] for i, a in enumerate("XYZ")}
+    return Sphere(Run({}, np.zeros((len(points), 3)), columns, {"stylus": names}), matrix)
 
 
 def _sphere(stylus: Stylus, how: Qualification) -> tuple[Array, Array, Array]:
@@ -62,25 +103,11 @@ def _sphere(stylus: Stylus, how: Qualification) -> tuple[Array, Array, Array]:
     return points, normals, np.einsum("pni,ni->pn", np.concatenate([s.point, s.sizes]), normals)
 
 
-def _reading(machine: Machine, plan: Plan, stylus: Stylus, points: Array, normals: Array) -> Array:
-    """(25,) mm: what lobing, bending and delay of this stylus add along the normal."""
-    step = Step("reference sphere", stylus.name, points, normals)
-    single = Plan((step,), {stylus.name: stylus}, plan.touch)
-    names = np.array([stylus.name] * len(points))
-    columns = {f"n{c}": normals[:, i] for i, c in enumerate("xyz")} | probe_columns(single, names, normals)
-    columns |= {f"speed_{a}_mm_s": -plan.touch.speed * normals[:, i] for i, a in enumerate("XYZ")}
-    run = Run({}, np.zeros((len(points), 3)), columns, {"stylus": names})
-    total = np.zeros(len(points))
-    for effect in machine.effects:
-        if isinstance(effect, ProbeLobing | TriggerDelay | StylusBending):
-            total += (effect.error_motion(run)[:, :3] * normals).sum(axis=1)
-    return total
-
-
 def _scatter_u(machine: Machine) -> float:
     """Standard deviation of one touch from the machine's repeatability."""
     found = [i for i in machine.inputs if i.effect == "scatter"]
-    u = float(np.sqrt(sum(float(np.max(i.law.u)) ** 2 for i in found)))
+    spreads = [(np.max(i.law.u), np.max(i.spread(1)[1])) for i in found]
+    u = float(np.sqrt(sum((u * factor) ** 2 for u, factor in spreads)))
     if not np.isfinite(u):
         raise UsageError(
             "a stylus cannot be qualified with a scatter of infinite variance (t, nu <= 2); state more repeats"

@@ -11,9 +11,13 @@ from vcmm.summary import Summary
 
 @dataclass(frozen=True)
 class BudgetLine:
-    """One row of the budget. estimate and u_input in `unit` (None for arrays); u: contribution, mm or rad."""
+    """One row of the budget. estimate, u_input in `unit` (None for arrays); sensitivity: mm (rad) per `unit`; u: contribution.
+
+    `unit` is that of files ("um/m", "degC"); u in mm or rad; `what` says the same as `input` in plain words.
+    """
 
     input: str
+    what: str
     distribution: str
     dof: float
     redraw: str
@@ -30,8 +34,9 @@ class BudgetLine:
 class CharacteristicResult:
     """Result of one characteristic; lengths in mm, angles in rad (`unit`).
 
-    value: indicated at the estimates (smooth outputs) or the mean over the trials (JCGM 101); bias: value minus what
-    a machine without errors would indicate at the same points, not corrected (ISO 15530 reports it apart).
+    value: what the machine indicates with all errors at their estimates, less the bias when `corrected`; mean: of all
+    trials, departs from the value where noise alone moves an extreme value; bias: indicated value minus what a machine
+    without errors would indicate at the same points (ISO 15530 reports it apart).
     """
 
     name: str
@@ -39,7 +44,9 @@ class CharacteristicResult:
     unit: str
     nominal: float
     value: float
+    mean: float
     bias: float
+    corrected: bool
     u: float
     k: float
     p: float

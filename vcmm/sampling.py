@@ -12,6 +12,7 @@ from vcmm.linear import LinearModel
 from vcmm.montecarlo import Accumulator, Summary, Term, adaptive, simulate
 from vcmm.run import Array
 from vcmm.settings import Settings
+from vcmm.streams import copy_code
 
 BUDGET_TRIALS = 20_000
 EXACT_BLOCK = 500
@@ -77,17 +78,23 @@ class Sampler:
         return {i: a.summary() for i, a in zip(needed, accumulators)}
 
     def alone(self) -> Array:
-        """(terms, C): standard deviation of each characteristic with one Input at a time.
+        """(terms, C): standard deviation with one Input at a time over that with all, on the same draws.
 
-        A non-linear output has no sensitivity coefficient; what the Inputs do together beyond this is `interaction`.
+        A non-linear output has no sensitivity coefficient; what the inputs do only together is `interaction`.
         """
         trials = min(BUDGET_TRIALS, self.settings.trials)
+        total = self._spread(self.wide, trials, self.start, self.values)
         out = []
         for done, term in enumerate(self.terms):
             self.progress("budget", done / len(self.terms))
-            blocks = simulate(self.model.q0, [term], seed=self.settings.seed, trials=trials)
-            out.append(np.concatenate([self.model.values(b) for b in blocks]).std(axis=0))
-        return np.array(out)
+            out.append(self._spread([term], trials, self.model.q0, self.model.values))
+        return np.array(out) / np.where(total > 0, total, 1.0)
+
+    def _spread(
+        self, terms: Sequence[Term], trials: int, start: Array, values: Callable[[Array], Array]
+    ) -> Array:
+        blocks = simulate(start, terms, seed=self.settings.seed, trials=trials, fold=False)
+        return np.concatenate([values(b) for b in blocks]).std(axis=0)
 
 
 def _place(values: Array) -> tuple[float, float]:
@@ -96,27 +103,30 @@ def _place(values: Array) -> tuple[float, float]:
 
 
 def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term], Callable[[Array], Array]]:
-    """Terms whose extra rows carry the draws that meet in products, and the evaluation that multiplies them."""
-    ids = [i.input.id for i in model.influences]
-    names = sorted({ids[j] for p in model.products for j in (p.first, p.second)})
-    if not names:
-        return list(terms), model.values
-    k = len(model.q0)
-    pairs = [
-        (names.index(ids[p.first]), names.index(ids[p.second]), model.product_gain(p)) for p in model.products
+    """Terms whose extra rows carry the departures that meet in products, and the evaluation that multiplies them."""
+    meetings = [
+        ((p.first, a), (p.second, b), gain) for p in model.products for a, b, gain in model.meetings(p)
     ]
+    carried = sorted({end for first, second, _ in meetings for end in (first, second)})
+    if not carried:
+        return list(terms), model.values
+    k, place = len(model.q0), {end: i for i, end in enumerate(carried)}
 
     def values(block: Array) -> Array:
         q = block[:, :k].copy()
-        for a, b, gain in pairs:
-            q += (block[:, k + a] * block[:, k + b])[:, None] * gain
+        for first, second, gain in meetings:
+            q += (block[:, k + place[first]] * block[:, k + place[second]])[:, None] * gain
         return model.values(q)
 
-    return [_widened(t, names) for t in terms], values
+    return [_widened(model, j, t, carried) for j, t in enumerate(terms)], values
 
 
-def _widened(term: Term, names: Sequence[str]) -> Term:
-    rows = np.zeros((len(names), term.gain.shape[1]))
-    if term.name in names and term.gain.shape[1]:
-        rows[names.index(term.name), 0] = 1.0
+def _widened(model: LinearModel, j: int, term: Term, carried: Sequence[tuple[int, int]]) -> Term:
+    """The term with one more row per carried (Influence, copy): the departure itself, canonical units."""
+    rows = np.zeros((len(carried), term.gain.shape[1]))
+    influence = model.influences[j]
+    for i, (number, copy) in enumerate(carried):
+        if number == j:
+            lane = np.flatnonzero(term.lanes[:, 1] == copy_code(influence.copies[copy]))[0]
+            rows[i, lane] = influence.input.spread(1)[1][0, 0]
     return replace(term, gain=np.concatenate([term.gain, rows]))

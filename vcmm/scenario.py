@@ -7,14 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vcmm.effect import Effect
 from vcmm.form import Lobes
 from vcmm.inputs import Input
 from vcmm.machine import Machine
 from vcmm.part import Part
 from vcmm.plan import Plan, Touches, touches
 from vcmm.pose import Pose
-from vcmm.qualification import Qualification, qualify
+from vcmm.qualification import Qualification, qualified_machine
 from vcmm.run import Array
 from vcmm.settings import Settings
 from vcmm.task import Task
@@ -42,20 +41,10 @@ class Scenario:
 
     def task(self) -> Task:
         """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
-        machine, inputs = qualified(self)
+        machine, found = qualified_machine(self.machine, self.plan, self.qualifications)
+        inputs = (*self.inputs, *found)
         placed = touches(self.plan, self.pose, machine, self.constants)
         return Task(machine, self.part, self.plan, placed, (*machine.inputs, *inputs), _form(self, placed))
-
-
-def qualified(scenario: Scenario) -> tuple[Machine, tuple[Input, ...]]:
-    """The machine with the qualification of every stylus that names one, and all Inputs of the scenario."""
-    effects: list[Effect] = []
-    inputs = list(scenario.inputs)
-    for name, how in scenario.qualifications.items():
-        effect, known = qualify(scenario.machine, scenario.plan, scenario.plan.styli[name], how)
-        effects.append(effect)
-        inputs.append(known)
-    return scenario.machine.with_effect(*effects), tuple(inputs)
 
 
 def _form(scenario: Scenario, placed: Touches) -> Array:

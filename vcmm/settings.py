@@ -8,6 +8,7 @@ from vcmm.errors import UsageError
 from vcmm.gps.decision import RULES
 
 ENGINES = ("auto", "montecarlo", "exact")
+REPORTED, CORRECTED = "reported", "corrected"
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Settings:
     engine: str = "auto"
     rule: str = RULES[0]
     digits: int = 0
+    known_bias: str = REPORTED
     certify: int = 200
 
     def __post_init__(self) -> None:
@@ -33,6 +35,8 @@ class Settings:
             raise UsageError(
                 f"{self.trials} trials are too few for a coverage interval; use at least 1000 (10^6 is usual)"
             )
+        if self.known_bias not in (REPORTED, CORRECTED):
+            raise UsageError(f'known_bias = "{self.known_bias}"; allowed: {REPORTED}, {CORRECTED}')
         if self.digits not in (0, 1, 2, 3):
             raise UsageError(
                 f"{self.digits} digits cannot be reached by Monte Carlo in sensible time; use 1, 2 or 3"

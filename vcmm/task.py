@@ -61,9 +61,11 @@ def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
     surface = task.part.mesh if feature.kind == "mesh" else feature
     assert surface is not None
     radius = t.tip_radius[rows, None]
-    back = 0.1 + 2 * float(
-        np.abs(displacement).max(initial=0.0)
-    )  # start clear of the surface, whatever the error
+    # start clear of the surface, whatever the error, but not beyond the middle of a bore that the tip nearly fills
+    back = np.full(radius.shape, 0.1 + 2 * float(np.abs(displacement).max(initial=0.0)))
+    if feature.inside and len(feature.sizes):
+        room = feature.sizes[-1 if feature.kind == "torus" else 0] - radius
+        back = np.minimum(back, np.maximum(room, 0.0))
     begin = t.points[rows] + radius * t.normals[rows] - back * t.approach[rows]
     travel = np.empty(displacement.shape[:-1])
     for r in np.unique(t.tip_radius[rows]):

@@ -8,31 +8,59 @@ import numpy as np
 
 from vcmm.effect import Effect, parameter_fields
 from vcmm.effects import (
+    AbbeCountedTwice,
+    AbbeOffset,
+    AirIndex,
     Backlash,
+    Clamping,
     ComponentPolynomial,
     ComponentSpline,
     ComponentTable,
     CorrelatedField,
+    CosineError,
+    CrossAxisFlexure,
+    DeadPath,
+    EncoderInterpolation,
+    GeometricChange,
+    Hysteresis,
+    LinearDrift,
+    LostMotion,
+    MapInterpolation,
     PartExpansion,
     ProbeLobing,
+    ReadoutDelay,
     Reindexing,
     ResidualField,
+    ReversalSpike,
+    RotaryCyclic,
     RotaryLocation,
     ScaleExpansion,
     ScaleFactor,
     Scatter,
+    ScrewHeating,
     ScrewPitch,
+    ServoLag,
+    SpindleGrowth,
     Squareness,
+    StepChange,
+    StructuralVibration,
     StylusBending,
     StylusQualification,
     ThermalDrift,
+    ThermalDriftTwoLags,
+    TipForm,
     TipOffset,
     TipRadius,
+    ToolDeflection,
+    ToolRunout,
+    ToolWear,
     TriggerDelay,
+    WorkpieceHeating,
 )
 from vcmm.run import Run, Series
 
 CUBE = np.array([[x, y, z] for x in (0.0, 400.0) for y in (0.0, 300.0) for z in (-200.0, 0.0)])
+GRID_X, GRID_Z = np.array([0.0, 150.0, 400.0]), np.array([-200.0, 0.0])
 
 
 def _numbers(*shape: int) -> np.ndarray:
@@ -69,6 +97,35 @@ INSTANCES: tuple[Effect, ...] = (
     CorrelatedField(CUBE, np.full((8, 3), 1e-3), 150.0, _numbers(8, 3)),
     Scatter(0.7e-3),
     Reindexing(_numbers(3)),
+    # the catalogue of contract section 6, beyond the above
+    GeometricChange("EBX", GRID_X, _numbers(4)),
+    AbbeCountedTwice("X", ("X",), (GRID_X,), _numbers(3, 3), 1.0),
+    AbbeOffset("X", ("Z", "X"), (GRID_Z, GRID_X), _numbers(6, 3), np.array([10.0, -20.0, 60.0])),
+    MapInterpolation("EXX", GRID_X, "smooth", _numbers(3)),
+    CrossAxisFlexure("Y", "Z", "x", 2e-8),
+    ThermalDriftTwoLags("y", "air", 0.4e-3, 0.7e-3, 100.0, 2000.0),
+    LinearDrift("x", 5e-7),
+    StepChange("y", 1.5e-3, float(np.linspace(0.0, 600.0, 12)[5])),  # at a row, where its slope can be seen
+    SpindleGrowth("Z", 20e-3, 900.0),
+    ScrewHeating("X", 50e-6, 3e-3, 2e4),
+    LostMotion("Y", 1e-3, 4e-6),
+    Hysteresis("X", 0.8e-3, 0.7),
+    ReversalSpike("Z", 3e-3, 0.7),
+    EncoderInterpolation("X", 0.1e-3, 0.05e-3, 0.02),
+    ServoLag("Y", 1e-4),
+    ReadoutDelay(1e-4),
+    StructuralVibration("X", 0.5e-3, 0.2e-3, 18.0, 0.04),
+    TipForm("", _numbers(21)),
+    Clamping("z", _numbers(7), 150.0),
+    CosineError(1.5e-3, 0.8),
+    AirIndex(0.9),
+    DeadPath(150.0),
+    ToolDeflection(1e-4),
+    ToolWear(2e-7),
+    ToolRunout(4e-3, 1e-3),
+    WorkpieceHeating(5e-9, 900.0),
+    RotaryCyclic("ECC", _numbers(4)),
+    RotaryCyclic("EXC", _numbers(2)),
 )
 
 
@@ -91,6 +148,20 @@ def some_run(n: int = 12) -> Run:
         "probe_angle_rad": rng.uniform(-np.pi, np.pi, n),
         "probe_lateral": rng.uniform(0.0, 1.0, n),
         "stylus_length_mm": rng.uniform(20.0, 80.0, n),
+    }
+    more = np.random.default_rng(6)
+    columns |= {f"since_reversal_{a}_mm": more.uniform(0.0, 3.0, n) for a in "XYZ"}
+    columns |= {f"travel_{a}_mm": more.uniform(0.0, 4e4, n) for a in "XYZ"}
+    columns |= {f"accel_{a}_mm_s2": more.uniform(-2e3, 2e3, n) for a in "XYZ"}
+    columns |= {f"force_{c}_N": more.uniform(-300.0, 300.0, n) for c in "xyz"}
+    columns |= {
+        "time_since_accel_s": more.uniform(0.0, 0.2, n),
+        "temp_gradient_C": more.uniform(-0.5, 0.5, n),
+        "load_kg": more.uniform(0.0, 100.0, n),
+        "pressure_hPa": more.uniform(980.0, 1030.0, n),
+        "humidity_pct": more.uniform(30.0, 60.0, n),
+        "cut_length_mm": more.uniform(0.0, 1e5, n),
+        "spindle_angle_rad": more.uniform(-np.pi, np.pi, n),
     }
     position = {"X": tip[:, 0], "Y": tip[:, 1], "Z": tip[:, 2], "C": rng.uniform(-1.0, 1.0, n)}
     labels = {"stylus": np.array(["down"] * n), "event": np.array(["A"] * n)}

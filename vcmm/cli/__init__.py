@@ -35,6 +35,7 @@ def build_app() -> Any:
         help="Virtual CMM: from machine errors to task-specific measurement uncertainty. Start with: vcmm demo",
         version=f"vcmm {__version__}",
         version_flags=["--version"],
+        suppress_keyboard_interrupt=False,  # `run` says what happened
         help_epilogue="Exit codes: 0 done, 1 a requirement failed, 2 wrong input, 3 environment, 70 our bug, 130 interrupted.",
     )
     jobs, about = Group.create_ordered("Jobs"), Group.create_ordered("About")

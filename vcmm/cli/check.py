@@ -20,6 +20,7 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
     """
     from vcmm.cli.common import document, print_json, show_table, sources
     from vcmm.errors import DataError, did_you_mean
+    from vcmm.files.problems import misspelt
     from vcmm.files.toml import read_toml
 
     head = read_toml(file)
@@ -29,7 +30,7 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
     elif kind == "scenario":
         rows = _scenario_rows(file)
     else:
-        hint = did_you_mean(kind, ("scenario", "machine")) if kind else did_you_mean("vcmm", head.data)
+        hint = did_you_mean(kind, ("scenario", "machine")) if kind else misspelt("vcmm", head.data)
         raise DataError(
             f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1" or vcmm = "machine/1".{hint}'
         )
@@ -77,6 +78,7 @@ def _law(one: Any) -> str:
 def _scenario_rows(file: Path) -> list[list[str]]:
     from vcmm.cli.common import about
     from vcmm.files.scenario import load_scenario
+    from vcmm.remarks import remarks
 
     scenario = load_scenario(file)
     with about(file):
@@ -93,6 +95,7 @@ def _scenario_rows(file: Path) -> list[list[str]]:
         for i in task.inputs
         if i not in scenario.machine.inputs
     ]
+    rows += [[f"remark {i}", text] for i, text in enumerate(remarks(scenario), 1)]
     return rows
 
 

@@ -130,17 +130,16 @@ def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
 
 @contextmanager
 def about(file: Path) -> Iterator[None]:
-    """Complaints about the numbers of a scenario get its name, and the line of its pose where a point is out of reach."""
+    """Complaints about the numbers of a scenario get its file and line: the pose where a point is out of reach, else the plan."""
     try:
         yield
-    except ModelLimit as error:
-        from vcmm.files.toml import read_toml
-
-        raise ModelLimit(f"{read_toml(file).where(('pose',))}: {error}") from None
     except DataError:
         raise
-    except UsageError as error:
-        raise UsageError(f"{file}: {error}") from None
+    except (ModelLimit, UsageError) as error:
+        from vcmm.files.toml import read_toml
+
+        where = read_toml(file).where(("pose",) if isinstance(error, ModelLimit) else ("plan",))
+        raise type(error)(f"{where}: {error}") from None
 
 
 @contextmanager

@@ -113,13 +113,18 @@ def _write(folder: Path, machine: Any, found: Any, content: dict[str, Any]) -> N
     say(f"wrote {folder}/field.html, field.csv, field.json")
 
 
+def scale_of(axis: str) -> float:
+    """Axis positions are shown in mm and deg."""
+    return 57.29577951308232 if axis in "ABC" else 1.0
+
+
 def _csv(machine: Any, found: Any) -> str:
     import numpy as np
 
     letters = list(machine.chain.letters)
     names = [f"{a}_deg" if a in "ABC" else f"{a}_mm" for a in letters]
     header = ",".join([*names, "error_x_um", "error_y_um", "error_z_um"])
-    scale = [180 / np.pi if a in "ABC" else 1.0 for a in letters]
+    scale = [scale_of(a) for a in letters]
     rows = np.column_stack([found.run.q(a) * s for a, s in zip(letters, scale)] + [found.tip_error * 1e3])
     return header + "\n" + "\n".join(",".join(f"{v:.9g}" for v in row) for row in rows) + "\n"
 
@@ -132,7 +137,9 @@ def _show(machine: Any, found: Any) -> None:
     size = found.size
     worst = int(size.argmax())
     letters = machine.chain.letters
-    place = ", ".join(f"{a} {found.run.q(a)[worst]:.4g}" for a in letters)
+    place = ", ".join(
+        f"{a} {found.run.q(a)[worst] * scale_of(a):.4g} {'deg' if a in 'ABC' else 'mm'}" for a in letters
+    )
     largest = np.abs(found.tip_error).max(axis=0) * 1e3
     rows = [
         ["largest tip error", f"{size.max() * 1e3:.3f} um", f"at {place}"],

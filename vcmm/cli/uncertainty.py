@@ -40,13 +40,13 @@ def uncertainty_command(
     out
         Folder for report.html, uncertainty.json, budget.csv.
     """
-    from vcmm.cli.common import document, output_folder, print_json, progress, sources
+    from vcmm.cli.common import about, document, output_folder, print_json, progress, sources
     from vcmm.files.scenario import load_scenario
     from vcmm.jobs import uncertainty
 
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
-    with progress() as report:
+    with progress() as report, about(scenario):
         found = uncertainty(loaded, seed=seed, trials=trials, engine=engine, digits=digits, progress=report)
     content = document(
         "vcmm.uncertainty/1",
@@ -75,19 +75,21 @@ def uncertainty_json(found: Any) -> dict[str, Any]:
 
 
 def characteristic_json(c: Any) -> dict[str, Any]:
+    """One characteristic; estimate, u_input and sensitivity of a budget line refer to its `unit`."""
     unit = c.unit
     budget = [
         {
-            "input": b.input, "distribution": b.distribution, "dof": b.dof if b.dof != float("inf") else None,
-            "redraw": b.redraw, "estimate": b.estimate, "u_input": b.u_input, "unit": b.unit, "sensitivity": b.sensitivity,
-            f"u_{unit}": b.u, "share": b.share, "evidence": b.evidence,
+            "input": b.input, "what": b.what, "distribution": b.distribution, "dof": b.dof if b.dof != float("inf") else None,
+            "redraw": b.redraw, "estimate": b.estimate, "u_input": b.u_input, "unit": b.unit,
+            f"sensitivity_{unit}_per_unit": b.sensitivity, f"u_{unit}": b.u, "share": b.share, "evidence": b.evidence,
         }
         for b in c.budget
     ]  # fmt: skip
     decision = c.decision
     return {
         "name": c.name, "type": c.type,
-        f"nominal_{unit}": c.nominal, f"value_{unit}": c.value, f"bias_{unit}": c.bias, f"u_{unit}": c.u,
+        f"nominal_{unit}": c.nominal, f"value_{unit}": c.value, f"mean_{unit}": c.mean, f"bias_{unit}": c.bias,
+        "bias_corrected": c.corrected, f"u_{unit}": c.u,
         f"U_{unit}": c.expanded, "k": c.k, "p": c.p, f"interval_{unit}": list(c.interval), "interval_kind": c.interval_kind,
         "coverage_shown": c.coverage_shown, f"tolerance_{unit}": None if c.tolerance is None else list(c.tolerance),
         "decision": None if decision is None else decision.text,
@@ -99,23 +101,23 @@ def characteristic_json(c: Any) -> dict[str, Any]:
 
 
 def show(found: Any) -> None:
-    """The result table and the largest budget lines."""
+    """The result table, the largest budget lines, and how it was computed."""
     from vcmm.cli.common import say, show_table
-    from vcmm.cli.words import deviation_text, fine_text, length_text, percent_text
+    from vcmm.cli.words import deviation_text, fine_text, length_text, percent_text, span_text
 
-    rows = []
-    for c in found.characteristics:
-        main = c.budget[0] if c.budget else None
-        rows.append([
+    rows = [
+        [
             c.name, length_text(c.nominal, c.unit), length_text(c.value, c.unit), deviation_text(c.bias, c.unit),
-            deviation_text(c.expanded, c.unit, signed=False), f"{c.k:.2f}",
+            deviation_text(c.expanded, c.unit, signed=False), f"{c.k:.2f}" if c.k == c.k else "–",
+            span_text([x - c.nominal for x in c.interval], c.unit),
             "–" if c.decision is None else c.decision.text,
-            "–" if main is None else f"{main.input} {percent_text(main.share)}",
-        ])  # fmt: skip
-    p = found.characteristics[0].p
+        ]
+        for c in found.characteristics
+    ]  # fmt: skip
+    first = found.characteristics[0]
     show_table(
-        f"measured value y, expanded uncertainty U (coverage probability {p:.0%})",
-        ["characteristic", "nominal", "y", "bias", "U", "k", "decision", "main contributor"], rows, left=(0, 6, 7),
+        f"measured value y{' (bias corrected)' if first.corrected else ''}, U and {first.interval_kind} coverage interval for p = {first.p:.0%}",
+        ["characteristic", "nominal", "y", "bias", "U", "k", "interval from nominal", "decision"], rows, left=(0, 7),
     )  # fmt: skip
     budget = [
         [
@@ -127,26 +129,17 @@ def show(found: Any) -> None:
             percent_text(b.share),
         ]
         for c in found.characteristics
-        for i, b in enumerate(c.budget[:5])
+        for i, b in enumerate(b for b in c.budget[:5] if i_matters(b, c))
     ]
-    show_table(
-        "budget (up to five largest lines each)",
-        ["characteristic", "input", "law", "redraw", "u_i", "share"],
-        budget,
-        left=(0, 1, 2, 3),
-    )
+    columns = ["characteristic", "input", "law", "redraw", "u_i", "share"]
+    show_table("budget (up to five largest lines each)", columns, budget, left=(0, 1, 2, 3))
     tiers = [
-        [
-            c.name,
-            c.tier,
-            f"{c.trials:,}" if c.trials else "–",
-            fine_text(c.linear_error, c.unit),
-        ]
+        [c.name, c.tier, f"{c.trials:,}" if c.trials else "–", fine_text(c.linear_error, c.unit)]
         for c in found.characteristics
     ]
     show_table(
         "how it was computed",
-        ["characteristic", "tier", "trials", "linear - exact, at most"],
+        ["characteristic", "tier", "trials", "largest error of the linear model"],
         tiers,
         left=(0, 1),
     )
@@ -154,24 +147,64 @@ def show(found: Any) -> None:
         say(f"note: {warning}")
 
 
+def i_matters(line: Any, c: Any) -> bool:
+    """Whether a budget line is more than rounding."""
+    return bool(line.u > 1e-4 * c.expanded or line is c.budget[0])
+
+
 def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_text
+    from vcmm.cli.common import say, write_files
     from vcmm.pages.uncertainty import uncertainty_page
 
-    write_text(folder / "uncertainty.json", _json.dumps(content, indent=1, allow_nan=False))
-    write_text(folder / "budget.csv", _csv(found))
-    write_text(folder / "report.html", uncertainty_page(scenario, found))
+    texts = {
+        "uncertainty.json": _json.dumps(content, indent=1, allow_nan=False),
+        "budget.csv": _csv(found),
+        "report.html": uncertainty_page(scenario, found),
+    }
+    write_files(folder, texts)
     say(f"wrote {folder}/report.html, uncertainty.json, budget.csv")
 
 
 def _csv(found: Any) -> str:
-    rows = ["characteristic,input,distribution,redraw,u_um_or_urad,share"]
+    """The budget as an assessor reads it, one row per input, then the combined row of each characteristic."""
+    head = "characteristic,input,what,estimate,u_input,unit,distribution,dof,redraw,sensitivity_um_or_urad_per_unit,u_i_um_or_urad,share,evidence"
+    rows = [head]
     for c in found.characteristics:
         scale = 1e3 if c.unit == "mm" else 1e6
-        rows += [
-            f'"{c.name}","{b.input}","{b.distribution}",{b.redraw},{b.u * scale:.6g},{b.share:.6g}'
-            for b in c.budget
-        ]
+        for b in c.budget:
+            numbers = [b.estimate, b.u_input]
+            sensitivity = None if b.sensitivity is None else b.sensitivity * scale
+            rows.append(
+                _row(
+                    c.name,
+                    b.input,
+                    b.what,
+                    *numbers,
+                    b.unit,
+                    b.distribution,
+                    b.dof,
+                    b.redraw,
+                    sensitivity,
+                    b.u * scale,
+                    b.share,
+                    b.evidence,
+                )
+            )
+        summary = f"k = {c.k:.3g}; U = {c.expanded * scale:.4g}; p = {c.p:g}; y = {c.value:.9g} {c.unit}; bias = {c.bias * scale:.4g}"
+        rows.append(
+            _row(c.name, "combined", summary, None, None, "", "", None, "", None, c.u * scale, 1.0, c.tier)
+        )
     return "\n".join(rows) + "\n"
+
+
+def _row(*cells: Any) -> str:
+    def text(cell: Any) -> str:
+        if cell is None or cell == float("inf"):
+            return ""
+        if isinstance(cell, float):
+            return f"{cell:.6g}"
+        return '"' + str(cell).replace('"', '""') + '"'
+
+    return ",".join(text(c) for c in cells)

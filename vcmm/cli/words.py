@@ -29,3 +29,9 @@ def fine_text(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return "not checked"
     return f"{value * 1e6:.2g} nm" if unit == "mm" else f"{value * 1e6:.2g} urad"
+
+
+def span_text(ends: list[float], unit: str) -> str:
+    """Two ends of an interval as departures: [-0.12, +0.31] um."""
+    scale, word = (1e3, "um") if unit == "mm" else (1e6, "urad")
+    return f"[{ends[0] * scale:+.2f}, {ends[1] * scale:+.2f}] {word}"

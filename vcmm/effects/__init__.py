@@ -3,41 +3,84 @@
 from __future__ import annotations
 
 from vcmm.effect import Effect
+from vcmm.effects.abbe import AbbeCountedTwice, AbbeOffset
 from vcmm.effects.backlash import Backlash
+from vcmm.effects.clamping import Clamping
 from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable
+from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
+from vcmm.effects.drift import LinearDrift, StepChange, ThermalDriftTwoLags
+from vcmm.effects.dynamics import StructuralVibration
+from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
+from vcmm.effects.flexure import CrossAxisFlexure
+from vcmm.effects.geometric_change import GeometricChange
+from vcmm.effects.heating import ScrewHeating, SpindleGrowth
+from vcmm.effects.lag import ReadoutDelay, ServoLag
+from vcmm.effects.laser import AirIndex, CosineError, DeadPath
+from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.pitch import ScrewPitch
 from vcmm.effects.probe import ProbeLobing, StylusBending, TipOffset, TipRadius, TriggerDelay
 from vcmm.effects.qualification import StylusQualification
 from vcmm.effects.residual import CorrelatedField, ResidualField
+from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
+from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
+from vcmm.effects.tip_form import TipForm
+from vcmm.effects.workpiece import WorkpieceHeating
 from vcmm.errors import UsageError, choose_from
 
 ALL: tuple[type[Effect], ...] = (
     ComponentTable,
     ComponentSpline,
     ComponentPolynomial,
-    Squareness,
-    RotaryLocation,
     ScaleFactor,
-    Backlash,
+    Squareness,
+    GeometricChange,
+    AbbeCountedTwice,
+    AbbeOffset,
+    MapInterpolation,
+    CrossAxisFlexure,
     ScaleExpansion,
     PartExpansion,
     ThermalDrift,
+    ThermalDriftTwoLags,
+    LinearDrift,
+    StepChange,
+    Reindexing,
+    SpindleGrowth,
+    ScrewHeating,
+    Backlash,
+    LostMotion,
+    Hysteresis,
+    ReversalSpike,
     ScrewPitch,
-    ProbeLobing,
+    EncoderInterpolation,
+    ServoLag,
+    ReadoutDelay,
+    StructuralVibration,
+    TriggerDelay,
     TipRadius,
     TipOffset,
     StylusQualification,
+    ProbeLobing,
     StylusBending,
-    TriggerDelay,
+    TipForm,
+    Clamping,
+    CosineError,
+    AirIndex,
+    DeadPath,
+    ToolDeflection,
+    ToolWear,
+    ToolRunout,
+    WorkpieceHeating,
+    RotaryLocation,
+    RotaryCyclic,
     ResidualField,
     CorrelatedField,
     Scatter,
-    Reindexing,
 )
 BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in ALL}
 

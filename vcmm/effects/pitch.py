@@ -25,7 +25,7 @@ class ScrewPitch(Effect):
     period: float = param(
         10.0, "mm", "lead of the screw", scan=(2.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0)
     )
-    harmonic: int = 1
+    harmonic: int = at(1, "1 = once per turn of the screw, 2 = twice ...", quiet=True)
 
     def __post_init__(self) -> None:
         if not self.period > 0:

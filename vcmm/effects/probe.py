@@ -5,7 +5,8 @@ The stylus column of a run says which stylus was used; an effect with stylus = "
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import abstractmethod
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from vcmm.run import Array, Run
 @dataclass(frozen=True, eq=False)
 class _Probe(Effect):
     per = "stylus"
+    stylus: str = at("", "stylus name; empty = all")
 
     @property
     def link(self) -> str:
@@ -24,7 +26,37 @@ class _Probe(Effect):
 
 
 @dataclass(frozen=True, eq=False)
-class ProbeLobing(_Probe):
+class Sphere:
+    """Touches of a stylus on its reference sphere, and S (4, n): offset and radius that a fit makes of their readings."""
+
+    run: Run
+    matrix: Array
+
+
+@dataclass(frozen=True, eq=False)
+class PreTravel(_Probe):
+    """A reading along n that qualification sees too: what looks like an offset or a radius there is taken off.
+
+    `spheres` (stylus -> Sphere) is filled in for qualified styli; the reading of a touch is then
+    reading n - (d1, d2, d3) - d4 n with d = S · (readings on the sphere). Linear, so departures are qualified alike.
+    """
+
+    spheres: Any = field(default_factory=dict, kw_only=True, metadata={"internal": True})
+
+    @abstractmethod
+    def reading(self, run: Run) -> Array:
+        """(n,) mm along n, for every row as if it were made with this stylus."""
+
+    def error_motion(self, run: Run) -> Array:
+        out = along(run, run.normal, self.reading(run) * run.used("stylus", self.stylus))
+        for name, sphere in self.spheres.items():
+            d = sphere.matrix @ self.reading(sphere.run)
+            out[:, :3] -= run.used("stylus", name)[:, None] * (d[:3] + d[3] * run.normal)
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class ProbeLobing(PreTravel):
     """Pre-travel of a touch probe: (cosine cos(k theta) + sine sin(k theta)) times the lateral share of n, along n.
 
     theta = probe_angle about the stylus axis, k = lobes (three seats of a kinematic probe).
@@ -36,15 +68,14 @@ class ProbeLobing(_Probe):
     cites = (
         "Estler et al., Precision Engineering 19 (1996) 85: three-lobed pre-travel of kinematic touch probes"
     )
-    stylus: str = at("", "stylus name; empty = all")
     cosine: float = param(0.0, "um", "cosine part; `amplitude` in files")
     sine: float = param(0.0, "um", "sine part")
-    lobes: int = 3
+    lobes: int = at(3, "lobes per turn", quiet=True)
 
-    def error_motion(self, run: Run) -> Array:
+    def reading(self, run: Run) -> Array:
         angle = self.lobes * run.column("probe_angle_rad")
         wave = self.cosine * np.cos(angle) + self.sine * np.sin(angle)
-        return along(run, run.normal, wave * run.column("probe_lateral") * run.used("stylus", self.stylus))
+        return np.asarray(wave * run.column("probe_lateral"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +85,6 @@ class TipRadius(_Probe):
     name = "tip_radius"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus tip qualification; geometry of a ball on a surface"
-    stylus: str = at("", "stylus name; empty = all")
     dr: float = param(0.0, "um", "actual minus qualified tip radius")
 
     def error_motion(self, run: Run) -> Array:
@@ -67,7 +97,6 @@ class TipOffset(_Probe):
 
     name = "tip_offset"
     cites = "ISO 10360-5: stylus qualification; rigid shift of all touches of one stylus"
-    stylus: str = at("", "stylus name; empty = all")
     d: Any = param(lambda: np.zeros(3), "um", "qualified minus actual offset, machine axes", shape="(3,)")
 
     def error_motion(self, run: Run) -> Array:
@@ -77,7 +106,7 @@ class TipOffset(_Probe):
 
 
 @dataclass(frozen=True, eq=False)
-class StylusBending(_Probe):
+class StylusBending(PreTravel):
     """-c (length / 50 mm)^3 times the lateral share of the force, along n: a bent stylus indicates too little material.
 
     A cantilever bends with length^3 and only under lateral force (Euler-Bernoulli); the lateral share of n enters
@@ -87,26 +116,22 @@ class StylusBending(_Probe):
     name = "stylus_bending"
     needs = ("probe_lateral", "stylus_length_mm", "nx", "ny", "nz")
     cites = "Euler-Bernoulli cantilever: w = F L^3 / (3 E I)"
-    stylus: str = at("", "stylus name; empty = all")
     c: float = param(0.0, "um", "bending of a 50 mm stylus under full lateral force")
 
-    def error_motion(self, run: Run) -> Array:
+    def reading(self, run: Run) -> Array:
         slender = (run.column("stylus_length_mm") / 50.0) ** 3
-        lateral = run.column("probe_lateral") ** 2
-        return along(run, run.normal, -self.c * slender * lateral * run.used("stylus", self.stylus))
+        return np.asarray(-self.c * slender * run.column("probe_lateral") ** 2)
 
 
 @dataclass(frozen=True, eq=False)
-class TriggerDelay(_Probe):
+class TriggerDelay(PreTravel):
     """(v · n) delay along n: the position is latched late; approaching, v · n < 0, so the material seems smaller."""
 
     name = "trigger_delay"
     needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s", "nx", "ny", "nz")
     cites = "kinematics: distance = speed x delay"
-    stylus: str = at("", "stylus name; empty = all")
     delay: float = param(0.0, "ms", "time from contact to latching, less what qualification removed")
 
-    def error_motion(self, run: Run) -> Array:
+    def reading(self, run: Run) -> Array:
         speed = run.vector("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s")
-        normal = run.normal
-        return along(run, normal, (speed * normal).sum(axis=1) * self.delay * run.used("stylus", self.stylus))
+        return np.asarray((speed * run.normal).sum(axis=1) * self.delay)

@@ -230,6 +230,10 @@ class CorrelatedField(Effect):
     def __post_init__(self) -> None:
         if np.size(self.values) == 0:
             object.__setattr__(self, "values", np.zeros(np.shape(self.nodes)))
+        if not self.length > 0:
+            raise UsageError(
+                f"correlated_field: length = {self.length:g} mm must be positive; it is the distance over which the field changes"
+            )
         if np.shape(self.deviation) != np.shape(self.nodes):
             raise UsageError(
                 f"correlated_field: {len(self.deviation)} deviations for {len(self.nodes)} nodes; give one row of x y z per node"

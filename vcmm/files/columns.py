@@ -11,6 +11,8 @@ import numpy as np
 
 from vcmm.effects import ALL
 from vcmm.errors import DataError, UsageError, did_you_mean
+from vcmm.files.problems import misspelt
+from vcmm.files.text import read_text
 from vcmm.run import Array, Run
 
 LABELS = (
@@ -83,7 +85,7 @@ def _decimal(cell: str) -> str:
 def read_csv(path: str | Path) -> Sheet:
     """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row."""
     path = Path(path)
-    lines = [(i, line) for i, line in enumerate(_text(path).splitlines(), 1)]
+    lines = [(i, line) for i, line in enumerate(read_text(path).splitlines(), 1)]
     lines = [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise DataError(
@@ -107,19 +109,6 @@ def read_csv(path: str | Path) -> Sheet:
     return Sheet(path, header, table[1:], numbers[0], numbers[1:])
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        near = sorted(p.name for p in path.parent.glob("*.csv")) if path.parent.is_dir() else []
-        hint = did_you_mean(path.name, near) or (f"; CSV files there: {', '.join(near[:8])}" if near else "")
-        raise DataError(f"{path} does not exist{hint}") from None
-    except UnicodeDecodeError as error:
-        raise DataError(f"{path} is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
-
-
 def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
     """Positions (X_mm ... C_deg) and tip offsets (offset_x_mm ...) to a Run; every axis must have its column.
 
@@ -129,7 +118,7 @@ def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
     problems = []
     for axis in axes:
         if axis_column(axis) not in sheet.header:
-            hint = did_you_mean(axis_column(axis), sheet.header)
+            hint = misspelt(axis_column(axis), [n for n in sheet.header if n not in file_columns()])
             problems.append(
                 f"{sheet.path}:{sheet.header_line}: the column {axis_column(axis)} is missing.{hint} The machine has the axes {' '.join(axes)}"
             )

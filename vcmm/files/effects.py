@@ -11,8 +11,8 @@ import numpy as np
 
 from vcmm.effect import Effect, parameter_fields, place_fields
 from vcmm.effects import find
-from vcmm.errors import UsageError, choose_from, did_you_mean
-from vcmm.files.problems import Key, TableProblems
+from vcmm.errors import UsageError, choose_from
+from vcmm.files.problems import Key, TableProblems, misspelt
 from vcmm.run import Array
 from vcmm.units import dimension_of, quantity, shown, vector
 
@@ -41,7 +41,7 @@ def build_effect(table: dict[str, Any]) -> Effect:
             with noting(found, key):
                 values[kind.aliases.get(key, key)] = _value(kind, key, value, table)
     for place in place_fields(kind):
-        if place.name not in table and place.name != "stylus":
+        if place.name not in table and not may_be_left_out(place):
             found.append(
                 (
                     "",
@@ -54,10 +54,15 @@ def build_effect(table: dict[str, Any]) -> Effect:
     raise TableProblems(found)
 
 
+def may_be_left_out(place: Field[Any]) -> bool:
+    """A place with a meaning of its own when nothing is said: all styli, or a default that the name leaves out."""
+    return place.default == "" or bool(place.metadata.get("quiet"))
+
+
 def kind_of(table: dict[str, Any], found: Found) -> type[Effect] | None:
     if "effect" not in table:
-        near = did_you_mean("effect", table)
-        found.append(("", f'the key "effect" is missing.{near} Write for example effect = "backlash"'))
+        near = misspelt("effect", table) or ' Write for example effect = "backlash"'
+        found.append(("", f'the key "effect" is missing.{near}'))
         return None
     with noting(found, "effect"):
         return find(str(table["effect"]))
@@ -71,15 +76,18 @@ def _place_key(kind: type[Effect], table: dict[str, Any]) -> str:
 
 def _value(kind: type[Effect], key: str, value: Any, table: dict[str, Any]) -> Any:
     parameters = {f.name: f for f in parameter_fields(kind)}
-    other = {f.name: f for f in fields(kind) if f.name not in parameters}
+    other = {f.name: f for f in fields(kind) if f.name not in parameters and not f.metadata.get("internal")}
     name = kind.aliases.get(key, key)
     if name in parameters:
         return _parameter_value(parameters[name], key, value, table)
     if key not in other:
         allowed = [*(n for n in other if n not in parameters), *kind.aliases, *parameters]
         raise UsageError(f'unknown key "{key}" of effect {kind.name}.{choose_from(key, allowed)}')
+    default = other[key].default
+    if other[key].metadata.get("place") and isinstance(default, int):
+        return _whole(key, value, default)
     if other[key].metadata.get("place"):
-        return _text(key, value, str(other[key].default))
+        return _text(key, value, str(default))
     return _plain(other[key], value, table)
 
 
@@ -87,6 +95,14 @@ def _text(key: str, value: Any, example: str) -> str:
     if not isinstance(value, str):
         raise UsageError(
             f'{key} = {shown(value)} must be a text in quotes; write for example {key} = "{example}"'
+        )
+    return value
+
+
+def _whole(key: str, value: Any, example: int) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        raise UsageError(
+            f"{key} = {shown(value)} must be a whole number from 1; write for example {key} = {example}"
         )
     return value
 
@@ -113,7 +129,7 @@ def _parameter_value(spec: Field[Any], key: str, value: Any, table: dict[str, An
 def check_matters(spec: Field[Any], component: str, key: str) -> None:
     """Raises UsageError for a parameter that this component does not use: a tilt has no offset."""
     only = spec.metadata["only"]
-    if only and component[:1] and component[0] not in only:
+    if only and len(component) == 3 and component[0] not in only:
         allowed = ", ".join(f"{letter}{component[1:]}" for letter in only)
         raise UsageError(f'{key} does nothing for component = "{component}"; it goes with {allowed}')
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from vcmm.effect import Effect, parameter_fields, place_fields
-from vcmm.errors import UsageError, choose_from, did_you_mean
+from vcmm.errors import UsageError, choose_from
 from vcmm.files.columns import REDRAW, check_channel
-from vcmm.files.effects import Found, check_matters, kind_of, noting, unit_of
-from vcmm.files.problems import TableProblems
+from vcmm.files.effects import Found, check_matters, kind_of, may_be_left_out, noting, unit_of
+from vcmm.files.problems import TableProblems, misspelt
 from vcmm.inputs import EVERY, Input
 from vcmm.laws import (
     Arcsine,
@@ -48,8 +48,9 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool
     False) a missing target is no mistake of the input, and None is returned.
     """
     found: Found = []
-    if "effect" not in table and "channel" not in table and did_you_mean("effect", table):
-        raise TableProblems([("", f'the key "effect" is missing.{did_you_mean("effect", table)}')])
+    near = misspelt("effect", table) or misspelt("channel", table)
+    if "effect" not in table and "channel" not in table and near:
+        raise TableProblems([("", f"an input names an effect or a channel.{near}")])
     if ("effect" in table) == ("channel" in table):
         text = 'an input names either effect = "..." with parameter = "...", or channel = "..."'
         raise TableProblems([("effect" if "effect" in table else "", text)])
@@ -93,30 +94,62 @@ def _effect_input(
     law, scale, component = None, None, str(getattr(target, "component", ""))
     with noting(found, "law"):
         law, scale = _law(table, unit_of(spec.metadata["unit"], component))
+        _check_size(law, scale, int(np.size(getattr(target, spec.name))), spec.name)
     if law is None:
         return None
     return Input(
-        kind.name, _where(kind, table), spec.name, law, _redraw(table), str(table.get("evidence", "")), scale
+        kind.name,
+        EVERY if _everywhere(kind, table) else target.where,
+        spec.name,
+        law,
+        _redraw(table),
+        str(table.get("evidence", "")),
+        scale,
     )
+
+
+def _check_size(law: Any, scale: Array | None, size: int, name: str) -> None:
+    """As many numbers as the parameter has elements."""
+    key, given = "covariance", size
+    if isinstance(law, MultivariateNormal):
+        given = len(law.covariance)
+    elif scale is not None:
+        key, given = "law", len(scale)
+    if given != size:
+        raise TableProblems([(key, f"{given} numbers for {name}, which has {size}; give one per element")])
 
 
 def _redraw(table: dict[str, Any]) -> str:
     return str(table.get("redraw", "machine"))
 
 
-def _where(kind: type[Effect], table: dict[str, Any]) -> str:
-    given = [str(table[f.name]) for f in place_fields(kind) if table.get(f.name)]
-    return EVERY if given and set(given) == {EVERY} else ",".join(given)
+def _given(kind: type[Effect], table: dict[str, Any]) -> list[str]:
+    """The places that the table names."""
+    return [str(table[f.name]) for f in place_fields(kind) if table.get(f.name)]
+
+
+def _everywhere(kind: type[Effect], table: dict[str, Any]) -> bool:
+    given = _given(kind, table)
+    return bool(given) and set(given) == {EVERY}
+
+
+def _sits_there(effect: Effect, table: dict[str, Any]) -> bool:
+    """Whether an effect sits where the table says; a place that is left out means its default."""
+    places = place_fields(effect)
+    return all(
+        str(table.get(f.name, f.default if may_be_left_out(f) else "")) == str(getattr(effect, f.name))
+        for f in places
+    )
 
 
 def _target(
     kind: type[Effect], table: dict[str, Any], effects: Sequence[Effect], complete: bool
 ) -> Effect | None:
     """The first effect that an input is about."""
-    where = _where(kind, table)
+    where = ",".join(_given(kind, table))
     same = [e for e in effects if e.name == kind.name]
     for effect in same:
-        if where in (EVERY, effect.where):
+        if _everywhere(kind, table) or _sits_there(effect, table):
             return effect
     if not complete:
         return None
@@ -174,7 +207,7 @@ def _law(table: dict[str, Any], unit: str, difference: bool = False) -> tuple[An
         return _multivariate(table, unit), None
     key = _spread_key(table, name, unit)
     with _key(key):
-        numbers = _numbers(table[key], dimension, key, f"0.5 {unit}")
+        numbers = _numbers(table[key], dimension, key, _example(unit))
         if (numbers < 0).any():
             raise UsageError(f"{key} = {shown(table[key])} is negative; a spread is zero or positive")
         if len(numbers) > 1:
@@ -206,13 +239,23 @@ def _multivariate(table: dict[str, Any], unit: str) -> MultivariateNormal:
     if "covariance" not in table:
         raise UsageError(f'law = "multivariate" needs covariance = [[...], ...] in ({unit})^2')
     with _key("covariance"):
-        try:
-            numbers = np.array(table["covariance"], dtype=float)
-        except (TypeError, ValueError):
+        rows = table["covariance"]
+        square = isinstance(rows, list) and all(isinstance(r, list) and len(r) == len(rows) for r in rows)
+        if not square or not all(_is_number(v) for row in rows for v in row):
             raise UsageError(
                 f"covariance must be a square of plain numbers in ({unit})^2, as in [[1.0, 0.2], [0.2, 1.0]]"
-            ) from None
-        return MultivariateNormal(numbers * parse_unit(unit).factor ** 2)
+            )
+        return MultivariateNormal(np.array(rows, dtype=float) * parse_unit(unit).factor ** 2)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _example(unit: str) -> str:
+    """A value of the size of an uncertainty: table values are kept in mm and rad, and written in um and urad."""
+    small = {"mm": "um", "rad": "urad"}
+    return f"0.5 {small.get(unit, unit)}"
 
 
 def _numbers(value: Any, dimension: str, key: str, example: str) -> Array:
@@ -235,7 +278,7 @@ def _spread_key(table: dict[str, Any], name: str, unit: str) -> str:
         text = f'law = "{name}" needs {" or ".join(allowed)}, but {other} is given; {other} goes with law = "{owner}"'
         raise TableProblems([(other, text)])
     raise UsageError(
-        f'law = "{name}" needs {" or ".join(allowed)}; write for example {allowed[0]} = "0.5 {unit}"'
+        f'law = "{name}" needs {" or ".join(allowed)}; write for example {allowed[0]} = "{_example(unit)}"'
     )
 
 
@@ -264,7 +307,7 @@ def _plain_number(value: Any, key: str, example: str) -> float:
         raise UsageError(
             f'law = "t" needs {key}, the degrees of freedom; write for example {key} = {example}'
         )
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not _is_number(value):
         raise UsageError(
             f"{key} = {shown(value)} must be a plain number; write for example {key} = {example}"
         )

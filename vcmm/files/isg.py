@@ -16,6 +16,7 @@ import numpy as np
 
 from vcmm.aliases import canonical
 from vcmm.errors import DataError, UsageError
+from vcmm.files.text import read_text
 from vcmm.run import Array
 
 AXES = tuple("XYZABC")
@@ -59,7 +60,7 @@ def read_isg(path: str | Path) -> ErrorFile:
     constants: dict[str, float] = {}
     problems: list[str] = []
     seen: dict[str, int] = {}
-    for rows in _blocks(_text(path)):
+    for rows in _blocks(read_text(path)):
         try:
             block = _block(path, rows, seen)
             if block.arguments:
@@ -75,19 +76,6 @@ def read_isg(path: str | Path) -> ErrorFile:
     if problems:
         raise DataError(problems)
     return ErrorFile(tuple(tables), constants)
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        near = sorted(p.name for p in path.parent.glob("*.csv")) if path.parent.is_dir() else []
-        hint = f"; CSV files there: {', '.join(near[:8])}" if near else ""
-        raise DataError(f"{path} does not exist{hint}") from None
-    except UnicodeDecodeError as error:
-        raise DataError(f"{path} is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
 
 
 def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
@@ -121,7 +109,8 @@ def _block(path: Path, rows: list[tuple[int, list[str]]], seen: dict[str, int]) 
             first = f" first in line {seen[name]}" if name in seen else ""
             problems.append(f"{path}:{line}: {name} is given twice,{first} here again; keep one")
         seen.setdefault(name, line)
-    problems += _kind_problems(path, line, names, count)
+    if not problems:  # an unknown name says nothing of what it would need
+        problems += _kind_problems(path, line, names, count)
     numbers = _numbers(path, rows[1:], words, problems)
     if problems:
         raise DataError(list(dict.fromkeys(problems)))

@@ -39,7 +39,7 @@ def further_effects(
         built = problems.attempt(here, lambda table=table: build_effect(table))  # type: ignore[misc]
         if built is None:
             continue
-        if chain and built.link in "XYZABC" and built.link not in chain.letters:
+        if chain and built.link not in ("tip", "tool", "reading", *chain.letters):
             key = next((f.name for f in place_fields(built)), "effect")
             problems.add(
                 (*here, key),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +44,7 @@ def known_errors(
         cubic = model.errors.interpolation == "cubic"
         tables = problems.attempt(here, lambda: read_error_file(path))
         found = problems.attempt(here, lambda: effects_of(tables, cubic)) if tables is not None else None
+        found = refined(found, model.errors.uncertainty) if found else found
         for effect in found or ():
             _check_on_machine(effect, chain, problems, here, path)
         effects += found or []
@@ -110,7 +113,10 @@ def _check_on_machine(
 
 
 def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Input]:
-    """The short form `uncertainty`: Gaussian process per component over its axis, squareness independent."""
+    """The short form `uncertainty`: Gaussian process per component over its axis, squareness independent.
+
+    Of a rotary axis' location, offsets take the uncertainty of translations and tilts that of squareness.
+    """
     if known is None:
         return []
     inputs = []
@@ -125,17 +131,58 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
                     )
                 )
         elif isinstance(effect, Squareness) and known.squareness > 0:
-            inputs.append(
-                Input(
-                    "squareness",
-                    effect.where,
-                    "angle",
-                    Normal(known.squareness),
-                    "machine",
-                    "calibration of the error table",
-                )
+            inputs.append(_constant(effect, "angle", known.squareness))
+        elif isinstance(effect, RotaryLocation):
+            name, u = (
+                ("offset", known.translation) if effect.where[0] in "XYZ" else ("tilt", known.squareness)
             )
+            inputs += [_constant(effect, name, u)] if u > 0 else []
     return inputs
+
+
+def _constant(effect: Effect, parameter: str, u: float) -> Input:
+    return Input(effect.name, effect.where, parameter, Normal(u), "machine", "calibration of the error table")
+
+
+def refined(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
+    """Tables with nodes close enough to carry the Gaussian process: a third of the correlation length or less.
+
+    The table itself does not change: new nodes lie on it. Without them draws at far nodes, interpolated, would have too
+    small a variance between the nodes and far too small a variance of differences.
+    """
+    length = known.correlation_length if known else None
+    if not length:
+        return effects
+    return [
+        _refined(e, length / 3) if isinstance(e, ComponentTable | ComponentSpline) else e for e in effects
+    ]
+
+
+def _refined(effect: ComponentTable | ComponentSpline, step: float) -> Effect:
+    if effect.link not in "XYZ":
+        return effect
+    if isinstance(effect, ComponentSpline):
+        nodes = _denser(np.asarray(effect.nodes, dtype=float), step)
+        from scipy.interpolate import CubicSpline
+
+        values = CubicSpline(effect.nodes, effect.values, bc_type="natural")(nodes)
+        return replace(effect, nodes=nodes, values=np.asarray(values))
+    axis = effect.arguments.index(effect.link) if effect.link in effect.arguments else None
+    if axis is None:
+        return effect
+    grid = effect.grids[axis]
+    nodes = _denser(grid, step)
+    values = np.apply_along_axis(
+        lambda column: np.interp(nodes, grid, column), axis, np.asarray(effect.values, dtype=float)
+    )
+    grids = tuple(nodes if i == axis else g for i, g in enumerate(effect.grids))
+    return replace(effect, grids=grids, values=values)
+
+
+def _denser(grid: Array, step: float) -> Array:
+    """All nodes of the grid and equal steps between them, none wider than `step`."""
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / step)) + 1)[:-1] for a, b in pairwise(grid)]
+    return np.concatenate([*parts, grid[-1:]])
 
 
 def _correlated(

@@ -57,7 +57,7 @@ class Repeatability(Table):
     law: Literal["normal", "t"] = "normal"
     u: Spread | None = None
     scale: Spread | None = None
-    dof: float | None = Field(default=None, examples=["6"])
+    dof: float | None = Field(default=None, ge=1, allow_inf_nan=False, examples=["6"])
 
 
 class Scales(Table):

@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import Field
 
 from vcmm.effects.expansion import PartExpansion
-from vcmm.errors import UsageError, choose_from, did_you_mean
+from vcmm.errors import UsageError, choose_from
 from vcmm.files.knowledge import names_in
-from vcmm.files.problems import Problems, TableProblems
+from vcmm.files.problems import Problems, TableProblems, misspelt
 from vcmm.files.schema import (
     Angle,
     Deviation,
@@ -34,7 +34,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.inputs import Input
 from vcmm.laws import Normal
 from vcmm.part import TYPES, Characteristic, Feature, Part, load_mesh
-from vcmm.units import quantity
+from vcmm.units import quantity, shown
 
 
 class FormTable(Table):
@@ -219,7 +219,7 @@ def _feature(
     kind = data.get("type")
     if kind is None:
         raise UsageError(
-            f'the feature "{name}" has no type.{did_you_mean("type", data)} Allowed: {", ".join(TABLES)}'
+            f'the feature "{name}" has no type.{misspelt("type", data)} Allowed: {", ".join(TABLES)}'
         )
     if not isinstance(kind, str) or kind not in TABLES:
         raise TableProblems(
@@ -269,6 +269,10 @@ def _characteristic(t: CharacteristicTable) -> Characteristic:
         if t.limits is not None:
             low, high = (quantity(v, dimension, "limits", example) for v in t.limits)
             limits = (low, high)
+            if not low < high:
+                raise UsageError(
+                    f"limits = {shown(t.limits)}: the lower limit is not below the upper one; exchange them"
+                )
     except UsageError as error:
         found.append(("limits", str(error)))
     try:

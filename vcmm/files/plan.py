@@ -12,10 +12,10 @@ import numpy as np
 from pydantic import Field
 
 from vcmm.alignment import Alignment
-from vcmm.errors import DataError, UsageError, choose_from, did_you_mean
+from vcmm.errors import DataError, UsageError, choose_from
 from vcmm.files.columns import Sheet, read_csv
 from vcmm.files.knowledge import names_in
-from vcmm.files.problems import Key, Problems, TableProblems
+from vcmm.files.problems import Key, Problems, TableProblems, misspelt
 from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model
 from vcmm.files.toml import Document, Location
 from vcmm.part import Feature, Part
@@ -186,7 +186,7 @@ def _pattern(feature: Feature, table: Mapping[str, Any]) -> Any:
     """points = { strategy = "levels", at = ["5 mm"], n = 8 } to the pattern's dataclass; units by its metadata."""
     if "strategy" not in table:
         raise UsageError(
-            f"points has no strategy.{did_you_mean('strategy', table)} Write for example "
+            f"points has no strategy.{misspelt('strategy', table)} Write for example "
             'points = { strategy = "grid", n = [3, 3], margin = "5 mm" }'
         )
     kind = choose(feature.kind, str(table["strategy"]))
@@ -262,16 +262,16 @@ def _from_file(document: Document, name: str, feature: Feature, part: Part) -> t
     wanted, optional = ["x_mm", "y_mm", "z_mm"], ["nx", "ny", "nz"]
     has_normals = any(column in sheet.header for column in optional)
     here = f"{sheet.path}:{sheet.header_line}"
+    unknown = [column for column in sheet.header if column not in wanted + optional]
     problems = []
     for column in wanted + (optional if has_normals else []):
         if column not in sheet.header:
             problems.append(
-                f"{here}: the column {column} is missing.{did_you_mean(column, sheet.header)} "
+                f"{here}: the column {column} is missing.{misspelt(column, unknown)} "
                 "The file needs x_mm,y_mm,z_mm and may have nx,ny,nz"
             )
-    for column in sheet.header:
-        if column not in wanted + optional:
-            problems.append(f'{here}: unknown column "{column}".{choose_from(column, wanted + optional)}')
+    for column in unknown:
+        problems.append(f'{here}: unknown column "{column}".{choose_from(column, wanted + optional)}')
     if problems:
         raise DataError(problems)
     points = _columns(sheet, wanted)

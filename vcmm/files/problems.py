@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable, Iterable
 from typing import TypeVar
@@ -14,6 +15,15 @@ _LOCATED = re.compile(r".+?:\d+: ")  # 'machine.toml:12: ...' says where already
 
 
 Key = str | tuple[str, ...]  # a key of a table, or the way to one inside it; "" is the table itself
+
+
+def misspelt(word: str, present: Iterable[str]) -> str:
+    """' "efect" is there; rename it to "effect".' where a missing word is present in another spelling, else ''."""
+    words = [str(p) for p in present if p]
+    match = difflib.get_close_matches(word, words, n=1, cutoff=0.6) or [
+        w for w in words if word.startswith(w)
+    ]
+    return f' "{match[0]}" is there; rename it to "{word}".' if match else ""
 
 
 class TableProblems(UsageError):

@@ -72,6 +72,7 @@ class JobTable(Table):
     p: float = Field(default=0.95, examples=["0.95"])
     interval: Literal["symmetric", "shortest"] = "symmetric"
     rule: str = Field(default=RULES[0], examples=[f'"{RULES[0]}"'])
+    known_bias: Literal["reported", "corrected"] = "reported"
 
 
 class ScenarioFile(Table):
@@ -181,14 +182,12 @@ def _settings(document: Document, data: dict[str, Any], at: Location) -> Setting
     job = checked_model(JobTable, data, problems, at)
     if job is not None and job.rule not in RULES:
         problems.add((*at, "rule"), f'unknown rule "{job.rule}".{choose_from(job.rule, RULES)}')
-    settings = None
-    if job is not None and not problems.found:
-        settings = problems.attempt(
-            at, lambda: Settings(job.seed, job.trials, job.p, job.interval, rule=job.rule)
-        )
+    if job is not None:
+        problems.attempt((*at, "trials"), lambda: Settings(trials=job.trials))
+        problems.attempt((*at, "p"), lambda: Settings(p=job.p))
     problems.raise_if_any()
-    assert settings is not None
-    return settings
+    assert job is not None
+    return Settings(job.seed, job.trials, job.p, job.interval, rule=job.rule, known_bias=job.known_bias)
 
 
 def _with_knowledge(
@@ -202,6 +201,9 @@ def _with_knowledge(
     """The machine with the effects of part and scenario, and all inputs that are not the machine's own."""
     chain = machine.chain if machine else None
     further = further_effects(tables_in(document.data, "effects"), chain, problems, ())
+    temperatures = _temperature_inputs(document, environment, problems) if environment else []
+    if planned:
+        _check_styli(document, planned[0], problems)
     if machine is None or part is None or environment is None:
         return None
     effects = merged([*machine.effects, *part.effects(environment.part.compensated), *further])
@@ -211,15 +213,13 @@ def _with_knowledge(
         machine.state, machine.compensation,
     )  # fmt: skip
     inputs = part.inputs()
-    for location, one in _temperature_inputs(document, environment, problems):
+    for location, one in temperatures:
         note_second(one, machine.inputs, problems, location)
         inputs.append(one)
     inputs += further_inputs(
         tables_in(document.data, "inputs"), effects, [*machine.inputs, *inputs], problems, (), complete
     )
     _check_temperatures(document, machine.effects, environment, problems)
-    if planned:
-        _check_styli(document, planned[0], problems)
     return machine, tuple(inputs)
 
 

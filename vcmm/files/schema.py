@@ -261,6 +261,8 @@ def _sentence(item: Any, key: str, model: type[BaseModel], location: Location) -
         return f"{key} = {shown(value)} is not allowed.{choose_from(str(value), allowed)}"
     if kind == "value_error":
         return str(item["ctx"]["error"]).replace(NAME, key)
+    if kind == "greater_than_equal":
+        return f"{key} = {shown(value)} must be {item['ctx']['ge']:g} or more"
     if kind in WANTED:
         example = _example(model, location)
         fix = f"; write for example {key} = {example}" if example else ""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
-from vcmm.effect import parameter_fields, place_fields
+from vcmm.effect import Effect, parameter_fields, place_fields
 from vcmm.effects import ALL
 from vcmm.errors import UsageError, choose_from
+from vcmm.files.columns import REDRAW
+from vcmm.files.effects import may_be_left_out
+from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS
 from vcmm.files.machine import MachineFile
 from vcmm.files.part import TABLES, PartFile
 from vcmm.files.plan import PlanFile
@@ -19,43 +23,87 @@ MODELS: dict[str, type[Table]] = {
     "part": PartFile,
     "plan": PlanFile,
 }
+Schema = dict[str, Any]
 
 
-def json_schema(kind: str) -> dict[str, Any]:
+def json_schema(kind: str) -> Schema:
     """The schema (draft 2020-12) of one file format. Raises UsageError for an unknown kind."""
     if kind not in MODELS:
         raise UsageError(f'unknown kind "{kind}".{choose_from(kind, MODELS)}')
-    schema = MODELS[kind].model_json_schema(mode="validation")
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["title"] = f"vcmm {kind}/1"
-    properties = schema["properties"]
-    if "effects" in properties:
-        properties["effects"]["items"] = {"oneOf": [_effect(e) for e in ALL]}
-    if kind == "part":
-        properties["features"]["additionalProperties"] = {
-            "oneOf": [t.model_json_schema() for t in TABLES.values()]
-        }
+    definitions: Schema = {}
+    schema = _of(MODELS[kind], definitions)
+    schema["properties"]["vcmm"] = {"const": f"{kind}/1"}
+    schema["required"] = ["vcmm", *(k for k in schema.get("required", []) if k != "vcmm")]
     if kind == "scenario":
-        for key, model in (
-            ("part", PartFile),
-            ("plan", PlanFile),
-            ("environment", EnvironmentTable),
-            ("job", JobTable),
-        ):
-            properties[key] = {"anyOf": [{"type": "string"}, model.model_json_schema()]}
+        sections: dict[str, type[Table]] = {
+            "machine": MachineFile, "part": PartFile, "plan": PlanFile, "environment": EnvironmentTable, "job": JobTable,
+        }  # fmt: skip
+        for key, model in sections.items():
+            inside = _of(model, definitions)
+            inside["properties"].pop("vcmm", None)
+            inside["required"] = [k for k in inside.get("required", []) if k != "vcmm"]
+            schema["properties"][key] = {"anyOf": [{"type": "string", "description": "file name"}, inside]}
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"vcmm {kind}/1"}
+    return schema | head | {"$defs": dict(sorted(definitions.items()))}
+
+
+def _of(model: type[Table], definitions: Schema) -> Schema:
+    """The schema of a model; what it refers to is added to the definitions at the root, where its references point."""
+    schema = model.model_json_schema(mode="validation")
+    definitions.update(schema.pop("$defs", {}))
+    properties = schema["properties"]
+    if model in (MachineFile, ScenarioFile):
+        definitions["effect"] = {"oneOf": [_effect(e) for e in ALL]}
+        definitions["input"] = _input()
+        properties["effects"] = {"type": "array", "items": {"$ref": "#/$defs/effect"}}
+        properties["inputs"] = {"type": "array", "items": {"$ref": "#/$defs/input"}}
+    if model is PartFile:
+        tables = [_feature(name, t, definitions) for name, t in TABLES.items()]
+        properties["features"] = {"type": "object", "additionalProperties": {"oneOf": tables}}
     return schema
 
 
-def _effect(kind: Any) -> dict[str, Any]:
-    text = {"type": "string"}
-    properties: dict[str, Any] = {"effect": {"const": kind.name}}
-    properties |= {f.name: text | {"description": str(f.metadata["doc"])} for f in place_fields(kind)}
+def _feature(name: str, table: type[Table], definitions: Schema) -> Schema:
+    schema = table.model_json_schema(mode="validation")
+    definitions.update(schema.pop("$defs", {}))
+    schema["properties"]["type"] = {"const": name}
+    return schema
+
+
+def _effect(kind: type[Effect]) -> Schema:
     back = {v: k for k, v in kind.aliases.items()}
+    properties: Schema = {f.name: {} for f in fields(kind) if not f.metadata.get("internal")}
+    for f in place_fields(kind):
+        form = "integer" if isinstance(f.default, int) else "string"
+        properties[f.name] = {"type": form, "description": str(f.metadata["doc"])}
     for f in parameter_fields(kind):
-        properties[back.get(f.name, f.name)] = {"description": f"{f.metadata['doc']} ({f.metadata['unit']})"}
+        about: Schema = {"description": f"{f.metadata['doc']} ({f.metadata['unit']})"}
+        about |= {"type": ["string", "array"]} if f.metadata["shape"] else {"type": "string"}
+        properties[f.name] = about
+        if f.name in back:
+            properties[back[f.name]] = about
+    return {
+        "type": "object",
+        "properties": {"effect": {"const": kind.name}} | properties,
+        "required": ["effect", *(f.name for f in place_fields(kind) if not may_be_left_out(f))],
+        "additionalProperties": False,
+        "description": (kind.__doc__ or "").split("\n")[0],
+    }
+
+
+def _input() -> Schema:
+    places = {f.name: f.default for kind in ALL for f in place_fields(kind)}
+    properties: Schema = {
+        name: {"type": ["integer", "string"] if isinstance(default, int) else "string"}
+        for name, default in sorted(places.items())
+    }
+    properties |= {key: {} for key in INPUT_KEYS}
+    properties["effect"] = {"enum": [e.name for e in ALL]}
+    properties["law"] = {"enum": list(LAW_KEYS)}
+    properties["redraw"] = {"enum": list(REDRAW)}
     return {
         "type": "object",
         "properties": properties,
-        "required": ["effect"],
-        "description": (kind.__doc__ or "").split("\n")[0],
+        "oneOf": [{"required": ["effect", "parameter"]}, {"required": ["channel"]}],
+        "additionalProperties": False,
     }

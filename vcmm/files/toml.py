@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.errors import DataError
+from vcmm.files.text import read_text
 from vcmm.files.toml_lines import Location, key_lines
 
 __all__ = ["Document", "Location", "check_version", "key_lines", "read_toml"]
@@ -56,26 +57,12 @@ def read_toml(path: str | Path) -> Document:
     path = Path(path)
     if path.is_dir():
         raise DataError(f"{path} is a folder; name the TOML file in it")
-    if not path.exists():
-        near = sorted(p.name for p in path.parent.glob("*.toml"))[:8] if path.parent.is_dir() else []
-        raise DataError(f"{path} does not exist" + (f"; TOML files there: {', '.join(near)}" if near else ""))
-    text = _text(path)
+    text = read_text(path)
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise DataError(_syntax(path, text, str(error))) from None
     return Document(path, data, key_lines(text))
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise DataError(
-            f"{path} is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
-        ) from None
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
 
 
 def _syntax(path: Path, text: str, message: str) -> str:

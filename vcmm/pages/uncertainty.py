@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.pages.view import part_items, touch_covariances, touch_items, volume_items
-from vcmm.result import CharacteristicResult, UncertaintyResult
+from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.scenario import Scenario
 
 STATE = {"conforms": "good", "undecided": "warning", "does not conform": "bad"}
@@ -20,6 +19,7 @@ SMALL = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 def uncertainty_page(scenario: Scenario, found: UncertaintyResult) -> str:
     """One self-contained HTML file."""
     blocks = [r.heading("Results"), result_table(found), *(r.note(w, "warning") for w in found.warnings)]
+    blocks += [r.heading("What was assumed"), assumptions(scenario, found)]
     blocks += [r.heading("Where it was measured"), *pictures(found)]
     for c in found.characteristics:
         blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
@@ -30,21 +30,56 @@ def uncertainty_page(scenario: Scenario, found: UncertaintyResult) -> str:
     )
 
 
+def assumptions(scenario: Scenario, found: UncertaintyResult) -> str:
+    """Machine, pose, styli, touches, temperatures, decision rule: what an assessor asks first."""
+    task, machine = found.model.task, scenario.machine
+    turns = ", ".join(f"{math.degrees(t):.4g}" for t in scenario.pose.turns())
+    shift = ", ".join(f"{v:.6g}" for v in scenario.pose.shift)
+    styli = "; ".join(
+        f"{s.name}: tip Ø {2 * s.tip_radius:g} mm at ({', '.join(f'{v:g}' for v in s.offset)}) mm, "
+        + ("qualified" if s.name in scenario.qualifications else "taken as perfectly qualified")
+        for s in scenario.plan.styli.values()
+    )
+    warm = [
+        f"{k[5:-2].replace('_', ' ')} {v:g} °C"
+        for k, v in scenario.constants.items()
+        if k.startswith("temp_") and k != "temp_gradient_C"
+    ]
+    counts = ", ".join(f"{name} {len(rows)}" for name, rows in task.touches.rows.items())
+    rule = next((c.decision.rule for c in found.characteristics if c.decision), scenario.settings.rule)
+    rows = [
+        ["machine", f"{machine.name}, structure {machine.chain.structure}, error state {machine.state}"],
+        ["part in the machine", f"shift ({shift}) mm, turned ({turns})° about fixed x, y, z"],
+        ["touches", f"{task.touches.run.n}: {counts}"],
+        ["styli", styli],
+        ["temperatures", ", ".join(warm) or "20 °C throughout"],
+        [
+            "decision",
+            f"{rule}, ISO 14253-1:2017; limits are compared with {'the corrected' if scenario.settings.known_bias == 'corrected' else 'the indicated'} value",
+        ],
+    ]
+    return r.table(["", ""], rows)
+
+
 def result_table(found: UncertaintyResult) -> str:
-    """characteristic | nominal | tolerance | y | bias | U | U/T | decision | main contributor."""
+    """characteristic | nominal | y | bias | U | interval | tolerance | decision."""
+    first = found.characteristics[0]
     columns = [
         "characteristic",
         "nominal",
-        "tolerance",
         "y",
         "bias",
         "U",
-        "U/T",
+        "interval from nominal",
+        "tolerance",
         "decision",
-        "main contributor",
     ]
-    p = found.characteristics[0].p
-    caption = f"U: half the {p:.0%} coverage interval. U/T: U over the width of the tolerance."
+    said = (
+        "y: indicated value less its known bias."
+        if first.corrected
+        else "y: indicated value, its known bias not corrected."
+    )
+    caption = f"U: half the {first.interval_kind} coverage interval for p = {first.p:.0%}. {said} Lengths: mm and µm; angles: deg and µrad."
     return r.table(
         columns, [_row(c) for c in found.characteristics], numeric=(1, 2, 3, 4, 5, 6), caption=caption
     )
@@ -54,40 +89,34 @@ def _row(c: CharacteristicResult) -> list[object]:
     decision: object = "–"
     if c.decision is not None:
         decision = r.Cell(c.decision.text, kind=STATE[c.decision.text])  # type: ignore[arg-type]
-    ratio = "–"
-    if c.tolerance is not None and all(map(math.isfinite, c.tolerance)):
-        ratio = f"{c.expanded / (c.tolerance[1] - c.tolerance[0]):.1%}"
     return [
-        c.name, large(c.nominal, c.unit), _tolerance(c), large(c.value, c.unit), small(c.bias, c.unit),
-        small(c.expanded, c.unit), ratio, decision, main_contributor(c),
+        c.name, large(c.nominal, c.unit), large(c.value, c.unit), small(c.bias, c.unit), small(c.expanded, c.unit),
+        _span(c.interval, c), "–" if c.tolerance is None else _span(c.tolerance, c), decision,
     ]  # fmt: skip
 
 
-def main_contributor(c: CharacteristicResult) -> str:
-    """The effect behind the largest line of the budget, with its share."""
-    if not c.budget or not math.isfinite(c.budget[0].share):
-        return "–"
-    effect = re.split(r"[\[.]", c.budget[0].input.removeprefix("channel."))[0]
-    return f"{effect.replace('_', ' ')} {c.budget[0].share:.0%}"
+def _span(ends: tuple[float, float], c: CharacteristicResult) -> str:
+    """Two ends as departures from nominal, µm or µrad."""
+    scale = SMALL[c.unit][1]
+    return " … ".join(r.number(_clean((x - c.nominal) * scale), 3) for x in ends)
+
+
+def _clean(value: float) -> float:
+    """Rounding of the last bits is not a result: below 1e-6 µm (µrad) it is zero."""
+    return 0.0 if abs(value) < 1e-6 else value
 
 
 def large(value: float, unit: str) -> str:
     """A length in mm with 5 decimals, an angle in deg with 6."""
-    return f"{value:.5f} mm" if unit == "mm" else f"{math.degrees(value):.6f}°"
+    return f"{value:.5f}" if unit == "mm" else f"{math.degrees(value):.6f}°"
 
 
 def small(value: float, unit: str) -> str:
-    """A small difference in µm or µrad; an en dash when it is not finite."""
-    word, scale = SMALL[unit]
-    return f"{r.number(value * scale, 3)} {word}" if math.isfinite(value) else "–"
-
-
-def _tolerance(c: CharacteristicResult) -> str:
-    if c.tolerance is None:
+    """A small difference in µm (a plain number) or µrad; an en dash when it is not finite."""
+    if not math.isfinite(value):
         return "–"
-    word, scale = SMALL[c.unit]
-    low, high = (r.number((t - c.nominal) * scale, 4) for t in c.tolerance)
-    return f"{low} … {high} {word}"
+    word, scale = SMALL[unit]
+    return r.number(_clean(value * scale), 3) + ("" if unit == "mm" else f" {word}")
 
 
 def pictures(found: UncertaintyResult) -> list[str]:
@@ -125,7 +154,7 @@ def characteristic_blocks(c: CharacteristicResult) -> list[str]:
     word, scale = SMALL[c.unit]
     blocks = []
     charts = [_zones(c, word, scale), _histogram(c, word, scale)]
-    bars = [(b.input, b.u * scale) for b in c.budget if b.u > 0][:8]
+    bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
     if bars:
         charts.append(
             r.bars(
@@ -137,7 +166,7 @@ def characteristic_blocks(c: CharacteristicResult) -> list[str]:
         )
     shown = [x for x in charts if x]
     blocks += [r.columns(*shown)] if shown else []
-    blocks.append(r.details("Budget table", budget_table(c)))
+    blocks.append(budget_table(c))
     return blocks
 
 
@@ -177,62 +206,45 @@ def _coarse(edges: np.ndarray, counts: np.ndarray, bars: int = 80) -> tuple[np.n
 
 
 def budget_table(c: CharacteristicResult) -> str:
-    """EA-4/02 columns: quantity, estimate, u, law, redraw, sensitivity, contribution, share."""
+    """EA-4/02 columns: quantity, estimate, u, law, degrees of freedom, redraw, sensitivity, contribution, share."""
     word, scale = SMALL[c.unit]
     columns = [
-        "input",
+        "quantity",
         "estimate",
         "u(x)",
         "law",
-        "redraw",
-        "sensitivity",
+        "ν",
+        "drawn per",
+        f"c / ({word}/unit)",
         f"u_i / {word}",
         "share",
-        "evidence",
     ]
-    rows = [
-        [
-            b.input, _estimate(b.estimate, b.unit), _estimate(b.u_input, b.unit), b.distribution, b.redraw,
-            r.number(b.sensitivity, 3), r.number(b.u * scale, 3), f"{b.share:.1%}" if math.isfinite(b.share) else "–", b.evidence,
-        ]
-        for b in c.budget
+    rows = [_budget_row(c, b, scale) for b in c.budget if b.u > 1e-4 * c.expanded or b is c.budget[0]]
+    left = len(c.budget) - len(rows)
+    if left:
+        rows.append([f"{left} further, each under 10⁻⁴ U", *[""] * 8])
+    if math.isfinite(c.interaction_share) and abs(c.interaction_share) > 5e-4:
+        rows.append(["what inputs do only together", *[""] * 7, f"{c.interaction_share:.1%}"])
+    total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word} (p = {c.p:.0%})"
+    return r.table(columns, rows, numeric=(1, 2, 4, 6, 7, 8), foot=[[total, *[""] * 8]])
+
+
+def _budget_row(c: CharacteristicResult, b: BudgetLine, scale: float) -> list[object]:
+    dof = r.number(b.dof, 3) if math.isfinite(b.dof) else "∞"
+    sensitivity = "–" if b.sensitivity is None else r.number(b.sensitivity * scale, 3)
+    share = f"{b.share:.1%}" if math.isfinite(b.share) else "–"
+    text = f"<strong>{r.escape(b.what)}</strong><br><small>{r.escape(b.input)}{': ' if b.evidence else ''}{r.escape(b.evidence)}</small>"
+    u_unit = "K" if b.unit == "degC" else b.unit
+    return [
+        r.Raw(text), _quantity(b.estimate, b.unit), _quantity(b.u_input, u_unit), b.distribution, dof, b.redraw,
+        sensitivity, r.number(b.u * scale, 3), share,
     ]  # fmt: skip
-    foot = [
-        [
-            "interaction",
-            "",
-            "",
-            "",
-            "",
-            "",
-            "",
-            f"{c.interaction_share:.1%}" if math.isfinite(c.interaction_share) else "–",
-            "what Inputs do only together",
-        ]
-    ]
-    foot.append(
-        [
-            "together",
-            "",
-            "",
-            "",
-            "",
-            "",
-            r.number(c.u * scale, 3),
-            "",
-            f"U = {small(c.expanded, c.unit)}, k = {r.number(c.k, 3)}",
-        ]
-    )
-    return r.table(columns, rows, numeric=(1, 2, 5, 6, 7), foot=foot)
 
 
-def _estimate(value: float | None, unit: str) -> str:
-    """A canonical number in the unit of its parameter."""
-    from vcmm.units import in_unit
-
-    if value is None:
-        return "–"
-    return f"{r.number(in_unit(value, unit), 4)} {unit}" if unit not in ("", "1") else r.number(value, 4)
+def _quantity(value: float | None, unit: str) -> str:
+    """A number in the unit of its parameter."""
+    words = {"degC": "°C", "1": ""}
+    return "–" if value is None else f"{r.number(value, 4)} {words.get(unit, unit)}".strip()
 
 
 def computed_table(found: UncertaintyResult) -> str:

@@ -25,7 +25,7 @@ from vcmm.report.scene import scene
 from vcmm.report.scene_items import Arrows, Box, Ellipsoids, Label, Lines, Mesh, Points
 from vcmm.report.svg import standalone
 from vcmm.report.table import Cell, Raw, table
-from vcmm.report.text import number, with_uncertainty
+from vcmm.report.text import escape, number, with_uncertainty
 from vcmm.report.zones import zones
 
 __all__ = [
@@ -48,6 +48,7 @@ __all__ = [
     "cylinder_mesh",
     "details",
     "disc_mesh",
+    "escape",
     "heading",
     "heat_map",
     "histogram",

@@ -1,0 +1,59 @@
+"""Is what the named terms leave white? If not: where and what shape. A proposal, not a name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.diagnosis.evidence import Dictionary, scorer
+from vcmm.diagnosis.locate import Place, locate
+from vcmm.diagnosis.result import Unknown
+from vcmm.diagnosis.select import Selection, mismatch
+from vcmm.gaussian import Whitener, best_width
+from vcmm.run import Array
+
+
+def unknown_rest(
+    generic: Dictionary, selection: Selection, white: Whitener, chance: Array, threshold: float
+) -> Unknown | None:
+    """Model-free shapes on the residual, given the chosen terms; None where none exceeds the null's threshold."""
+    chosen = np.concatenate([t.white for t in selection.terms], axis=1) if selection.terms else None
+    given = scorer(generic, chosen)
+    if not generic.families:
+        return None
+    options = given.options(selection.y[:, None])
+    scores = given.families(options)[:, 0]
+    if scores.max() <= threshold + mismatch(selection):
+        return None
+    places = locate(given, selection.y, chance)
+    best = int(np.argmax(scores))
+    return _described(generic, given.basis, selection, white, places, best, options[:, 0])
+
+
+def _described(
+    generic: Dictionary,
+    basis: Array,
+    selection: Selection,
+    white: Whitener,
+    places: tuple[Place, ...],
+    best: int,
+    options: Array,
+) -> Unknown:
+    stop = generic.first[best + 1] if best + 1 < len(generic.first) else len(generic.options)
+    part = slice(int(generic.first[best]), int(stop))
+    option = int(generic.first[best] + np.argmax((options + generic.weight)[part]))
+    x = generic.columns(option)
+    x = x - basis @ (basis.T @ x)
+    fit = best_width(x, selection.y, generic.dof)
+    signal = x @ fit.mean
+    rms = float(np.sqrt(np.mean((signal / white.weight) ** 2)))
+    family = generic.families[best]
+    names = tuple(dict.fromkeys([family.name, *(p.covariate for p in places)]))[:3]
+    covariates = tuple(
+        dict.fromkeys(
+            c.replace(" (periodic)", "").replace(" (step)", "") for n in names for c in n.split(" and ")
+        )
+    )
+    along = "along the normal" if family.where["direction"] == "normal" else f"in {family.where['direction']}"
+    return Unknown(
+        covariates, f"a dependence on {family.name} {along} that no effect of the catalogue explains", rms
+    )

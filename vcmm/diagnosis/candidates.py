@@ -1,0 +1,282 @@
+"""Candidates: every effect of the catalogue that this recording could show, as columns of the observation.
+
+A family is one answer: an effect at one place (backlash of Y). Its options are the shapes and scanned values it may
+have; each option is a group of columns, one per linear parameter element, in units of the typical amplitude.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.scans import is_change, trials
+from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.effects import ALL
+from vcmm.effects.abbe import AbbeOffset
+from vcmm.effects.geometric_change import GeometricChange
+from vcmm.effects.map_interpolation import MapInterpolation
+from vcmm.effects.typical import TYPICAL, typical
+from vcmm.errors import ModelLimit, UsageError
+from vcmm.kinematics import ROTARY
+from vcmm.run import Array, Run
+
+NEVER = (  # forms of the stored table, its uncertainty, and what the noise audit and the mistakes handle
+    "component_table", "component_spline", "component_polynomial", "residual_field", "correlated_field", "scatter",
+    "tip_offset", "stylus_qualification", "map_mistake", "abbe_counted_twice",
+    "outliers", "heavy_tails", "correlated_noise", "speed_dependent_noise",
+)  # fmt: skip
+PAIRS = ("C0Y", "B0Z", "A0Z")
+PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
+MOST_COLUMNS = 120
+
+
+@dataclass(frozen=True, eq=False)
+class Option:
+    """columns (m, k) per typical amplitude; unit (k,): the typical amplitudes, canonical units; labels (k,)."""
+
+    effect: Effect | None  # None: a shape without physics (localisation)
+    columns: Array
+    unit: Array
+    labels: tuple[str, ...]
+    log_prior: float
+
+    @property
+    def freedom(self) -> int:
+        """Number of free numbers: columns, and scanned parameters."""
+        if self.effect is None:
+            return self.columns.shape[1]
+        scans = sum(bool(f.metadata["scan"]) or is_change(f) for f in parameter_fields(self.effect))
+        return self.columns.shape[1] + scans
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """One possible answer. `log_prior`: every effect name has the same prior, shared by its places."""
+
+    name: str
+    where: Mapping[str, str]
+    options: tuple[Option, ...]
+    log_prior: float = 0.0
+    in_machine: bool = False
+
+    @property
+    def id(self) -> str:
+        inner = ",".join(self.where.values())
+        return f"{self.name}[{inner}]" if inner else self.name
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """families; not_testable: effect name -> the columns that are missing."""
+
+    families: tuple[Family, ...]
+    not_testable: Mapping[str, tuple[str, ...]]
+
+
+def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue:
+    """All families of the known effects (and of the caller's own effect classes)."""
+    families: list[Family] = []
+    absent: dict[str, tuple[str, ...]] = {}
+    for kind in (*ALL, *extra):
+        if kind.name in NEVER or not parameter_fields(kind):
+            continue
+        found, missing = _of_kind(kind, problem)
+        for family in found:
+            families = _joined(families, family)
+        if not found and missing:
+            absent[kind.name] = tuple(sorted(missing))
+    return Catalogue(_shared_prior(families), absent)
+
+
+def _joined(families: list[Family], new: Family) -> list[Family]:
+    """A second shape of a family at the same place adds its options; each class keeps half the weight."""
+    for i, old in enumerate(families):
+        if old.name == new.name and dict(old.where) == dict(new.where):
+            half = float(np.log(0.5))
+            options = [replace(o, log_prior=o.log_prior + half) for o in (*old.options, *new.options)]
+            return [*families[:i], replace(old, options=tuple(options)), *families[i + 1 :]]
+    return [*families, new]
+
+
+def _shared_prior(families: Sequence[Family]) -> tuple[Family, ...]:
+    counts: dict[str, int] = {}
+    for family in families:
+        counts[family.name] = counts.get(family.name, 0) + 1
+    return tuple(replace(f, log_prior=-float(np.log(counts[f.name]))) for f in families)
+
+
+def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str]]:
+    """Families of one effect class, and the columns that kept some of them from being tested."""
+    out, missing = [], set()
+    name = getattr(kind, "family", "") or kind.name
+    known = {effect.id for effect in problem.machine.effects}
+    for effect in instances(kind, problem):
+        lacking = lacking_columns(effect, problem.run)
+        if lacking:
+            missing |= set(lacking)
+            continue
+        options = _options(effect, problem)
+        if options:
+            out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in known))
+    return out, missing
+
+
+def where_of(effect: Effect) -> dict[str, str]:
+    """Place fields of an effect that say something; "other" of contract section 6 is the second axis."""
+    said = [(f, getattr(effect, f.name)) for f in place_fields(effect)]
+    return {f.name: str(v) for f, v in said if v not in ("", ()) and not f.metadata.get("quiet", False)}
+
+
+def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
+    """Required columns that neither the run nor its logs have."""
+    logged = {f"temp_{sensor}_C" for sensor in run.series}
+    have = logged | set(run.columns) | set(run.labels)
+    return tuple(c for c in effect.required() if c not in have)
+
+
+def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
+    """The effect at every place it can have on this machine and recording; the machine's own version where it has one."""
+    present = {effect.id: effect for effect in problem.machine.effects if isinstance(effect, kind)}
+    names = [f.name for f in place_fields(kind)]
+    out: list[Effect] = []
+    for values in itertools.product(*(domain(f, problem) for f in place_fields(kind))):
+        place = dict(zip(names, values))
+        if "other" in place and place["other"] == place["axis"]:
+            continue
+        try:
+            effect = _made(kind, place, problem)
+        except (UsageError, ModelLimit):
+            continue
+        if effect.link in ("tip", "tool", "reading", *problem.machine.chain.letters):
+            out.append(present.get(effect.id, effect))
+    return out
+
+
+def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Effect:
+    """One instance, with what it takes from the stored tables, the travel, the chain or the part's size."""
+    machine = problem.machine
+    if kind is AbbeOffset:
+        return AbbeOffset.from_tables(place["axis"], machine.effects)
+    if kind is MapInterpolation:
+        return MapInterpolation.from_table(_table(place["component"], problem))
+    if kind is GeometricChange:
+        q = problem.run.q(place["component"][2])
+        return GeometricChange(place["component"], np.array([q.min(), q.max()]))
+    changes: dict[str, Any] = dict(place)
+    if kind.name == "gradient_bending":
+        changes["carries"] = "workpiece" if place["axis"] in machine.chain.work else "tool"
+    if kind.name == "clamping":
+        changes["length"] = max(float(np.abs(problem.run.part_point).max()), 1.0)
+    return kind(**changes)
+
+
+def _table(component: str, problem: Problem) -> Effect:
+    for effect in problem.machine.effects:
+        if effect.name == "component_table" and getattr(effect, "component", "") == component:
+            return effect
+    raise UsageError(f"the machine has no table of {component}")
+
+
+def domain(spec: Field[Any], problem: Problem) -> list[Any]:
+    """Values that a place field can take here."""
+    letters, run = problem.machine.chain.letters, problem.run
+    linear = [a for a in letters if a not in ROTARY]
+    if spec.name in ("axis", "other"):
+        return [a for a in "XYZABC" if a in letters]
+    if spec.name == "pair":
+        return [p for p in PAIRS if p[2] in linear and "XYZ"["ABC".index(p[0])] in linear]
+    if spec.name == "component":
+        kinds = [f"E{d}{a}" for a in letters for d in "XYZABC"]
+        return kinds + [f"{d}0{a}" for a in letters if a in ROTARY for d in "XYZABC"]
+    if spec.name == "direction":
+        return ["x", "y", "z"]
+    if spec.name == "sensor":
+        return sensors(run)
+    if spec.name in run.labels:
+        values = [str(v) for v in np.unique(run.labels[spec.name])]
+        return ["", *values] if len(values) > 1 else [""]
+    return [spec.default]
+
+
+def sensors(run: Run) -> list[str]:
+    """Names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
+    named = {c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")}
+    return sorted(named | set(run.series))
+
+
+def _options(effect: Effect, problem: Problem) -> list[Option]:
+    out = []
+    for changes, weight in trials(effect, problem.run):
+        option = make_option(replace(effect, **changes), problem, weight)
+        if option is not None:
+            out.append(option)
+    return out
+
+
+def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Option | None:
+    """Columns of one effect with its scanned values set; None where it moves nothing or the model ends."""
+    names = linear_parameters(effect)
+    if not names:
+        return None
+    try:
+        columns = problem.columns(effect, names)
+    except (ModelLimit, UsageError):
+        return None
+    labels, unit = _amplitudes(effect, names, columns)
+    columns = columns * unit
+    label = PER_LABEL.get(effect.per, "")
+    if label in problem.run.labels:
+        columns, labels, unit = _per_value(columns, labels, unit, problem, label)
+    if not np.isfinite(columns).all() or not np.any(columns) or columns.shape[1] > MOST_COLUMNS:
+        return None
+    return Option(effect, columns, unit, labels, log_prior)
+
+
+def linear_parameters(effect: Effect) -> list[str]:
+    """Parameters that act linearly here. Where typical sizes are listed, only those (a control's own correction is not)."""
+    component = str(getattr(effect, "component", ""))
+    chosen = [
+        f.name
+        for f in parameter_fields(effect)
+        if not f.metadata["scan"]
+        and not is_change(f)
+        and (not f.metadata["only"] or component[:1] in f.metadata["only"])
+    ]
+    listed = set(TYPICAL.get(effect.name, {}))
+    return [name for name in chosen if name in listed] if listed & set(chosen) else chosen
+
+
+def _amplitudes(effect: Effect, names: Sequence[str], columns: Array) -> tuple[tuple[str, ...], Array]:
+    """Label and typical amplitude of every column; unlisted parameters are scaled to 1 um rms over the recording."""
+    labels: list[str] = []
+    unit: list[float] = []
+    for name in names:
+        value = np.asarray(getattr(effect, name))
+        labels += [name] if value.ndim == 0 else [f"{name}[{i}]" for i in range(value.size)]
+        for _ in range(value.size):
+            rms = float(np.sqrt(np.mean(columns[:, len(unit)] ** 2)))
+            unit.append(_typical(effect, name, rms))
+    return tuple(labels), np.array(unit)
+
+
+def _typical(effect: Effect, name: str, rms: float) -> float:
+    try:
+        return typical(effect, name)
+    except UsageError:
+        return 1e-3 / rms if rms > 0 else 1.0
+
+
+def _per_value(
+    columns: Array, labels: tuple[str, ...], unit: Array, problem: Problem, label: str
+) -> tuple[Array, tuple[str, ...], Array]:
+    """One copy of the columns for every value of a label."""
+    values, codes = problem.run.copies(label)
+    code = codes[problem.recording.row]
+    parts = [columns * (code == c)[:, None] for c in range(len(values))]
+    names = tuple(f"{name}@{value}" for value in values for name in labels)
+    return np.concatenate(parts, axis=1), names, np.tile(unit, len(values))

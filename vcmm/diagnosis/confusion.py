@@ -1,0 +1,94 @@
+"""What a selected answer cannot be told from: rivals within 3 nats, and exact aliases by principal angle.
+
+separability s = share of the answer's signal (as length) that the rival cannot mimic, others projected out; a gap of
+3 nats needs delta s of about 2.45 (delta^2 s^2 / 2 = 3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.diagnosis.evidence import Scorer, scorer
+from vcmm.diagnosis.select import SIMPLER, Selection, Setting
+from vcmm.run import Array
+
+NATS = 3.0
+ALIAS = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """One answer among its rivals. evidence: nats against nothing; names: rivals; probability of the name."""
+
+    evidence: float
+    probability: float
+    names: tuple[str, ...]
+    families: tuple[int, ...]  # best family of each rival name
+
+
+def standing(selection: Selection, setting: Setting, i: int) -> Standing:
+    """Compare term i with every family, given the other terms."""
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    given = scorer(setting.found, np.concatenate(others, axis=1) if others else None)
+    options = given.options(selection.y[:, None])
+    scores = given.families(options)[:, 0]
+    own = setting.found.families.index(selection.terms[i].family)
+    gap = separability(given, selection.signal(i))
+    names, families, larger = _rivals(selection, setting, i, scores, gap, own)
+    return Standing(float(scores[own]), _probability(setting, scores, own, larger), names, families)
+
+
+def separability(given: Scorer, signal: Array) -> Array:
+    """s (options,) of a white signal (m,) against every option."""
+    basis = given.basis
+    e = signal - basis @ (basis.T @ signal)
+    b2 = (given.rotated.column.T @ e) ** 2
+    whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(b2))))
+    firm = given.rotated.size > 1e-6 * whole
+    share = np.add.reduceat(
+        np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start
+    )
+    return np.sqrt(np.clip(1.0 - share / max(float(e @ e), 1e-300), 0.0, 1.0))
+
+
+def _rivals(
+    selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, own: int
+) -> tuple[tuple[str, ...], tuple[int, ...], set[str]]:
+    """Names and best families of the rivals, and the names that hold this answer as a special case."""
+    found, term = setting.found, selection.terms[i]
+    nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
+    best: dict[str, int] = {}
+    holding: set[str] = set()
+    for j in np.argsort(-scores, kind="stable"):
+        family = found.families[j]
+        if family.name == term.family.name or family.name in best:
+            continue
+        mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))
+        larger = found.options[mimic].freedom > term.option.freedom
+        if larger and nearest[j] < ALIAS and scores[j] <= scores[own] + SIMPLER:
+            holding.add(family.name)  # the simpler one stands
+            continue
+        alias = nearest[j] < ALIAS and not larger
+        if scores[j] > scores[own] - NATS or alias:
+            best[family.name] = int(j)
+    return tuple(best), tuple(best.values()), holding - set(best)
+
+
+def _stop(setting: Setting, family: int) -> int:
+    first = setting.found.first
+    return int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
+
+
+def _probability(setting: Setting, scores: Array, own: int, larger: set[str]) -> float:
+    """Posterior of the name among all names and nothing; nothing has the prior weight of all names together.
+
+    Names that hold the answer as a special case do not count against it.
+    """
+    names = [f.name for f in setting.found.families]
+    count = len(set(names))
+    kept = np.array([s for s, name in zip(scores, names) if name not in larger])
+    total = float(np.logaddexp.reduce(np.append(kept, np.log(count))))
+    mine = [s for s, name in zip(scores, names) if name == names[own]]
+    return float(np.exp(np.logaddexp.reduce(np.array(mine)) - total))

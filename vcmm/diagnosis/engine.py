@@ -1,0 +1,279 @@
+"""diagnose_recording: the whole method, in order. See vcmm/diagnosis/__init__.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.diagnosis.adequacy import unknown_rest
+from vcmm.diagnosis.candidates import Catalogue, catalogue
+from vcmm.diagnosis.confusion import Standing, standing
+from vcmm.diagnosis.estimates import estimates
+from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
+from vcmm.diagnosis.holdout import HeldOut, folds, gate, judge
+from vcmm.diagnosis.locate import Place, generic_families, locate
+from vcmm.diagnosis.mistakes import Mistake, find_mistake
+from vcmm.diagnosis.nextstep import next_steps
+from vcmm.diagnosis.noise import Audit, audit, stated
+from vcmm.diagnosis.null import FALSE_ALARM, Noise, clipped, draws, upper_quantile
+from vcmm.diagnosis.power import power
+from vcmm.diagnosis.problem import Problem, make_problem
+from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.select import Selection, Setting, joint, select
+from vcmm.effect import Effect
+from vcmm.gaussian import SCALES, Whitener
+from vcmm.machine import Machine
+from vcmm.recording import Recording
+from vcmm.run import Array
+
+NULLS = 2000
+PASSES = 3  # noise audit and selection look at each other's result
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Everything that depends on the noise preparation."""
+
+    white: Whitener
+    u: Array
+    noise: Audit
+    found: Dictionary
+    generic: Dictionary
+    threshold: float
+    generic_threshold: float
+    chance: Array  # largest generic score of every null recording
+
+
+def diagnose_recording(
+    recording: Recording,
+    machine: Machine,
+    seed: int = 0,
+    nulls: int = NULLS,
+    extra_effects: Sequence[type[Effect]] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Say what physics the recording holds and the machine lacks.
+
+    nulls: number of simulated recordings with nothing concealed; extra_effects: effect classes beside the catalogue;
+    progress(text, share done). Same arguments, same result. Raises ModelLimit for recordings that cannot be used: rows
+    outside the travels, no noise, fewer rows than nuisance parameters.
+    """
+    tell = progress or (lambda text, share: None)
+    tell("predicting the recording", 0.0)
+    problem = make_problem(recording, machine)
+    tell("listing what could be missing", 0.05)
+    known = catalogue(problem, extra_effects)
+    plain = problem.whitener()
+    stage, selection, mistake = _passes(problem, known, plain, seed, nulls, tell)
+    tell("predicting rows held out", 0.75)
+    return _result(problem, known, stage, selection, mistake, seed, tell)
+
+
+def _passes(
+    problem: Problem, known: Catalogue, plain: Whitener, seed: int, nulls: int, tell: Progress
+) -> tuple[Stage, Selection, Mistake | None]:
+    """Audit the noise, select, audit again what is left; until the preparation stands."""
+    generics = generic_families(problem)
+    rest = plain.apply(problem.residual)
+    before: Audit | None = None
+    for turn in range(PASSES):
+        noise = audit(problem, plain, rest, seed)
+        if before is not None and _same(noise, before):
+            break
+        tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
+        stage = _stage(problem, known, generics, noise, seed, nulls)
+        tell("weighing the evidence", 0.25 + 0.2 * turn)
+        selection, mistake, used = _search(problem, stage)
+        before, rest = noise, _left(used, plain, selection)
+    return stage, selection, mistake
+
+
+def _same(a: Audit, b: Audit) -> bool:
+    return abs(a.rho - b.rho) < 0.1 and (a.growth == 0) == (b.growth == 0) and a.noise == b.noise
+
+
+def _stage(
+    problem: Problem,
+    known: Catalogue,
+    generics: Sequence,
+    noise: Audit,
+    seed: int,
+    nulls: int,  # type: ignore[type-arg]
+) -> Stage:
+    u = noise.u(problem)
+    white = problem.whitener(u, noise.rho)
+    found, generic = dictionary(known.families, white), dictionary(generics, white)
+    sample = draws(noise.noise, white, seed, "null", nulls)
+    sample = clipped(sample, white, noise.noise.clip)
+    largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
+    return Stage(
+        white,
+        u,
+        noise,
+        found,
+        generic,
+        max(upper_quantile(largest, FALSE_ALARM), 1.0),
+        max(upper_quantile(chance, FALSE_ALARM), 1.0),
+        chance,
+    )
+
+
+def _largest(given: Scorer, sample: Array) -> Array:
+    if not given.found.families:
+        return np.zeros(sample.shape[1])
+    return np.asarray(given.scores(sample).max(axis=0))
+
+
+def _setting(problem: Problem, stage: Stage) -> Setting:
+    raw = stage.white.apply(problem.residual)
+    refiner = Refiner(problem, stage.white)
+    return Setting(stage.found, stage.white, raw, stage.noise.noise.clip, stage.threshold, refiner)
+
+
+def _search(problem: Problem, stage: Stage) -> tuple[Selection, Mistake | None, Problem]:
+    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
+    plain = select(_setting(problem, stage))
+    y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
+    mistake = find_mistake(problem, stage.white, y)
+    if mistake is None:
+        return plain, None, problem
+    repaired = replace(problem, residual=problem.residual - mistake.departure)
+    with_it = select(_setting(repaired, stage))
+    gained = mistake.score + _evidence(with_it)
+    if gained < _evidence(plain):
+        return plain, None, problem
+    return with_it, mistake, repaired
+
+
+def _evidence(selection: Selection) -> float:
+    """Nats of all chosen terms together, priors included."""
+    if selection.fit is None:
+        return 0.0
+    return selection.fit.log_evidence + sum(t.family.log_prior + t.option.log_prior for t in selection.terms)
+
+
+def _left(problem: Problem, plain: Whitener, selection: Selection) -> Array:
+    """What the chosen terms leave, in the space without filter and weights."""
+    rest = problem.residual
+    if selection.fit is not None:
+        columns = np.concatenate([t.option.columns for t in selection.terms], axis=1)
+        rest = rest - columns @ selection.fit.mean
+    return plain.apply(rest)
+
+
+def _result(
+    problem: Problem,
+    known: Catalogue,
+    stage: Stage,
+    selection: Selection,
+    mistake: Mistake | None,
+    seed: int,
+    tell: Progress,
+) -> Diagnosis:
+    used = problem if mistake is None else replace(problem, residual=problem.residual - mistake.departure)
+    setting = _setting(used, stage)
+    parts = folds(used, stage.u, stage.noise.rho)
+    failed = gate(used, parts, selection)
+    if failed:
+        selection = joint([t for i, t in enumerate(selection.terms) if i not in failed], setting)
+    held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
+    tell("comparing rivals", 0.85)
+    places = [standing(selection, setting, i) for i in range(len(selection.terms))]
+    rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    sigma = (
+        selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
+    )
+    answers = _answers(used, stage, selection, places, mistake, seed)
+    shown, hidden = power(stage.found, sigma)
+    tell("planning the next measurement", 0.92)
+    steps = next_steps(used, stage, selection, places)
+    y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
+    tell("done", 1.0)
+    return Diagnosis(
+        _verdict(answers, mistake, rest, bool(failed)),
+        answers,
+        rest,
+        locate(scorer(stage.generic), y, stage.chance),
+        mistake,
+        sigma * float(np.sqrt(np.mean(stage.u**2))),
+        stage.noise.findings,
+        _fit(problem, selection, stage, sigma, held, y),
+        known.not_testable,
+        tuple(dict.fromkeys((*stage.found.invisible, *hidden))),
+        shown,
+        steps,
+        stage.threshold,
+        seed,
+        problem.recording.kind == "angle",
+    )
+
+
+def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:
+    named = bool(answers) or mistake is not None
+    if rest is None and not failed:
+        return "explained" if named else "nothing missing"
+    return "partly explained" if named else "unexplained"
+
+
+def _fit(
+    problem: Problem, selection: Selection, stage: Stage, sigma: float, held: tuple[HeldOut, ...], y: Array
+) -> Fit:
+    """rms values of the residual outside the nuisance, in the unit of the observation."""
+    size = float(np.sqrt(np.mean(stage.u**2)))
+    dof = stage.white.dof
+    return Fit(
+        size * float(np.sqrt(y @ y / dof)),
+        size * float(np.sqrt(selection.rest @ selection.rest / dof)),
+        size * sigma,
+        held,
+    )
+
+
+def _answers(
+    problem: Problem,
+    stage: Stage,
+    selection: Selection,
+    places: Sequence[Standing],
+    mistake: Mistake | None,
+    seed: int,
+) -> tuple[Answer, ...]:
+    refiner = Refiner(problem, stage.white)
+    excess = max(float(selection.y @ selection.y) - stage.white.dof * _variance(selection), 1e-300)
+    out = [_of_mistake(mistake, stage.white)] if mistake is not None else []
+    for i, place in enumerate(places):
+        term = selection.terms[i]
+        signal = selection.signal(i)
+        assert selection.fit is not None
+        largest = float(np.abs(selection.fit.mean[selection.span(i)]).max())
+        out.append(
+            Answer(
+                term.family.name,
+                term.family.where,
+                estimates(problem, selection, i, refiner, seed),
+                place.probability,
+                float(np.clip(signal @ signal / excess, 0.0, 1.0)),
+                place.names,
+                place.evidence,
+                selection.delta(i),
+                largest > SCALES[-1],
+                term.option.effect,
+            )
+        )
+    return tuple(sorted(out, key=lambda a: -a.share))
+
+
+def _variance(selection: Selection) -> float:
+    return selection.fit.sigma**2 if selection.fit else 1.0
+
+
+def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
+    where = {"component": mistake.component}
+    size = float(np.linalg.norm(white.apply(mistake.departure)))
+    return Answer("map_mistake", where, {}, 1.0 - float(np.exp(-mistake.score)), 1.0, (), mistake.score, size)
+
+
+__all__ = ["Noise", "Place", "diagnose_recording", "stated"]

@@ -1,0 +1,154 @@
+"""Parameters of an answer in the units of reports, under the names of the contract.
+
+Pairs (cosine, sine) are shown as an amplitude, element vectors as an rms or sd; scanned values get their uncertainty
+from the curvature of the evidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.diagnosis.candidates import linear_parameters
+from vcmm.diagnosis.problem import Problem, generator
+from vcmm.diagnosis.refine import Refiner, at_value, moved, reach, scanned
+from vcmm.diagnosis.select import Selection
+from vcmm.effect import basis, parameter
+from vcmm.run import Array
+from vcmm.units import in_unit
+
+DRAWS = 2000
+AS_ONE = {"reindexing": "sd"}  # arrays otherwise appear as "rms"
+COVERED = (0.025, 0.975)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """value, standard uncertainty and 95 % coverage interval in `unit`."""
+
+    value: float
+    u: float
+    interval95: tuple[float, float]
+    unit: str
+
+
+def estimates(
+    problem: Problem, selection: Selection, i: int, refiner: Refiner, seed: int
+) -> dict[str, Estimate]:
+    """All parameters of term i."""
+    assert selection.fit is not None
+    term, part = selection.terms[i], selection.span(i)
+    mean, cov = selection.fit.mean[part], selection.fit.covariance[part, part]
+    unit = term.option.unit
+    rng = generator(seed, f"estimate {term.family.id}")
+    normal = rng.multivariate_normal(mean, cov, DRAWS, method="eigh")
+    freedom = max(problem.m - problem.nuisance.shape[1] - len(selection.fit.mean), 3)
+    heavy = np.sqrt(freedom / rng.chisquare(freedom, DRAWS))[:, None]
+    values = (mean + (normal - mean) * heavy) * unit
+    out = _linear(problem, selection, i, mean * unit, np.sqrt(np.diag(cov)) * unit, values)
+    for name in scanned(term.option):
+        found = _scan(problem, selection, i, name, refiner)
+        if found is not None:
+            out[_shown_name(selection, i, name)] = found
+    return out
+
+
+def _linear(
+    problem: Problem, selection: Selection, i: int, mean: Array, u: Array, values: Array
+) -> dict[str, Estimate]:
+    term = selection.terms[i]
+    effect = term.option.effect
+    assert effect is not None
+    out: dict[str, Estimate] = {}
+    at = 0
+    names = linear_parameters(effect)
+    arrays = any("[" in label or "@" in label for label in term.option.labels)
+    if arrays:
+        return {AS_ONE.get(effect.name, "rms"): _size(problem, selection, i, mean, values)}
+    for name in names:
+        spec = parameter(effect, name)
+        shown = spec.metadata["show"]
+        out[_shown_name(selection, i, name)] = _estimate(mean[at], u[at], values[:, at], shown)
+        at += 1
+    if {"sine", "cosine"} <= set(names):
+        j, k = names.index("sine"), names.index("cosine")
+        shown = parameter(effect, "sine").metadata["show"]
+        pair = np.hypot(values[:, j], values[:, k])
+        both = float(np.hypot(mean[j], mean[k]))
+        out = {
+            "amplitude": _estimate(both, float(pair.std()), pair, shown),
+            **{k2: v for k2, v in out.items() if k2 != "amplitude"},
+        }
+    return out
+
+
+def _shown_name(selection: Selection, i: int, name: str) -> str:
+    """The name of the contract where the effect keeps a parameter under another; a pair keeps its own names."""
+    effect = selection.terms[i].option.effect
+    assert effect is not None
+    if name in ("sine", "cosine"):
+        return name
+    return next((alias for alias, own in effect.aliases.items() if own == name), name)
+
+
+def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
+    low, high = np.quantile(draws, COVERED)
+    return Estimate(
+        in_unit(float(value), unit),
+        in_unit(float(u), unit),
+        (in_unit(float(low), unit), in_unit(float(high), unit)),
+        unit,
+    )
+
+
+def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: Array) -> Estimate:
+    """rms of an array parameter: over the rows for a field, over the elements for random vectors."""
+    term = selection.terms[i]
+    effect = term.option.effect
+    assert effect is not None
+    unit = parameter(effect, linear_parameters(effect)[0]).metadata["show"]
+    if any("@" in label for label in term.option.labels):
+        rms = np.sqrt((values**2).mean(axis=1))
+        return _estimate(float(np.sqrt((mean**2).mean())), float(rms.std()), rms, unit)
+    six = np.concatenate([basis(effect, n, problem.run) for n in linear_parameters(effect)], axis=2)
+    turns = not np.any(six[:, :3])
+    field = six[:, 3:] if turns else six[:, :3]
+    gram = np.einsum("nik,nil->kl", field, field) / problem.run.n
+    rms = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
+    return _estimate(float(np.sqrt(mean @ gram @ mean)), float(rms.std()), rms, "urad" if turns else "um")
+
+
+def _scan(problem: Problem, selection: Selection, i: int, name: str, refiner: Refiner) -> Estimate | None:
+    """Value and curvature of a scanned parameter, the other terms projected out."""
+    from vcmm.diagnosis.evidence import orthonormal
+    from vcmm.gaussian import without_span
+
+    term = selection.terms[i]
+    effect = term.option.effect
+    assert effect is not None
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    given = orthonormal(np.concatenate([np.zeros((problem.m, 0)), *others], axis=1))
+    r = without_span(selection.y, given)
+    centre, step = float(getattr(effect, name)), 0.3 * reach(effect, name, problem)
+    top = refiner.evidence(term.option, r, given)
+    sides = []
+    for sign in (-1.0, 1.0):
+        trial = at_value(term.option, name, moved(centre, sign * step, name), problem)
+        sides.append(top - refiner.evidence(trial, r, given) if trial is not None else 0.0)
+    bend = sum(sides) / step**2  # second derivative of -ln evidence, in steps of `moved`
+    relative = 1.0 / np.sqrt(max(bend, 1.0 / (4 * reach(effect, name, problem)) ** 2))
+    unit = parameter(effect, name).metadata["show"]
+    low, high = (moved(centre, s * 1.96 * relative, name) for s in (-1.0, 1.0))
+    u = relative if name in ("t1", "time", "start") else relative * centre
+    return Estimate(
+        in_unit(centre, unit), in_unit(float(u), unit), (in_unit(low, unit), in_unit(high, unit)), unit
+    )
+
+
+def as_json(found: Mapping[str, Estimate]) -> dict[str, dict[str, object]]:
+    return {
+        k: {"value": e.value, "u": e.u, "interval95": list(e.interval95), "unit": e.unit}
+        for k, e in found.items()
+    }

@@ -1,0 +1,146 @@
+"""Evidence of every family at once: all columns side by side, whitened, and one matrix product per batch of residuals.
+
+score of a family = ln mean over options of BF(option) + ln prior(family)     (nats; nothing scores 0)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.diagnosis.candidates import Family, Option
+from vcmm.gaussian import Blocks, Ints, Whitener, blocks, group_sums, log_evidence, without_span
+from vcmm.run import Array
+
+BATCH = 256
+VANISHED = 1e-3  # share of a signal that must survive nuisance and calibration
+
+
+@dataclass(frozen=True, eq=False)
+class Dictionary:
+    """Families that this recording can show, their white columns, and what it cannot show.
+
+    white (m, K), start (options,); first (families,): first option of each family; weight (options,): ln prior of the
+    option within its family.
+    """
+
+    families: tuple[Family, ...]
+    options: tuple[Option, ...]
+    white: Array
+    start: Ints
+    first: Ints
+    weight: Array
+    dof: int
+    invisible: tuple[str, ...]
+
+    @property
+    def prior(self) -> Array:
+        """ln prior (families,)."""
+        return np.array([f.log_prior for f in self.families])
+
+    def columns(self, option: int) -> Array:
+        """White columns (m, k) of one option."""
+        stop = self.start[option + 1] if option + 1 < len(self.start) else self.white.shape[1]
+        return self.white[:, self.start[option] : stop]
+
+    def family_of(self, option: int) -> int:
+        return int(np.searchsorted(self.first, option, side="right") - 1)
+
+
+def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
+    """Whiten the columns of all families; options and families that vanish are left out and named."""
+    kept: list[Family] = []
+    options: list[Option] = []
+    parts: list[Array] = []
+    first: list[int] = []
+    for family in families:
+        seen = [(o, x) for o in family.options if (x := visible(o.columns, white)) is not None]
+        if seen:
+            first.append(len(options))
+            kept.append(family)
+            options += [o for o, _ in seen]
+            parts += [x for _, x in seen]
+    widths = [x.shape[1] for x in parts]
+    start = np.cumsum([0, *widths])[:-1].astype(np.intp)
+    columns = np.concatenate([np.zeros((len(white.weight), 0)), *parts], axis=1)
+    names = {f.name for f in kept}
+    invisible = tuple(dict.fromkeys(f.name for f in families if f.name not in names))
+    weight = _renormalised(np.array([o.log_prior for o in options]), np.array(first, dtype=np.intp))
+    return Dictionary(
+        tuple(kept),
+        tuple(options),
+        columns,
+        start,
+        np.array(first, dtype=np.intp),
+        weight,
+        white.dof,
+        invisible,
+    )
+
+
+def visible(columns: Array, white: Whitener) -> Array | None:
+    """White columns, or None where nothing of them survives."""
+    before = float(np.linalg.norm(white.scaled(columns)))
+    after = white.apply(columns)
+    return after if float(np.linalg.norm(after)) > VANISHED * max(before, 1e-300) and before > 1e-9 else None
+
+
+def _renormalised(weight: Array, first: Ints) -> Array:
+    if not len(first):
+        return weight
+    total = np.logaddexp.reduceat(weight, first)
+    return weight - np.repeat(total, np.diff(np.append(first, len(weight))))
+
+
+@dataclass(frozen=True, eq=False)
+class Scorer:
+    """A dictionary given some chosen columns: those are projected out of templates and residuals alike."""
+
+    found: Dictionary
+    rotated: Blocks
+    basis: Array
+    size: Array  # squared length of every option before projection
+
+    @property
+    def dof(self) -> int:
+        return self.found.dof - self.basis.shape[1]
+
+    def options(self, r: Array) -> Array:
+        """ln BF (options, M) for white residuals r (m, M)."""
+        r = without_span(r, self.basis)
+        parts = [
+            log_evidence(self.rotated, r[:, i : i + BATCH], self.dof) for i in range(0, r.shape[1], BATCH)
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def families(self, options: Array) -> Array:
+        """Scores (families, M) from the options' (options, M)."""
+        weighted = options + self.found.weight[:, None]
+        return np.asarray(
+            np.logaddexp.reduceat(weighted, self.found.first, axis=0) + self.found.prior[:, None]
+        )
+
+    def scores(self, r: Array) -> Array:
+        """Scores (families, M) of white residuals, batch by batch."""
+        parts = [self.families(self.options(r[:, i : i + BATCH])) for i in range(0, r.shape[1], BATCH)]
+        return np.concatenate(parts, axis=1)
+
+
+def scorer(found: Dictionary, chosen: Array | None = None) -> Scorer:
+    """Scores of every family, given chosen white columns (m, k)."""
+    m = found.white.shape[0]
+    basis = orthonormal(np.zeros((m, 0)) if chosen is None else chosen)
+    size = np.add.reduceat((found.white**2).sum(axis=0), found.start)
+    return Scorer(found, blocks(without_span(found.white, basis), found.start), basis, size)
+
+
+def orthonormal(x: Array) -> Array:
+    """Orthonormal basis (m, p) of the span of white columns; directions below 1e-6 of the longest are dropped."""
+    length = np.linalg.norm(x, axis=0)
+    x = x[:, length > 0] / length[length > 0]
+    if x.shape[1] == 0:
+        return x
+    left, size, _ = np.linalg.svd(x, full_matrices=False)
+    return np.asarray(left[:, size > 1e-6 * size[0]])

@@ -1,0 +1,159 @@
+"""Hold-out gate: does a term predict rows it has not seen, where the conditions go beyond those it was fitted on?
+
+Folds extrapolate: another pose, the later time, the warmer rows, another speed, the far zone. Nuisance of the held-out
+rows (their own pose) is fitted on them, which no method can avoid. A term must win log score in most folds that excite
+it, and never lose much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.select import Selection, Term
+from vcmm.errors import ModelLimit
+from vcmm.gaussian import Whitener, posterior, whitener
+from vcmm.run import Array
+
+Mask = npt.NDArray[np.bool_]
+SHARE = 0.3  # of the rows held out
+FEWEST = 20
+EXCITED = 2.0  # size of a term in the held-out rows, in units of the noise, below which a fold says nothing about it
+LOSS = 3.0  # nats that a term may lose in a fold
+MOST_POSES = 4
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """One fold. rms in mm (or rad); effect_energy_left = (SS after - noise) / (SS before - noise); gain in nats."""
+
+    fold: str
+    rms_before: float
+    rms_after: float
+    effect_energy_left: float
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """Rows held out (m,) and the whiteners of what is fitted and what is predicted."""
+
+    name: str
+    test: Mask
+    fitted: Whitener
+    predicted: Whitener
+
+
+def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
+    """All extrapolating folds that the columns of the recording allow."""
+    out = []
+    for name, test in _masks(problem):
+        if FEWEST <= test.sum() <= problem.m - FEWEST:
+            try:
+                out.append(Fold(name, test, *(_part(problem, u, rho, k) for k in (~test, test))))
+            except ModelLimit:
+                continue  # too few rows for their nuisance
+    return out
+
+
+def _part(problem: Problem, u: Array, rho: float, rows: Mask) -> Whitener:
+    number = np.cumsum(rows) - 1
+    before = problem.before[rows]
+    inside = (before >= 0) & rows[np.maximum(before, 0)]
+    near = np.where(inside, number[np.maximum(before, 0)], -1)
+    return whitener(u[rows], problem.nuisance[rows], problem.calibration[rows], near, rho)
+
+
+def _masks(problem: Problem) -> list[tuple[str, Mask]]:
+    run, out = problem.run, []
+    if "pose" in run.labels:
+        label = run.labels["pose"][problem.recording.row]
+        poses = np.unique(label)
+        out += [(f"pose {p}", label == p) for p in poses[-MOST_POSES:]] if len(poses) > 1 else []
+    if "time_s" in run.columns:
+        out.append(("later time", _upper(problem.of_rows(run.column("time_s")))))
+    warm = [c for c in run.columns if c.startswith("temp_") and np.ptp(run.columns[c]) > 0.2]
+    if warm:
+        widest = max(warm, key=lambda c: float(np.ptp(run.columns[c])))
+        out.append(("temperature", _upper(problem.of_rows(run.column(widest)))))
+    speeds = [c for c in run.columns if c.startswith("speed_")]
+    if speeds:
+        speed = problem.of_rows(np.linalg.norm(run.vector(*speeds), axis=1))
+        out.append(("speed", _upper(np.round(speed, 6))))
+    axes = [a for a in run.position if np.ptp(run.position[a]) > 0]
+    out += [(f"far zone {a}", _upper(problem.of_rows(run.position[a]))) for a in axes]
+    return out
+
+
+def _upper(x: Array) -> Mask:
+    return np.asarray(x > np.quantile(x, 1 - SHARE))
+
+
+def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Term]) -> HeldOut:
+    """Fit `terms` on the other rows, predict the held-out ones. `problem.residual` is used without clipping back."""
+    raw = problem.residual
+    r_fit, r_test = fold.fitted.apply(raw[~fold.test]), fold.predicted.apply(raw[fold.test])
+    sigma = selection.fit.sigma if selection.fit else 1.0
+    before = float(r_test @ r_test)
+    if not terms:
+        return HeldOut(fold.name, 0.0, 0.0, 1.0, 0.0)
+    columns = np.concatenate([t.option.columns for t in terms], axis=1)
+    x_fit, x_test = fold.fitted.apply(columns[~fold.test]), fold.predicted.apply(columns[fold.test])
+    width = np.concatenate([np.full(t.white.shape[1], t.width) for t in terms])
+    limited = _limited(x_fit, r_fit, fold.fitted.dof, width, sigma)
+    fit = posterior(x_fit, limited, fold.fitted.dof, width)
+    rest = r_test - x_test @ fit.mean
+    after = float(rest @ rest)
+    noise = fold.predicted.dof * sigma**2
+    unit = float(np.sqrt(np.mean(fold.predicted.weight**-2.0) / fold.predicted.dof))
+    left = max(after - noise, 0.0) / max(before - noise, 1e-300) if before > noise else float("nan")
+    gain = _log_score(rest, x_test, fit.covariance, sigma) - _log_score(r_test, x_test[:, :0], None, sigma)
+    return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain)
+
+
+def _limited(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
+    """Residuals with outliers pulled to 3 sigma of a first fit."""
+    signal = x @ posterior(x, r, dof, width).mean
+    return np.asarray(signal + np.clip(r - signal, -3 * sigma, 3 * sigma))
+
+
+def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) -> float:
+    """ln predictive density of white residuals, parameters' covariance included; outliers count as 3 sigma."""
+    rest = np.clip(rest, -3 * sigma, 3 * sigma)
+    if covariance is None or x.shape[1] == 0:
+        return -0.5 * float(rest @ rest) / sigma**2
+    inner = np.linalg.inv(covariance) + x.T @ x / sigma**2
+    b = x.T @ rest / sigma**2
+    _, volume = np.linalg.slogdet(np.eye(x.shape[1]) + covariance @ (x.T @ x) / sigma**2)
+    return float(-0.5 * (rest @ rest / sigma**2 - b @ np.linalg.solve(inner, b)) - 0.5 * volume)
+
+
+def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:
+    """Numbers of the terms that fail: they lose much in a fold, or win in too few of the folds that excite them."""
+    failed = []
+    for i, term in enumerate(selection.terms):
+        others = [t for t in selection.terms if t is not term]
+        gains = []
+        for fold in parts:
+            if _excites(fold, selection, i):
+                with_it = judge(problem, fold, selection, selection.terms).gain
+                without = judge(problem, fold, selection, others).gain
+                gains.append(with_it - without)
+        if gains and ((min(gains) < -LOSS and sum(gains) < 0) or np.mean(np.array(gains) > -0.5) < 0.5):
+            failed.append(i)
+    return failed
+
+
+def _excites(fold: Fold, selection: Selection, i: int) -> bool:
+    """Can this fold tell? The term must be seen in the held-out rows and determined by the others."""
+    assert selection.fit is not None
+    term, sigma = selection.terms[i], selection.fit.sigma
+    mean = selection.fit.mean[selection.span(i)]
+    signal = term.option.columns @ mean
+    seen = float(np.linalg.norm(fold.predicted.apply(signal[fold.test]))) / sigma
+    known = float(np.linalg.norm(fold.fitted.apply(signal[~fold.test]))) / sigma
+    return seen > EXCITED and known > EXCITED

@@ -1,0 +1,168 @@
+"""Localisation without a model: on which covariate and in which direction does the residual depend?
+
+Shapes: four Legendre polynomials of a covariate, bilinear products of positions, harmonics of an angle, spectral lines
+of a position, a step in time, levels of a label; each times one component of the sensitive direction, or as it is.
+Every shape is scored like an effect, and its p value is the share of null recordings whose best shape scores higher.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.evidence import Scorer
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.scans import change_points, spectral_lines
+from vcmm.gaussian import Ints
+from vcmm.run import Array
+
+DEGREES = 4
+LINES = 80
+LEVELS = 20
+SKIP = ("tip_", "part_", "nx", "ny", "nz", "u_", "reading_")
+CERTAIN = 0.05
+SHOWN = 6
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the residual departs: covariate, direction ("x", "y", "z" or "normal"), p value, words, score in nats."""
+
+    covariate: str
+    direction: str
+    p: float
+    text: str
+    score: float
+
+
+def generic_families(problem: Problem) -> tuple[Family, ...]:
+    """Shapes over every covariate and direction, columns in units of the noise."""
+    size = float(np.median(problem.u))
+    out = []
+    for name, groups in covariates(problem).items():
+        for direction, factor in modulators(problem).items():
+            options = [_option(c * factor[:, None] * size, len(groups)) for c in groups]
+            out.append(Family(name, {"direction": direction}, tuple(options), 0.0))
+    count = max(len(out), 1)
+    return tuple(Family(f.name, f.where, f.options, -float(np.log(count))) for f in out)
+
+
+def _option(columns: Array, among: int) -> Option:
+    k = columns.shape[1]
+    return Option(None, columns, np.ones(k), tuple(map(str, range(k))), -float(np.log(among)))
+
+
+def modulators(problem: Problem) -> dict[str, Array]:
+    """Direction -> factor (m,): the observation as it is, and the components of its direction that vary."""
+    out = {"normal": np.ones(problem.m)}
+    d = problem.recording.direction
+    for i, name in enumerate("xyz"):
+        if np.ptp(d[:, i]) > 1e-6:
+            out[name] = d[:, i]
+    if len(out) == 1:  # one fixed direction: call it by its axis
+        main = int(np.argmax(np.abs(d[0])))
+        return {"xyz"[main] if abs(d[0, main]) > 0.9 else "normal": out["normal"]}
+    return out
+
+
+def covariates(problem: Problem) -> dict[str, list[Array]]:
+    """Covariate name -> groups of columns (m, k), each group one option."""
+    run, out = problem.run, {}
+    axes = [a for a in run.position if np.ptp(run.position[a]) > 0]
+    for axis in axes:
+        out[axis] = [polynomials(problem.of_rows(run.position[axis]))]
+        lines = spectral_lines(run.position[axis])[:LINES]
+        if lines:
+            out[f"{axis} (periodic)"] = [_wave(problem.of_rows(run.position[axis]), p) for p in lines]
+    for a, b in itertools.combinations(axes, 2):
+        out[f"{a} and {b}"] = [products(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))]
+    for name, values in run.columns.items():
+        if np.ptp(values) > 0 and not name.startswith(SKIP):
+            out[short(name)] = _of_column(name, problem.of_rows(values))
+    steps = change_points(run)
+    if steps:
+        time = problem.of_rows(run.column("time_s"))
+        out["time (step)"] = [(time > t).astype(float)[:, None] for t in steps]
+    for name, labels in run.labels.items():
+        kinds, codes = np.unique(labels[problem.recording.row], return_inverse=True)
+        if 1 < len(kinds) <= LEVELS and name not in ("feature",):
+            out[name] = [(codes[:, None] == np.arange(len(kinds))).astype(float)]
+    return {name: [g for g in groups if g.shape[1]] for name, groups in out.items() if groups}
+
+
+def short(column: str) -> str:
+    """Name of a column without its unit: time_s -> time, temp_part_C -> temp_part, speed_X_mm_s -> speed_X."""
+    for unit in (
+        "_mm_s2",
+        "_mm_s",
+        "_mm_min",
+        "_rad",
+        "_deg",
+        "_mm",
+        "_kg",
+        "_rpm",
+        "_hPa",
+        "_pct",
+        "_s",
+        "_C",
+        "_N",
+    ):
+        if column.endswith(unit):
+            return column.removesuffix(unit)
+    return column
+
+
+def _of_column(name: str, values: Array) -> list[Array]:
+    if name.endswith("_rad"):
+        return [np.concatenate([_wave(values, 2 * np.pi / k) for k in (1, 2, 3, 4)], axis=1)]
+    return [polynomials(values)]
+
+
+def polynomials(x: Array, degrees: int = DEGREES) -> Array:
+    """Constant and Legendre polynomials of the rank-free scaled covariate (m, k), no more than its values carry."""
+    kinds = len(np.unique(x))
+    scaled = 2 * (x - x.min()) / max(float(np.ptp(x)), 1e-300) - 1
+    return np.asarray(np.polynomial.legendre.legvander(scaled, min(degrees, kinds - 1)))
+
+
+def products(x: Array, y: Array) -> Array:
+    """P1P1, P1P2, P2P1 of two positions (m, 3)."""
+    a, b = polynomials(x, 2), polynomials(y, 2)
+    pairs = [(i, j) for i, j in ((1, 1), (1, 2), (2, 1)) if i < a.shape[1] and j < b.shape[1]]
+    return np.stack([a[:, i] * b[:, j] for i, j in pairs], axis=1) if pairs else np.zeros((len(x), 0))
+
+
+def _wave(x: Array, period: float) -> Array:
+    phase = 2 * np.pi / period * x
+    return np.stack([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
+    """Places in the order of their scores. chance (M,): largest score of each null recording."""
+    if not generic.found.families:
+        return ()
+    scores = generic.scores(y[:, None])[:, 0]
+    out, seen = [], set()
+    for i in np.argsort(-scores, kind="stable"):
+        family = generic.found.families[i]
+        p = (1 + int(np.sum(chance >= scores[i]))) / (1 + len(chance))
+        if p > CERTAIN or len(out) == SHOWN:
+            break
+        if family.name not in seen:
+            seen.add(family.name)
+            direction = family.where["direction"]
+            out.append(Place(family.name, direction, p, _words(family.name, direction), float(scores[i])))
+    return tuple(out)
+
+
+def _words(covariate: str, direction: str) -> str:
+    along = "along the normal" if direction == "normal" else f"in {direction}"
+    return f"the residual {along} depends on {covariate}"
+
+
+def rows_of_label(problem: Problem, label: str) -> Ints:
+    """Code (m,) of a label for each observation."""
+    return np.unique(problem.run.labels[label][problem.recording.row], return_inverse=True)[1].astype(np.intp)

@@ -1,0 +1,107 @@
+"""Mistakes of the stored error table: hypotheses with a fixed coefficient and no free parameter, tested first.
+
+the recording holds ...   sign: minus the table; missing: none of it; counted twice: twice; unit: the table times a
+unit factor; swapped: another component's table.   departure = (coefficient - 1) x observed effect of the table
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.diagnosis.problem import Problem
+from vcmm.effect import Effect
+from vcmm.effects.component import ComponentTable
+from vcmm.effects.squareness import Squareness
+from vcmm.gaussian import Whitener
+from vcmm.observe import baseline
+from vcmm.run import Array
+
+UNIT_FACTORS = (1e3, 1e-3, 10.0, 0.1, 25.4, 1 / 25.4, 4.848136811, 1 / 4.848136811, 180 / np.pi, np.pi / 180)
+SURE = 4.605  # ln(1 / 0.01): a Bayes factor above 100 happens in at most 1 % of nulls (Markov's inequality)
+TINY = 1e-7  # mm or rad: a table this small says nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Mistake:
+    """component (EYX, C0Y, or "all"), what, departure (m,) of the observation, score in nats."""
+
+    component: str
+    what: str
+    departure: Array
+    score: float = 0.0
+
+
+def find_mistake(problem: Problem, white: Whitener, y: Array) -> Mistake | None:
+    """The most probable mistake of the table if it beats nothing by SURE nats, prior shared by all hypotheses."""
+    candidates = list(hypotheses(problem))
+    if not candidates:
+        return None
+    departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
+    seen = np.linalg.norm(departures, axis=0) > 1e-3
+    total = float(y @ y)
+    rest = ((y[:, None] - departures) ** 2).sum(axis=0)
+    scores = -0.5 * white.dof * np.log(rest / total) - np.log(len(candidates))
+    scores[~seen] = -np.inf
+    best = int(np.argmax(scores))
+    return replace(candidates[best], score=float(scores[best])) if scores[best] > SURE else None
+
+
+def hypotheses(problem: Problem) -> Iterator[Mistake]:
+    """All mistakes of all tables (and of all together)."""
+    tables = tables_of(problem)
+    nothing = _observed(problem, ())
+    own = {name: _observed(problem, (effect,)) - nothing for name, effect in tables.items()}
+    own = {name: e for name, e in own.items() if np.abs(e).max(initial=0.0) > TINY}
+    if len(own) > 1:
+        own["all"] = np.sum(list(own.values()), axis=0)
+    for name, e in own.items():
+        yield Mistake(name, "sign", -2.0 * e)
+        yield Mistake(name, "missing", -e)
+        yield Mistake(name, "counted twice", e)
+        for factor in UNIT_FACTORS:
+            yield Mistake(name, "unit", (factor - 1.0) * e)
+    yield from _swaps(problem, tables, own, nothing)
+
+
+def tables_of(problem: Problem) -> dict[str, Effect]:
+    """Component tables and squareness errors of the machine by component name."""
+    out: dict[str, Effect] = {}
+    for effect in problem.machine.effects:
+        if isinstance(effect, ComponentTable):
+            out[effect.component] = effect
+        elif isinstance(effect, Squareness):
+            out[effect.pair] = effect
+    return out
+
+
+def _observed(problem: Problem, effects: tuple[Effect, ...]) -> Array:
+    return baseline(problem.recording, replace(problem.machine, effects=effects, inputs=()))
+
+
+def _swaps(
+    problem: Problem, tables: dict[str, Effect], own: dict[str, Array], nothing: Array
+) -> Iterator[Mistake]:
+    """One component in the place of another, and both exchanged."""
+    single = {k: t for k, t in tables.items() if isinstance(t, ComponentTable) and len(t.arguments) == 1}
+    moved: dict[tuple[str, str], Array] = {}
+    for a, table in single.items():
+        for b, source in single.items():
+            if a != b and (a[1] in "XYZ") == (b[1] in "XYZ"):
+                moved[a, b] = _observed(problem, (_holding(table, source),)) - nothing
+    zero = np.zeros(problem.m)
+    for (a, b), instead in moved.items():
+        change = instead - own.get(a, zero)
+        yield Mistake(a, f"swapped with {b}", change)
+        if a < b:
+            yield Mistake(a, f"swapped with {b}", change + moved[b, a] - own.get(b, zero))
+
+
+def _holding(table: ComponentTable, source: ComponentTable) -> ComponentTable:
+    """The component of `table` with the numbers of `source`: node by node where the counts agree, else by position."""
+    grid, values = table.grids[0], np.asarray(source.values, dtype=float)
+    if len(values) != len(grid):
+        values = np.interp(grid, source.grids[0], values)
+    return replace(table, values=values)

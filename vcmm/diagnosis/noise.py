@@ -1,0 +1,137 @@
+"""Noise audit: scale, outliers, tails, correlation of neighbours, variance that grows with speed.
+
+Findings about the noise are never the answer to a mean shift; they prepare the data (clipping, weights, an AR(1)
+filter) before physics is asked, and the null is drawn with the same preparation. Each statistic is compared with its
+own Monte Carlo null.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.diagnosis.null import Noise, draws, robust_scale
+from vcmm.diagnosis.problem import Problem
+from vcmm.gaussian import Ints, Whitener
+from vcmm.laws import StudentT
+from vcmm.run import Array
+
+DRAWS = 600
+QUANTILE = 0.997
+FAR = 4.5  # robust standard deviations of an outlier
+LARGEST_RHO = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Audit:
+    """scale: sigma of one observation in units of u; rho; growth: ln sigma per mm/s of speed; findings in words."""
+
+    scale: float
+    rho: float
+    growth: float
+    noise: Noise
+    findings: tuple[str, ...]
+
+    def u(self, problem: Problem) -> Array:
+        """Standard uncertainties with the found dependence on speed."""
+        speed = speeds(problem)
+        return problem.u if speed is None or self.growth == 0 else problem.u * np.exp(self.growth * speed)
+
+
+def stated(problem: Problem) -> Noise:
+    """The law of the recording's noise, else of the machine's repeatability, in units of u."""
+    scatter = [i.law for i in problem.machine.inputs if i.effect == "scatter"]
+    law = problem.recording.noise or (scatter[0] if scatter and problem.recording.u is None else None)
+    return Noise(float(law.dof)) if isinstance(law, StudentT) and law.dof > 2 else Noise()
+
+
+def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
+    """Look at white residuals (m,) that hold no known effect; `white` must be without AR filter and speed weights."""
+    noise = stated(problem)
+    null = draws(noise, white, seed, "noise audit", DRAWS)
+    findings: list[str] = []
+    heavy = _tails(rest, null, findings)
+    rho = _correlation(rest, null, problem.before, findings)
+    growth = _growth(rest, null, problem, findings)
+    scale = float(robust_scale(rest)) / float(np.median(robust_scale(null)))
+    if not 0.7 < scale < 1.4:
+        findings.append(f"the noise is {scale:.2g} times what was stated")
+    dof = min(noise.dof, 4.0) if heavy else noise.dof
+    return Audit(scale, rho, growth, Noise(dof), tuple(findings))
+
+
+def _tails(rest: Array, null: Array, findings: list[str]) -> bool:
+    far, far_null = _far(rest), _far(null)
+    if far > np.quantile(far_null, QUANTILE):
+        findings.append(f"outliers {100 * far:.1f} %")
+        return True
+    tail, tail_null = _weight_of_tails(rest), _weight_of_tails(null)
+    if tail > np.quantile(tail_null, QUANTILE):
+        findings.append(f"heavy tails: {100 * tail:.1f} % beyond 3 standard deviations")
+        return True
+    return False
+
+
+def _far(r: Array) -> Array:
+    return np.asarray((np.abs(r) > FAR * robust_scale(r)).mean(axis=0))
+
+
+def _weight_of_tails(r: Array) -> Array:
+    return np.asarray((np.abs(r) > 3.0 * robust_scale(r)).mean(axis=0))
+
+
+def _correlation(rest: Array, null: Array, before: Ints, findings: list[str]) -> float:
+    found, chance = neighbour_correlation(rest, before), neighbour_correlation(null, before)
+    if not np.isfinite(found) or found <= np.quantile(chance, QUANTILE):
+        return 0.0
+    rho = float(np.clip(found - np.median(chance), 0.0, LARGEST_RHO))
+    findings.append(f"neighbouring observations are correlated, about {rho:.2f}")
+    return rho
+
+
+def neighbour_correlation(r: Array, before: Ints) -> Array:
+    """AR(1) coefficient from differences at lag 1 and 2, blind to slow drifts: gamma2 / gamma1 = 1 + rho; (M,) or scalar.
+
+    gamma_k = half the mean squared difference of observations k apart (Allan-type); values are limited to 3 robust
+    standard deviations first.
+    """
+    bound = 3.0 * robust_scale(r)
+    r = np.clip(r, -bound, bound)
+    second = np.where(before >= 0, before[before], -1)
+    rows = np.flatnonzero(second >= 0)
+    if len(rows) < 20:
+        return np.zeros(r.shape[1:])
+    one = ((r[rows] - r[before[rows]]) ** 2).mean(axis=0)
+    two = ((r[rows] - r[second[rows]]) ** 2).mean(axis=0)
+    return np.asarray(two / np.maximum(one, 1e-300) - 1.0)
+
+
+def speeds(problem: Problem) -> Array | None:
+    """|v| of every observation (m,) mm/s, or None."""
+    names = [f"speed_{a}_mm_s" for a in "XYZ" if f"speed_{a}_mm_s" in problem.run.columns]
+    if not names:
+        return None
+    return np.asarray(np.linalg.norm(problem.run.vector(*names), axis=1)[problem.recording.row])
+
+
+def _growth(rest: Array, null: Array, problem: Problem, findings: list[str]) -> float:
+    """d ln sigma / d speed, 0 where the spread does not depend on speed."""
+    speed = speeds(problem)
+    if speed is None or np.ptp(speed) < 1e-9 * max(1.0, float(np.abs(speed).max())):
+        return 0.0
+    centred = (speed - speed.mean()) / speed.std()
+    found = float(_log_slope(rest, centred))
+    chance = _log_slope(null, centred)
+    if abs(found) <= np.quantile(np.abs(chance), QUANTILE):
+        return 0.0
+    findings.append(
+        f"the scatter depends on speed: ratio {np.exp(found * np.ptp(centred)):.2g} from slow to fast"
+    )
+    return found / float(speed.std())
+
+
+def _log_slope(r: Array, x: Array) -> Array:
+    """Slope of ln|r| on x (standardised): ln of the scale is linear in x; tiny residuals are floored."""
+    level = np.log(np.maximum(np.abs(r), 0.05 * robust_scale(r)))
+    return np.asarray((x @ (level - level.mean(axis=0))) / len(x))

@@ -1,0 +1,62 @@
+"""The simulator's own null: recordings in which nothing is concealed, prepared exactly as the real one.
+
+The threshold is an upper bound of the wanted quantile of the largest score: the order statistic that lies above that
+quantile with 95 % probability (binomial; David & Nagaraja, Order Statistics (2003), 7.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.diagnosis.problem import generator
+from vcmm.gaussian import Whitener
+from vcmm.run import Array
+
+CLIP = 3.0  # robust standard deviations
+FALSE_ALARM = 0.01
+DEEPEST = 1.4826  # MAD to standard deviation, normal law
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Law of one observation in units of u: dof of a t law (inf: normal). `clip` = preparation threshold."""
+
+    dof: float = np.inf
+    clip: float = CLIP
+
+
+def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Array:
+    """Null residuals (m, count) in the white space: calibration and nuisance are exactly what the whitener removes."""
+    rng = generator(seed, name)
+    m = len(white.weight)
+    raw = rng.standard_normal((m, count))
+    if np.isfinite(noise.dof):
+        raw = rng.standard_t(noise.dof, (m, count)) / np.sqrt(noise.dof / (noise.dof - 2))
+    raw = raw - white.nuisance @ (white.nuisance.T @ raw)
+    known = white.known.T @ raw  # calibration: the white part has unit variance in every direction left
+    return np.asarray(raw - white.known @ known + white.known @ rng.standard_normal(known.shape))
+
+
+def clipped(r: Array, white: Whitener, limit: float) -> Array:
+    """White residuals (m,) or (m, M), limited to `limit` robust standard deviations, put back outside the nuisance."""
+    if not np.isfinite(limit):
+        return r
+    bound = limit * robust_scale(r)
+    cut = np.clip(r, -bound, bound)
+    return np.asarray(cut - white.nuisance @ (white.nuisance.T @ cut))
+
+
+def robust_scale(r: Array) -> Array:
+    """MAD about zero as a standard deviation, along the first axis: scalar or (M,)."""
+    return np.asarray(DEEPEST * np.median(np.abs(r), axis=0))
+
+
+def upper_quantile(values: Array, false_alarm: float = FALSE_ALARM) -> float:
+    """The order statistic that exceeds the (1 - false_alarm) quantile with probability 0.95."""
+    from scipy.stats import binom
+
+    values = np.sort(values)
+    rank = int(binom.ppf(0.95, len(values), 1.0 - false_alarm))  # 0-based: one above the ppf of counts below
+    return float(values[min(rank, len(values) - 1)])

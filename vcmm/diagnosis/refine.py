@@ -1,0 +1,87 @@
+"""Continuous search of what an option was scanned over: time constants, periods, change points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.diagnosis.candidates import Option, make_option
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.scans import is_change
+from vcmm.effect import Effect, parameter_fields, with_parameter
+from vcmm.gaussian import Whitener, posterior, without_span
+from vcmm.run import Array
+
+WIDTH = 4.0  # prior width of the search, typical amplitudes
+ROUNDS, POINTS = 3, 7
+
+
+@dataclass(frozen=True, eq=False)
+class Refiner:
+    """Callable: option, white residual, basis of the other terms -> the option at its best scanned values."""
+
+    problem: Problem
+    white: Whitener
+
+    def __call__(self, option: Option, r: Array, basis: Array) -> Option:
+        for name in scanned(option):
+            option = self._along(option, name, r, basis)
+        return option
+
+    def _along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
+        assert option.effect is not None
+        span = reach(option.effect, name, self.problem)
+        best, best_value = option, self.evidence(option, r, basis)
+        for _ in range(ROUNDS):
+            assert best.effect is not None
+            centre = float(getattr(best.effect, name))
+            for step in np.linspace(-1, 1, POINTS):
+                trial = at_value(best, name, moved(centre, step * span, name), self.problem)
+                value = -np.inf if trial is None or step == 0 else self.evidence(trial, r, basis)
+                if trial is not None and value > best_value:
+                    best, best_value = trial, value
+            span /= POINTS / 2
+        return best
+
+    def evidence(self, option: Option, r: Array, basis: Array) -> float:
+        x = without_span(self.white.apply(option.columns), basis)
+        return posterior(x, r, self.white.dof, np.full(x.shape[1], WIDTH)).log_evidence
+
+
+def scanned(option: Option) -> list[str]:
+    """Names of the continuous non-linear parameters of an option."""
+    if option.effect is None:
+        return []
+    return [
+        f.name
+        for f in parameter_fields(option.effect)
+        if (f.metadata["scan"] or is_change(f)) and float(getattr(option.effect, f.name)) > 0
+    ]
+
+
+def reach(effect: Effect, name: str, problem: Problem) -> float:
+    """Half width of the search: relative (ln) for most, 0.4 / travel in frequency for periods, seconds for a step."""
+    if name == "period":
+        axis = getattr(effect, "axis", "")
+        q = problem.run.position.get(axis)
+        travel = float(np.ptp(q)) if q is not None else 0.0
+        period = float(getattr(effect, name))
+        return min(0.3, 0.4 * period / travel) if travel > 0 else 0.02
+    if name in ("t1", "time", "start"):
+        time = problem.run.column("time_s")
+        return float(np.ptp(time)) / max(problem.run.n, 1) * 3
+    return 0.6
+
+
+def moved(centre: float, step: float, name: str) -> float:
+    return centre + step if name in ("t1", "time", "start") else centre * float(np.exp(step))
+
+
+def at_value(option: Option, name: str, value: float, problem: Problem) -> Option | None:
+    """The same option with one scanned parameter changed."""
+    assert option.effect is not None
+    made = make_option(with_parameter(option.effect, name, value), problem, option.log_prior)
+    if made is None or made.columns.shape != option.columns.shape:
+        return None
+    return replace(made, unit=made.unit)

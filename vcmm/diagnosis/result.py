@@ -1,0 +1,161 @@
+"""Diagnosis: the result as a frozen value, and as the document of `vcmm diagnose --json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vcmm.diagnosis.estimates import Estimate, as_json
+from vcmm.diagnosis.holdout import HeldOut
+from vcmm.diagnosis.locate import Place
+from vcmm.diagnosis.mistakes import Mistake
+from vcmm.diagnosis.power import Detectable
+from vcmm.effect import Effect
+
+VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
+UM = 1e3  # mm to um; angles: rad to mrad are not used, observations of kind angle are shown in urad
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """One thing that was left out. share of the excess energy; evidence in nats; effects: ready for Machine.with_effect."""
+
+    effect: str
+    where: Mapping[str, str]
+    parameters: Mapping[str, Estimate]
+    probability: float
+    share: float
+    cannot_be_told_from: tuple[str, ...]
+    evidence: float
+    delta: float = 0.0
+    implausible: bool = False
+    improved: Effect | None = None
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """Physics outside the catalogue: a proposal of where and what shape, not a name. rms in mm or rad."""
+
+    covariates: tuple[str, ...]
+    description: str
+    rms: float
+
+
+@dataclass(frozen=True)
+class NextStep:
+    """An add-on measurement that separates tied answers."""
+
+    separates: tuple[str, ...]
+    do: str
+    minutes: float
+    gain: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """rms of the residual (mm or rad) before and after, beside the noise floor; held-out folds."""
+
+    before: float
+    after: float
+    noise: float
+    held_out: tuple[HeldOut, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What `diagnose_recording` found; see contract section 5 for the meaning of every part."""
+
+    verdict: str
+    answer: tuple[Answer, ...]
+    unknown: Unknown | None
+    location: tuple[Place, ...]
+    mistake: Mistake | None
+    noise_scale: float
+    noise_findings: tuple[str, ...]
+    fit: Fit
+    not_testable: Mapping[str, tuple[str, ...]]
+    invisible: tuple[str, ...]
+    detectable: tuple[Detectable, ...]
+    next_measurement: tuple[NextStep, ...]
+    threshold: float
+    seed: int
+    angle: bool = False
+    warnings: tuple[str, ...] = ()
+
+
+def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
+    """The body of vcmm.diagnosis/1 (contract section 5); numbers that are not finite become None."""
+    micro = 1e6 if d.angle else UM
+    body = {
+        "schema": "vcmm.diagnosis/1",
+        "verdict": d.verdict,
+        "answer": [_answer(a) for a in d.answer],
+        "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
+        "location": [_place(p) for p in d.location],
+        "mistake": None if d.mistake is None else {"component": d.mistake.component, "what": d.mistake.what},
+        "noise": {"scale_um": d.noise_scale * micro, "findings": list(d.noise_findings)},
+        "fit": _fit(d.fit, micro),
+        "not_testable": sorted(d.not_testable),
+        "invisible": sorted(d.invisible),
+        "detectable": [_detectable(x, micro) for x in d.detectable],
+        "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
+        "improved_machine": None,
+    }  # fmt: skip
+    finite: dict[str, Any] = _finite(body)
+    return finite
+
+
+def _answer(a: Answer) -> dict[str, Any]:
+    return {
+        "effect": a.effect,
+        "where": dict(a.where),
+        "parameters": as_json(a.parameters),
+        "probability": a.probability,
+        "share": a.share,
+        "cannot_be_told_from": list(a.cannot_be_told_from),
+        "evidence_nats": a.evidence,
+        "implausibly_large": a.implausible,
+    }
+
+
+def _unknown(x: Unknown, micro: float) -> dict[str, Any]:
+    return {"covariates": list(x.covariates), "description": x.description, "rms_um": x.rms * micro}
+
+
+def _place(p: Place) -> dict[str, Any]:
+    return {"covariate": p.covariate, "direction": p.direction, "p": p.p, "text": p.text}
+
+
+def _detectable(x: Detectable, micro: float) -> dict[str, Any]:
+    return {"effect": x.effect, "where": x.where, "amplitude_um": x.amplitude * micro}
+
+
+def _fit(f: Fit, micro: float) -> dict[str, Any]:
+    held = [
+        {
+            "fold": h.fold,
+            "rms_before_um": h.rms_before * micro,
+            "rms_after_um": h.rms_after * micro,
+            "effect_energy_left": h.effect_energy_left,
+            "log_score_gain_nats": h.gain,
+        }
+        for h in f.held_out
+    ]
+    return {
+        "rms_before_um": f.before * micro,
+        "rms_after_um": f.after * micro,
+        "noise_um": f.noise * micro,
+        "held_out": held,
+    }
+
+
+def _finite(x: Any) -> Any:
+    if isinstance(x, dict):
+        return {k: _finite(v) for k, v in x.items()}
+    if isinstance(x, list):
+        return [_finite(v) for v in x]
+    if isinstance(x, float):  # numpy floats are floats
+        return float(x) if math.isfinite(x) else None
+    return x

@@ -1,0 +1,137 @@
+"""Trial values of the parameters that act non-linearly, and the shapes of an effect that has several.
+
+An effect declares coarse trial values by `scan`. A time constant is filled in between, a period gets a spectral grid
+fine enough for the travel of the recording, a change point is placed between the rows. Values carry a log weight: the
+average over them is the look-elsewhere penalty.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import Field, fields
+from typing import Any
+
+import numpy as np
+
+from vcmm.effect import Effect, parameter_fields
+from vcmm.run import Array, Run
+
+EACH_SIDE = 10  # rows that a change point needs on either side
+MOST_LINES = 300  # spectral lines per axis
+MOST_STEPS = 40  # change points
+SHAPES: dict[
+    tuple[str, str], tuple[Any, ...]
+] = {  # discrete fields worth trying; the first carries half the weight
+    ("probe_lobing", "lobes"): (3, 2, 4),
+    ("reversal_spike", "shape"): ("gamma", "exponential"),
+    ("map_interpolation", "shape"): ("smooth", "ripple"),
+    ("cross_axis_flexure", "power"): (1, 2, 3),
+    ("encoder_interpolation", "harmonic"): (1, 2),
+    ("tool_runout", "harmonic"): (0, 1),
+}
+ARRAYS: dict[tuple[str, str], tuple[int, ...]] = {  # lengths of array parameters worth trying
+    ("tip_form", "coefficients"): (5, 12),
+    ("clamping", "coefficients"): (3, 7),
+    ("rotary_cyclic", "coefficients"): (2, 4),
+}
+Weighted = list[tuple[dict[str, Any], float]]
+
+
+def trials(effect: Effect, run: Run) -> Weighted:
+    """Keyword changes of an effect and their log weights (summing to 1): all scans times all shapes."""
+    lists = [
+        _values(effect, spec, run)
+        for spec in parameter_fields(effect)
+        if spec.metadata["scan"] or is_change(spec)
+    ]
+    lists += [_weighted(f.name, SHAPES.get((effect.name, f.name), ())) for f in fields(effect)]
+    lists += [_weighted(f.name, _zeros(effect.name, f.name)) for f in fields(effect)]
+    out: Weighted = []
+    for combination in itertools.product(*lists):
+        changes: dict[str, Any] = {}
+        for part, _ in combination:
+            changes.update(part)
+        out.append((changes, float(sum(weight for _, weight in combination))))
+    return out
+
+
+def is_change(spec: Field[Any]) -> bool:
+    """A point in time after which something is different."""
+    return spec.name in ("t1", "time", "start")
+
+
+def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
+    if is_change(spec):
+        return _even(spec.name, change_points(run))
+    coarse = [float(v) for v in spec.metadata["scan"]]
+    if spec.name == "period":
+        fine = spectral_lines(_coordinate(effect, run))
+        share = np.log(0.5) if fine else 0.0
+        listed = [(c, w + share) for c, w in _even(spec.name, coarse)]
+        return listed + [(c, w + np.log(0.5)) for c, w in _even(spec.name, fine)] if fine else listed
+    if spec.name == "tau" and spec.default == 0.0:
+        coarse = [0.0, *coarse]  # follows at once
+    alone = sum(bool(f.metadata["scan"]) for f in parameter_fields(effect)) == 1
+    return _even(spec.name, filled(coarse) if alone else coarse)
+
+
+def _even(name: str, values: Sequence[float]) -> Weighted:
+    return [({name: float(v)}, -float(np.log(len(values)))) for v in values]
+
+
+def _weighted(name: str, values: Sequence[Any]) -> Weighted:
+    """The first value carries half of the weight; no values, no change."""
+    if not len(values):
+        return [({}, 0.0)]
+    if len(values) == 1:
+        return [({name: values[0]}, 0.0)]
+    rest = [({name: v}, float(np.log(0.5 / (len(values) - 1)))) for v in values[1:]]
+    return [({name: values[0]}, float(np.log(0.5))), *rest]
+
+
+def _zeros(effect: str, name: str) -> list[Array]:
+    return [np.zeros(k) for k in ARRAYS.get((effect, name), ())]
+
+
+def filled(values: Sequence[float]) -> list[float]:
+    """Positive values with one geometric mean between neighbours that lie more than a factor 2 apart; zeros stay."""
+    out = sorted(v for v in values if v <= 0)
+    positive = sorted(v for v in values if v > 0)
+    for low, high in itertools.pairwise(positive):
+        out.append(low)
+        if high / low > 2.0:
+            out.append(float(np.sqrt(low * high)))
+    return out + positive[-1:]
+
+
+def change_points(run: Run) -> list[float]:
+    """Times (s) between rows with EACH_SIDE rows on either side, at most MOST_STEPS of them."""
+    if "time_s" not in run.columns:
+        return []
+    time = np.sort(run.column("time_s"))
+    middle = (time[1:] + time[:-1]) / 2
+    inner = middle[EACH_SIDE - 1 : len(middle) - EACH_SIDE + 1]
+    inner = np.unique(inner[np.diff(time)[EACH_SIDE - 1 : len(middle) - EACH_SIDE + 1] > 0])
+    if len(inner) > MOST_STEPS:
+        inner = inner[np.linspace(0, len(inner) - 1, MOST_STEPS).astype(int)]
+    return [float(t) for t in inner]
+
+
+def _coordinate(effect: Effect, run: Run) -> Array | None:
+    """The axis position over which a cyclic error is periodic; None where only listed periods make sense (raw scales)."""
+    axis = getattr(effect, "axis", "")
+    raw = effect.name == "encoder_interpolation"  # far too fine for a spectrum of places
+    return None if raw or axis not in run.position else run.position[axis]
+
+
+def spectral_lines(q: Array | None) -> list[float]:
+    """Periods (units of q) at half the resolution of the travel: frequencies 1.5/L, 2/L ... up to the sampling limit."""
+    if q is None:
+        return []
+    places = np.unique(np.round(q, 6))
+    length = float(np.ptp(q))
+    if len(places) < 12 or length <= 0:
+        return []
+    highest = min(len(places) / 2, MOST_LINES / 2 + 1.5)
+    return [float(length / f) for f in np.arange(1.5, highest, 0.5)]

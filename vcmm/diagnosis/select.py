@@ -1,0 +1,232 @@
+"""Selection of terms: forward by evidence, joint refit, backward elimination, swaps, and the best subset at the end.
+
+Every term must pay the threshold of the null (nats). A strong effect's template is never exact: what it leaves,
+MISMATCH of its size, must not be taken for a second effect, so the threshold grows by (MISMATCH delta)^2 / 2.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.evidence import Dictionary, scorer
+from vcmm.diagnosis.null import clipped
+from vcmm.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
+from vcmm.run import Array
+
+MOST_TERMS = 6
+MISMATCH = 0.05  # relative error of a template: shapes, time constants and sensors are never quite right
+SIMPLER = 2.0  # nats by which a nested, larger answer must win
+SAME = 0.99  # share of a signal's energy from which one span holds another
+
+Refine = Callable[[Option, Array, Array], Option]
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """One selected answer: family, option (scans refined), its white columns (m, k), prior width in typical units."""
+
+    family: Family
+    option: Option
+    white: Array
+    width: float = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """terms, joint posterior of all their columns, residual y (prepared, white) and what the terms leave of it."""
+
+    terms: tuple[Term, ...]
+    fit: Posterior | None
+    y: Array
+    rest: Array
+
+    def signal(self, i: int) -> Array:
+        """White signal (m,) of term i at the fitted coefficients."""
+        assert self.fit is not None
+        return self.terms[i].white @ self.fit.mean[self.span(i)]
+
+    def span(self, i: int) -> slice:
+        at = sum(t.white.shape[1] for t in self.terms[:i])
+        return slice(at, at + self.terms[i].white.shape[1])
+
+    def delta(self, i: int) -> float:
+        """Size of term i in units of the noise."""
+        assert self.fit is not None
+        return float(np.linalg.norm(self.signal(i))) / self.fit.sigma
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What the selection works with. raw (m,): white residual before clipping; refine: continuous search of scans."""
+
+    found: Dictionary
+    white: Whitener
+    raw: Array
+    clip: float
+    threshold: float
+    refine: Refine
+
+
+def joint(terms: Sequence[Term], setting: Setting) -> Selection:
+    """Refit of all terms together; outliers are clipped about the fit, twice."""
+    y = clipped(setting.raw, setting.white, setting.clip)
+    if not terms:
+        return Selection((), None, y, y)
+    x = np.concatenate([t.white for t in terms], axis=1)
+    width = np.concatenate([np.full(t.white.shape[1], t.width) for t in terms])
+    for _ in range(3):
+        fit = posterior(x, y, setting.found.dof, width)
+        signal = x @ fit.mean
+        y = signal + clipped(setting.raw - signal, setting.white, setting.clip)
+    fit = posterior(x, y, setting.found.dof, width)
+    return Selection(tuple(terms), fit, y, y - x @ fit.mean)
+
+
+def mismatch(selection: Selection) -> float:
+    """Nats that template errors of the chosen terms may bring to any other candidate."""
+    return sum(0.5 * (MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
+
+
+def select(setting: Setting) -> Selection:
+    """The terms that the recording calls for."""
+    state = joint((), setting)
+    seen: set[tuple[str, ...]] = set()
+    while len(state.terms) < MOST_TERMS and len(setting.found.families):
+        new = _best_addition(state, setting)
+        if new is None:
+            break
+        state = _pruned(joint((*state.terms, new), setting), setting)
+        key = tuple(sorted(t.family.id for t in state.terms))
+        if key in seen:
+            break
+        seen.add(key)
+    return best_subset(state, setting)
+
+
+def _best_addition(state: Selection, setting: Setting) -> Term | None:
+    options = _conditional(state.terms, state, setting)
+    scores = _scores(setting.found, options)
+    taken = {t.family.id for t in state.terms}
+    for i, family in enumerate(setting.found.families):
+        if family.id in taken:
+            scores[i] = -np.inf
+    best = int(np.argmax(scores))
+    if scores[best] <= setting.threshold + mismatch(state):
+        return None
+    best = _simplest(best, scores, options, state, setting)
+    return _term(best, options, state.terms, state, setting)
+
+
+def _conditional(given: Sequence[Term], state: Selection, setting: Setting) -> Array:
+    """ln BF (options,) of everything, given some terms."""
+    chosen = np.concatenate([t.white for t in given], axis=1) if given else None
+    return scorer(setting.found, chosen).options(state.y[:, None])[:, 0]
+
+
+def _scores(found: Dictionary, options: Array) -> Array:
+    return np.asarray(np.logaddexp.reduceat(options + found.weight, found.first) + found.prior)
+
+
+def best_option(found: Dictionary, options: Array, family: int) -> int:
+    """Number of the option of highest evidence within a family."""
+    stop = found.first[family + 1] if family + 1 < len(found.first) else len(found.options)
+    part = slice(int(found.first[family]), int(stop))
+    return int(found.first[family] + np.argmax((options + found.weight)[part]))
+
+
+def _term(family: int, options: Array, given: Sequence[Term], state: Selection, setting: Setting) -> Term:
+    """A term with its scans refined and its prior width chosen, given others."""
+    found = setting.found
+    option = found.options[best_option(found, options, family)]
+    basis = _basis(given, len(state.y))
+    option = setting.refine(option, without_span(state.y, basis), basis)
+    white = setting.white.apply(option.columns)
+    x, r = without_span(white, basis), without_span(state.y, basis)
+    fits = [posterior(x, r, found.dof, np.full(x.shape[1], s)).log_evidence for s in SCALES]
+    return Term(found.families[family], option, white, SCALES[int(np.argmax(fits))])
+
+
+def _basis(given: Sequence[Term], m: int) -> Array:
+    from vcmm.diagnosis.evidence import orthonormal
+
+    return orthonormal(np.concatenate([np.zeros((m, 0)), *(t.white for t in given)], axis=1))
+
+
+def _simplest(best: int, scores: Array, options: Array, state: Selection, setting: Setting) -> int:
+    """Of nested answers the one with fewest columns that the data cannot refuse."""
+    found = setting.found
+    top = found.columns(best_option(found, options, best))
+    for i in np.argsort(
+        [found.columns(best_option(found, options, j)).shape[1] for j in range(len(scores))], kind="stable"
+    ):
+        if scores[i] < scores[best] - SIMPLER or i == best:
+            continue
+        own = found.columns(best_option(found, options, int(i)))
+        if own.shape[1] < top.shape[1] and _holds(top, own, state.y, setting):
+            return int(i)
+    return best
+
+
+def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
+    """Does the span of `large` hold the signal that `small` would explain?"""
+    fit = best_width(small, y, setting.found.dof)
+    signal = small @ fit.mean
+    solution = np.linalg.lstsq(large, signal, rcond=1e-9)[0]
+    return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
+
+
+def _pruned(state: Selection, setting: Setting) -> Selection:
+    """Backward elimination and swaps until nothing changes: an early wrong pick does not survive."""
+    for _ in range(2 * MOST_TERMS):
+        change = _one_change(state, setting)
+        if change is None:
+            return state
+        state = joint(change, setting)
+    return state
+
+
+def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
+    if len(state.terms) < 2:
+        return None
+    for i in range(len(state.terms)):
+        others = state.terms[:i] + state.terms[i + 1 :]
+        options = _conditional(others, state, setting)
+        scores = _scores(setting.found, options)
+        taken = {t.family.id for t in others}
+        for j, family in enumerate(setting.found.families):
+            if family.id in taken:
+                scores[j] = -np.inf
+        best = int(np.argmax(scores))
+        if scores[best] <= setting.threshold:
+            return others
+        own = setting.found.families.index(state.terms[i].family)
+        if scores[best] > scores[own] + SIMPLER and best != own:
+            return (*others, _term(best, options, others, state, setting))
+    return None
+
+
+def best_subset(state: Selection, setting: Setting) -> Selection:
+    """Among all subsets of the chosen terms the one of highest joint evidence, each term paying the threshold."""
+    if len(state.terms) < 2:
+        return state
+    best, best_value = state.terms, -np.inf
+    for size in range(len(state.terms) + 1):
+        for subset in itertools.combinations(state.terms, size):
+            value = _value(subset, state.y, setting)
+            if value > best_value:
+                best, best_value = subset, value
+    return state if len(best) == len(state.terms) else joint(best, setting)
+
+
+def _value(subset: Sequence[Term], y: Array, setting: Setting) -> float:
+    if not subset:
+        return 0.0
+    x = np.concatenate([t.white for t in subset], axis=1)
+    width = np.concatenate([np.full(t.white.shape[1], t.width) for t in subset])
+    prior = sum(t.family.log_prior + t.option.log_prior for t in subset)
+    return posterior(x, y, setting.found.dof, width).log_evidence + prior - setting.threshold * len(subset)

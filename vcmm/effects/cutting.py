@@ -1,0 +1,75 @@
+"""Cutting: the tool bends, wears and runs out. Tip errors, actual - commanded; n points out of the part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.effect import Effect, along, motion, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class _Cutting(Effect):
+    per = "tool"
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+
+@dataclass(frozen=True, eq=False)
+class ToolDeflection(_Cutting):
+    """+compliance x force, force = that of the part on the tool, workpiece axes: pushed away, it leaves material."""
+
+    name = "tool_deflection"
+    needs = ("force_x_N", "force_y_N", "force_z_N")
+    cites = "Kline, DeVor & Shareef, J. Eng. for Industry 104 (1982) 272: surface accuracy in end milling"
+    compliance: float = param(0.0, "um/N", "displacement of the cutting edge per force")
+
+    def error_motion(self, run: Run) -> Array:
+        x, y, z = run.vector(*self.needs).T
+        return motion(run, X=self.compliance * x, Y=self.compliance * y, Z=self.compliance * z)
+
+
+@dataclass(frozen=True, eq=False)
+class ToolWear(_Cutting):
+    """+rate x cut length along n: a worn tool is smaller and leaves material, so shafts grow and bores shrink."""
+
+    name = "tool_wear"
+    needs = ("cut_length_mm", "nx", "ny", "nz")
+    cites = "ISO 8688-2:1989: tool life testing in milling, end milling"
+    rate: float = param(0.0, "um/m", "loss of radius per length cut")
+
+    def error_motion(self, run: Run) -> Array:
+        return along(run, run.normal, self.rate * run.column("cut_length_mm"))
+
+
+@dataclass(frozen=True, eq=False)
+class ToolRunout(_Cutting):
+    """-(cosine cos(h phi) + sine sin(h phi)) along n, phi = spindle angle: a larger cutting radius takes more away.
+
+    harmonic h = 0 (default): the constant part, an edge that runs on a larger circle; 1: once per turn, which needs the
+    column spindle_angle.
+    """
+
+    name = "tool_runout"
+    needs = ("nx", "ny", "nz")
+    aliases = {"amplitude": "cosine"}  # noqa: RUF012 - read only
+    cites = "Kline & DeVor, Int. J. Mach. Tool Des. Res. 23 (1983) 123: effect of runout in end milling"
+    cosine: float = param(0.0, "um", "gain of radius, or its cosine part; `amplitude` in files")
+    sine: float = param(0.0, "um", "sine part; nothing for the constant part")
+    harmonic: int = 0
+
+    def __post_init__(self) -> None:
+        if self.harmonic < 0:
+            raise UsageError("tool_runout: harmonic must be 0 (constant) or the number of waves per turn")
+
+    def required(self) -> tuple[str, ...]:
+        return (*self.needs, "spindle_angle_rad") if self.harmonic else self.needs
+
+    def error_motion(self, run: Run) -> Array:
+        phi = self.harmonic * run.column("spindle_angle_rad") if self.harmonic else np.zeros(run.n)
+        return along(run, run.normal, -(self.cosine * np.cos(phi) + self.sine * np.sin(phi)))

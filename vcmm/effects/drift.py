@@ -1,0 +1,89 @@
+"""Drift and steps in time: what moved while the recording was made, whatever the cause."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from vcmm.effect import Effect, at, motion, param
+from vcmm.errors import UsageError
+from vcmm.run import T0_DEG_C, Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class _Drift(Effect):
+    needs = ("time_s",)
+    direction: str = at("z", "x, y or z of the workpiece axes")
+
+    def __post_init__(self) -> None:
+        if self.direction not in ("x", "y", "z"):
+            raise UsageError(f'{self.name}: direction = "{self.direction}" must be "x", "y" or "z"')
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def _along(self, run: Run, amount: Array) -> Array:
+        return motion(run, **{self.direction.upper(): amount})
+
+
+@dataclass(frozen=True, eq=False)
+class LinearDrift(_Drift):
+    """c t along one direction of the workpiece axes, t = time_s: with c = 2 um/h the tip is 1 um off after 30 min."""
+
+    name = "linear_drift"
+    per = "direction"
+    cites = "ISO 230-3:2020: drift under constant environment"
+    c: float = param(0.0, "um/h", "speed of the drift")
+
+    def error_motion(self, run: Run) -> Array:
+        return self._along(run, self.c * run.column("time_s"))
+
+
+@dataclass(frozen=True, eq=False)
+class StepChange(_Drift):
+    """a for t > t1 along one direction of the workpiece axes: a bump, a slipped clamp, a datum taken anew."""
+
+    name = "step_change"
+    per = "direction"
+    cites = "Page, Biometrika 41 (1954) 100: change at an unknown time"
+    a: float = param(0.0, "um", "size of the step")
+    t1: float = param(
+        600.0, "s", "time of the step", scan=(60.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14400.0)
+    )
+
+    def error_motion(self, run: Run) -> Array:
+        return self._along(run, np.where(run.column("time_s") > self.t1, self.a, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalDriftTwoLags(_Drift):
+    """k (T lagged by tau - 20 degC) + k_slow (T lagged by tau_slow - 20 degC): a light part and a heavy one.
+
+    The second shape of thermal_drift, and reported as such: slides follow the air in minutes, a bed in hours.
+    """
+
+    name = "thermal_drift_two_lags"
+    family: ClassVar[str] = "thermal_drift"
+    per = "direction, sensor"
+    cites = "ISO 230-3:2020 (environmental temperature variation error); sum of two first-order lags"
+    sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
+    k: float = param(0.0, "um/K", "displacement per temperature difference of the fast part")
+    k_slow: float = param(0.0, "um/K", "displacement per temperature difference of the slow part")
+    tau: float = param(300.0, "s", "time constant of the fast part", scan=(60.0, 300.0, 1200.0))
+    tau_slow: float = param(7200.0, "s", "time constant of the slow part", scan=(3600.0, 10800.0, 21600.0))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if min(self.tau, self.tau_slow) < 0:
+            raise UsageError(f"{self.id}: tau is negative; a lag is zero or positive")
+
+    def required(self) -> tuple[str, ...]:
+        return (f"temp_{self.sensor}_C",)
+
+    def error_motion(self, run: Run) -> Array:
+        fast = run.lagged(self.sensor, self.tau) - T0_DEG_C
+        slow = run.lagged(self.sensor, self.tau_slow) - T0_DEG_C
+        return self._along(run, self.k * fast + self.k_slow * slow)

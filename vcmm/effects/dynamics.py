@@ -1,0 +1,77 @@
+"""Dynamics: the structure pitches while an axis accelerates, and rings after it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.effect import Effect, at, motion, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+PITCH = {"X": ("B", 1.0), "Y": ("A", -1.0), "Z": ("B", 1.0)}  # e_z x e_a; for Z about Y
+YAW = {"X": "C", "Y": "C", "Z": "A"}
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicPitch(Effect):
+    """Rotation in proportion to acceleration: pitch k a_a about e_z x e_a, and yaw a_a; the arm makes it a displacement.
+
+    Pitch: X turns about +Y, Y about -X, so the tip moves by k a_a z e_a, z its height over the reference point of the
+    axis: a tip hanging below lags behind. Z turns about +Y. Yaw is about Z (for axis Z about X).
+    """
+
+    name = "dynamic_pitch"
+    per = "axis"
+    needs = ("accel_{axis}_mm_s2",)
+    cites = "Weekers & Schellekens, CIRP Annals 44 (1995) 469: dynamic errors of CMMs for fast probing"
+    axis: str = at("X", "linear axis")
+    k: float = param(0.0, "urad/(m/s^2)", "pitch per acceleration")
+    yaw: float = param(0.0, "urad/(m/s^2)", "yaw per acceleration")
+
+    def __post_init__(self) -> None:
+        if self.axis not in PITCH:
+            raise UsageError(f'dynamic_pitch: axis = "{self.axis}" must be "X", "Y" or "Z"')
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def error_motion(self, run: Run) -> Array:
+        acceleration = run.column(f"accel_{self.axis}_mm_s2")
+        letter, sign = PITCH[self.axis]
+        return motion(run, **{letter: sign * self.k * acceleration, YAW[self.axis]: self.yaw * acceleration})
+
+
+@dataclass(frozen=True, eq=False)
+class StructuralVibration(Effect):
+    """d_a exp(-damping w t) (sine sin(w t) + cosine cos(w t)) e_a, w = 2 pi frequency, t since the acceleration ended.
+
+    The ringing turns over with the direction d_a from which the axis came to rest.
+    """
+
+    name = "structural_vibration"
+    per = "axis"
+    needs = ("time_since_accel_s", "sense_{axis}")
+    aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
+    cites = "free vibration of a damped oscillator; Weekers & Schellekens, CIRP Annals 44 (1995) 469"
+    axis: str = at("X", "linear axis")
+    sine: float = param(0.0, "um", "sine part; `amplitude` in files")
+    cosine: float = param(0.0, "um", "cosine part")
+    frequency: float = param(20.0, "Hz", "frequency", scan=(8.0, 12.0, 16.0, 20.0, 27.0, 35.0, 45.0, 60.0))
+    damping: float = param(0.05, "%", "damping ratio", show="1", scan=(0.02, 0.05, 0.1))
+
+    def __post_init__(self) -> None:
+        if not self.frequency > 0 or self.damping < 0:
+            raise UsageError(f"{self.id}: the frequency must be positive, the damping zero or positive")
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def error_motion(self, run: Run) -> Array:
+        phase = 2 * np.pi * self.frequency * run.column("time_since_accel_s")
+        ringing = self.sine * np.sin(phase) + self.cosine * np.cos(phase)
+        fading = np.exp(-self.damping * phase) * run.column(f"sense_{self.axis}")
+        return motion(run, **{self.axis: ringing * fading})

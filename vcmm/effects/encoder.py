@@ -1,0 +1,45 @@
+"""Encoder interpolation: the scale's signals are no pure sine and cosine, so each period is divided unequally."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.effect import Effect, at, motion, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class EncoderInterpolation(Effect):
+    """(sine sin(h w r) + cosine cos(h w r)) e_a, w = 2 pi / period, r the raw reading of the scale.
+
+    r is the column raw_X_mm (raw_C_rad); where it is absent the position. h = 1: offsets of the two signals; h = 2:
+    unequal amplitudes or a phase that is not 90 degrees.
+    """
+
+    name = "encoder_interpolation"
+    per = "axis"
+    aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
+    cites = "Heydemann, Applied Optics 20 (1981) 3382: quadrature signals with offsets and unequal gains"
+    axis: str = at("X", "axis with a scale")
+    sine: float = param(0.0, "um", "sine part; `amplitude` in files")
+    cosine: float = param(0.0, "um", "cosine part")
+    period: float = param(
+        0.02, "mm", "signal period of the scale", scan=(0.004, 0.008, 0.016, 0.02, 0.04, 0.1, 0.2, 1.0, 2.0)
+    )
+    harmonic: int = 1
+
+    def __post_init__(self) -> None:
+        if not self.period > 0:
+            raise UsageError(f'{self.id}: period must be positive; write for example period = "20 um"')
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def error_motion(self, run: Run) -> Array:
+        raw = run.columns.get(f"raw_{self.axis}_{'mm' if self.axis in 'XYZ' else 'rad'}")
+        phase = 2 * np.pi * self.harmonic / self.period * (run.q(self.axis) if raw is None else raw)
+        return motion(run, **{self.axis: self.sine * np.sin(phase) + self.cosine * np.cos(phase)})

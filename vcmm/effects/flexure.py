@@ -1,0 +1,107 @@
+"""Flexure: the structure yields under its own moving weight, under the part, or under a temperature gradient.
+
+All state the tip error along one direction of the axis's frame; `direction` is "x", "y" or "z".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.effect import Effect, at, motion, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+METRE = 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Flexure(Effect):
+    axis: str = at("X", "linear axis")
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+
+def _check_direction(effect: Effect, direction: str) -> None:
+    if direction not in ("x", "y", "z"):
+        raise UsageError(f'{effect.name}: direction = "{direction}" must be "x", "y" or "z"')
+
+
+@dataclass(frozen=True, eq=False)
+class CrossAxisFlexure(_Flexure):
+    """c q_a q_b along a direction (power = 1), or c q_b^p (power = p > 1): what axis b does depends on where a stands.
+
+    Ram droop is q_b^2 or q_b^3 in z. c always is per m^2: power p means c q_b^2 (q_b / 1 m)^(p - 2).
+    """
+
+    name = "cross_axis_flexure"
+    per = "axis, other, direction"
+    cites = "Schwenke et al., CIRP Annals 57 (2008) 660, sec. 2: non-rigid behaviour; cantilever beam under a moving load"
+    other: str = at("Z", "other axis: the one that reaches out")
+    direction: str = at("z", "x, y or z: where it yields")
+    c: float = param(0.0, "um/m^2", "displacement per product of positions")
+    power: int = 1
+
+    def __post_init__(self) -> None:
+        _check_direction(self, self.direction)
+
+    def error_motion(self, run: Run) -> Array:
+        b = run.q(self.other)
+        shape = run.q(self.axis) * b if self.power == 1 else b**2 * (b / METRE) ** (self.power - 2)
+        return motion(run, **{self.direction.upper(): self.c * shape})
+
+
+@dataclass(frozen=True, eq=False)
+class PartLoad(_Flexure):
+    """c load q_a along the loaded direction, load in kg: a heavy part tilts or bends what carries it."""
+
+    name = "part_load"
+    per = "axis, direction"
+    needs = ("load_kg",)
+    cites = "ASME B89.4.1-1997: workpiece loading effects"
+    direction: str = at("z", "x, y or z: where it yields")
+    c: float = param(0.0, "um/(m kg)", "displacement per travel and mass")
+
+    def __post_init__(self) -> None:
+        _check_direction(self, self.direction)
+
+    def error_motion(self, run: Run) -> Array:
+        amount = self.c * run.column("load_kg") * run.q(self.axis)
+        return motion(run, **{self.direction.upper(): amount})
+
+
+@dataclass(frozen=True, eq=False)
+class GradientBending(_Flexure):
+    """k gradient q_a^2 in the bent direction, with its pitch 2 k gradient q_a about (axis x direction).
+
+    A guide of height h with a temperature difference dT across it bends to k = alpha / (2 h). A carriage that climbs
+    +direction along +axis noses up; where the axis carries the workpiece (carries = "workpiece") its own place on
+    the guide is -q, so the pitch belonging to the same displacement has the other sign.
+    """
+
+    name = "gradient_bending"
+    per = "axis, direction"
+    needs = ("temp_gradient_C",)
+    cites = "Timoshenko, J. Opt. Soc. Am. 11 (1925) 233: curvature alpha dT / h of a heated strip"
+    direction: str = at("z", "x, y or z: where it bends")
+    k: float = param(0.0, "um/(m^2 K)", "half the curvature per temperature difference")
+    carries: str = "tool"
+
+    def __post_init__(self) -> None:
+        _check_direction(self, self.direction)
+        if self.direction.upper() == self.axis:
+            raise UsageError(f"{self.id}: a guide bends across its axis; choose another direction")
+        if self.carries not in ("tool", "workpiece"):
+            raise UsageError(f'{self.id}: carries = "{self.carries}" must be "tool" or "workpiece"')
+
+    def error_motion(self, run: Run) -> Array:
+        q, bend = run.q(self.axis), self.k * run.column("temp_gradient_C")
+        side = 1.0 if self.carries == "tool" else -1.0
+        unit = np.eye(3)
+        about = np.cross(unit["XYZ".index(self.axis)], unit["xyz".index(self.direction)])
+        out = motion(run, **{self.direction.upper(): bend * q**2})
+        out[:, 3:] = (side * 2 * bend * q)[:, None] * about
+        return out

@@ -1,0 +1,70 @@
+"""Geometric change: a component error is no longer what its table says, smoothly, because the calibration is stale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from vcmm.effect import COLUMN, Effect, at, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class GeometricChange(Effect):
+    """c0 P0(s) + c1 P1(s) + c2 P2(s) ..., Legendre polynomials, s from -1 to +1 between the ends of the table.
+
+    Added to the axis's own motion, as the table is: for an axis that carries the workpiece the table's own motion.
+    Over the travel the mean square is the sum of c_k^2 / (2 k + 1); `rms` is its root.
+    """
+
+    name = "geometric_change"
+    per = "component"
+    own = True
+    cites = (
+        "Schwenke et al., CIRP Annals 57 (2008) 660: component errors change with time, wear and foundation"
+    )
+    component: str = at("EXX", "component error, for example EXX, EYX, EBX")
+    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
+    coefficients: Any = param(
+        lambda: np.zeros(4), "mm or rad", "change per Legendre polynomial, from P0 on", shape="(powers,)"
+    )
+
+    def __post_init__(self) -> None:
+        c = self.component
+        if len(c) != 3 or c[0] != "E" or c[1] not in COLUMN or c[2] not in COLUMN:
+            raise UsageError(f'component = "{c}" is not a component error; write for example "EXX" or "EBX"')
+        nodes = np.asarray(self.nodes, dtype=float)
+        if len(nodes) < 2 or not nodes[-1] > nodes[0]:
+            raise UsageError(f"{self.id}: nodes must hold the two ends of the travel, the lower one first")
+
+    @classmethod
+    def from_table(cls, table: Effect, orders: int = 4) -> GeometricChange:
+        """No change yet, over the range of a stored component table or spline. Raises UsageError for other effects."""
+        component = str(getattr(table, "component", ""))
+        grids = dict(zip(getattr(table, "arguments", ()), getattr(table, "grids", ())))
+        nodes = grids.get(component[-1:], getattr(table, "nodes", None))
+        if nodes is None:
+            raise UsageError(f"{table.id} has no table over axis {component[-1:]}; its change has no range")
+        return cls(component, np.asarray(nodes, dtype=float), np.zeros(orders))
+
+    @property
+    def link(self) -> str:
+        return self.component[2]
+
+    @property
+    def rms(self) -> float:
+        """Root mean square over the travel, mm or rad."""
+        c = np.asarray(self.coefficients, dtype=float)
+        return float(np.sqrt((c**2 / (2 * np.arange(len(c)) + 1)).sum()))
+
+    def error_motion(self, run: Run) -> Array:
+        nodes = np.asarray(self.nodes, dtype=float)
+        s = (2 * run.q(self.link) - nodes[0] - nodes[-1]) / (nodes[-1] - nodes[0])
+        out = np.zeros((run.n, 6))
+        c = np.asarray(self.coefficients, dtype=float)
+        out[:, COLUMN[self.component[1]]] = legvander(s, len(c) - 1) @ c
+        return out

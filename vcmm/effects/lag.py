@@ -1,0 +1,57 @@
+"""Lag: an axis runs behind its command, or a position is read out late. Both grow with speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.effect import Effect, at, motion, param
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class ServoLag(Effect):
+    """-v_a lag e_a, lag = the departure of 1/Kv from the nominal gain: positive is a slower axis, further behind.
+
+    Compared at the same point of the path. What all axes share only delays the motion; what they do not share bends
+    it: on a circle of two axes, an oval at 45 degrees that turns over with the direction.
+    """
+
+    name = "servo_lag"
+    per = "axis"
+    needs = ("speed_{axis}_mm_s",)
+    aliases = {"1/Kv": "lag", "lag": "lag"}  # noqa: RUF012 - read only; both are read, the last is written
+    cites = "ISO 230-4:2022 circular tests; Andolfatto, Lavernhe & Mayer, Int. J. Mach. Tools Manuf. 51 (2011) 787"
+    axis: str = at("X", "linear or rotary axis")
+    lag: float = param(0.0, "ms", '1/Kv less its nominal value; `"1/Kv"` is read too')
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def required(self) -> tuple[str, ...]:
+        return (f"speed_{self.axis}_{'mm' if self.axis in 'XYZ' else 'rad'}_s",)
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, **{self.axis: -self.lag * run.column(self.required()[0])})
+
+
+@dataclass(frozen=True, eq=False)
+class ReadoutDelay(Effect):
+    """-v delay, v = speeds of X, Y, Z: all axes are read late by the same time, so the indication runs ahead of the tip.
+
+    The speeds are taken along the workpiece axes.
+    """
+
+    name = "readout_delay"
+    per = "machine"
+    needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s")
+    cites = "Weckenmann et al., CIRP Annals 53 (2004) 657: probing systems; distance = speed x delay"
+    delay: float = param(0.0, "ms", "time between passing a point and reading the axes")
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def error_motion(self, run: Run) -> Array:
+        x, y, z = run.vector(*self.needs).T
+        return motion(run, X=-self.delay * x, Y=-self.delay * y, Z=-self.delay * z)

@@ -1,0 +1,93 @@
+"""Errors of a laser interferometer: cosine error, air, dead path. All are readings, indicated - true.
+
+Lengths are counted from the origin of the workpiece axes, where the counter is taken to be zero; another zero is a
+constant along the beam, which a recording's nuisance `zero` takes up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.effect import Effect, along, motion, param
+from vcmm.run import T0_DEG_C, Array, Run
+
+P0_HPA, H0_PCT = 1013.25, 50.0
+K_T, K_P, K_H = (
+    -0.93e-6,
+    0.27e-6,
+    -0.01e-6,
+)  # change of the index of air per K, per hPa, per % relative humidity
+
+
+def index_change(run: Run) -> Array:
+    """Refractive index of air less that at 20 degC, 1013.25 hPa and 50 % (n,); without humidity_pct at 50 %.
+
+    First order about that state of the formula of Birch & Downs, Metrologia 30 (1993) 155, at 633 nm.
+    """
+    humidity = run.columns.get("humidity_pct", H0_PCT)
+    change = K_T * (run.column("temp_air_C") - T0_DEG_C) + K_P * (run.column("pressure_hPa") - P0_HPA)
+    return change + K_H * (humidity - H0_PCT)
+
+
+@dataclass(frozen=True, eq=False)
+class _Laser(Effect):
+    per = "instrument"
+
+    @property
+    def link(self) -> str:
+        return "reading"
+
+    @staticmethod
+    def _stretched(run: Run, strain: float | Array) -> Array:
+        x, y, z = run.tip.T
+        return motion(run, X=strain * x, Y=strain * y, Z=strain * z)
+
+
+@dataclass(frozen=True, eq=False)
+class CosineError(_Laser):
+    """+1/2 theta^2 L, times `share`: the beam is not parallel to the travel.
+
+    theta acts by its square, so it is held fixed and `share` is the linear amplitude: the angle found is
+    theta times the root of share.
+    """
+
+    name = "cosine_error"
+    cites = "Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry"
+    theta: float = param(0.0, "mrad", "angle between beam and travel", scan=(1e-3,))
+    share: float = param(1.0, "%", "multiplies theta^2", show="1")
+
+    def error_motion(self, run: Run) -> Array:
+        return self._stretched(run, self.share * 0.5 * self.theta**2)
+
+
+@dataclass(frozen=True, eq=False)
+class AirIndex(_Laser):
+    """scale L (-0.93 ppm/K (T_air - 20 degC) + 0.27 ppm/hPa (P - 1013.25 hPa) - 0.01 ppm/% (H - 50 %)).
+
+    scale = 1: the instrument does not correct for the air at all; 0: it does so rightly. Without a column
+    humidity_pct the humidity is taken as 50 %.
+    """
+
+    name = "air_index"
+    needs = ("temp_air_C", "pressure_hPa")
+    cites = "Birch & Downs, Metrologia 30 (1993) 155: updated Edlen equation"
+    scale: float = param(0.0, "%", "share of the change that is not corrected", show="1")
+
+    def error_motion(self, run: Run) -> Array:
+        return self._stretched(run, self.scale * index_change(run))
+
+
+@dataclass(frozen=True, eq=False)
+class DeadPath(_Laser):
+    """length x index change along n: the path between the interferometer and the zero of the count changes too.
+
+    A longer optical path is indicated as a longer displacement; only what changes after the zero is seen.
+    """
+
+    name = "dead_path"
+    needs = ("temp_air_C", "pressure_hPa", "nx", "ny", "nz")
+    cites = "Steinmetz, Precision Engineering 12 (1990) 12: dead path error"
+    length: float = param(0.0, "mm", "dead path that the instrument does not know of")
+
+    def error_motion(self, run: Run) -> Array:
+        return along(run, run.normal, self.length * index_change(run))

@@ -1,0 +1,50 @@
+"""Rotary cyclic errors: harmonics of the angle, from an eccentric encoder, bearing or gear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vcmm.effect import COLUMN, Effect, at, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class RotaryCyclic(Effect):
+    """c1 cos(q) + c2 sin(q) + c3 cos(2 q) + c4 sin(2 q) ... in one component of a rotary axis, q its angle.
+
+    ECC of axis C is its positioning error (eccentric encoder: once per turn), EXC and EYC its radial, EZC its axial
+    motion, EAC and EBC its tilt. Own motion of the axis.
+    """
+
+    name = "rotary_cyclic"
+    per = "component"
+    own = True
+    aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
+    cites = "ISO 230-1:2012, 3.5 (error motions of rotary axes); ISO 230-7:2015 (Fourier analysis of error motion)"
+    component: str = at("ECC", "component error of a rotary axis, for example ECC, EXC, EAC")
+    coefficients: Any = param(
+        lambda: np.zeros(2), "mm or rad", "cosine and sine of each harmonic, in turn; `amplitude` in files",
+        shape="(powers,)",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        c = self.component
+        if len(c) != 3 or c[0] != "E" or c[1] not in COLUMN or c[2] not in "ABC":
+            raise UsageError(
+                f'component = "{c}" is not a component error of a rotary axis; write for example "ECC" or "EXC"'
+            )
+
+    @property
+    def link(self) -> str:
+        return self.component[2]
+
+    def error_motion(self, run: Run) -> Array:
+        q, c = run.q(self.link), np.asarray(self.coefficients, dtype=float)
+        waves = [np.sin(k // 2 * q + q) if k % 2 else np.cos(k // 2 * q + q) for k in range(len(c))]
+        out = np.zeros((run.n, 6))
+        out[:, COLUMN[self.component[1]]] = np.stack(waves, axis=1) @ c
+        return out

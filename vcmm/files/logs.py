@@ -1,0 +1,117 @@
+"""Logs with their own clock ([[series]]: time_s, temp_<name>_C ...), joined to the rows of a run by time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.errors import DataError, UsageError, did_you_mean
+from vcmm.files.columns import read_csv, run_columns
+from vcmm.run import Array, Run, Series
+
+LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # besides temp_<name>_C
+
+
+def read_logs(paths: Sequence[Path]) -> dict[str, Series]:
+    """Column name -> Series of all log files. Raises DataError with every problem of every file."""
+    out: dict[str, Series] = {}
+    problems: list[str] = []
+    for path in paths:
+        try:
+            found = _read_log(path)
+        except DataError as error:
+            problems.extend(error.problems)
+            continue
+        problems += [
+            f"{path}:1: {name} is logged in another file already; keep one" for name in found if name in out
+        ]
+        out |= found
+    if problems:
+        raise DataError(problems)
+    return out
+
+
+def _read_log(path: Path) -> dict[str, Series]:
+    sheet = read_csv(path)
+    at = f"{path}:{sheet.header_line}"
+    known = ["time_s", *LOGGED, *(c for c in run_columns() if c.startswith("temp_"))]
+    problems = [] if "time_s" in sheet.header else [f"{at}: a log needs the column time_s"]
+    numbers: dict[str, Array] = {}
+    for name in sheet.header:
+        if name not in known and not (name.startswith("temp_") and name.endswith("_C")):
+            problems.append(f'{at}: unknown column "{name}" of a log.{did_you_mean(name, known)} Allowed: time_s, temp_<name>_C, {", ".join(LOGGED)}')  # fmt: skip
+            continue
+        try:
+            numbers[name] = sheet.numbers(name)
+        except DataError as error:
+            problems.extend(error.problems)
+    back = np.flatnonzero(np.diff(numbers.get("time_s", np.zeros(1))) < 0)
+    if len(back):
+        problems.append(f"{sheet.at(int(back[0]) + 1)}: time_s goes back; sort the rows of the log by time")
+    if problems:
+        raise DataError(problems)
+    time = numbers.pop("time_s")
+    return {name: Series(time, values) for name, values in numbers.items()}
+
+
+def interpolated(run: Run, logs: dict[str, Series]) -> Run:
+    """The run with its logs, and with each log at time_s as a column where the data have none of that name.
+
+    Between entries a log is linear, before the first it is steady. Raises UsageError where the data have no time_s or
+    go on for more than one interval after the end of a log.
+    """
+    if not logs:
+        return run
+    if "time_s" not in run.columns:
+        raise UsageError(
+            "logs are joined by time, but the data have no column time_s; add it or remove [[series]]"
+        )
+    time = run.column("time_s")
+    for name, log in logs.items():
+        last = float(log.time[-1])
+        allowed = last + (last - float(log.time[-2]) if len(log.time) > 1 else 0.0)
+        if time.max(initial=-np.inf) > allowed:
+            raise UsageError(
+                f"the data end at {time.max():g} s, the log of {name} at {last:g} s; extend the log"
+            )
+    new = {n: np.interp(time, log.time, log.value) for n, log in logs.items() if n not in run.columns}
+    series = {**run.series, **{sensor_of(n): log for n, log in logs.items()}}
+    return replace(run.with_columns(new), series=series)
+
+
+def own_logs(run: Run) -> Run:
+    """The run with its temperature columns as logs too, on the clock of its rows, where no other log is known.
+
+    A lag needs the temperatures before each row; rows that share a time are averaged.
+    """
+    if "time_s" not in run.columns or run.n < 2:
+        return run
+    time, codes = np.unique(run.column("time_s"), return_inverse=True)
+    if len(time) < 2:
+        return run
+    count = np.bincount(codes)
+    own = {
+        sensor_of(name): Series(time, np.bincount(codes, values) / count)
+        for name, values in run.columns.items()
+        if name.startswith("temp_") and name.endswith("_C")
+    }
+    return replace(run, series={**own, **run.series})
+
+
+def with_readings(run: Run) -> Run:
+    """The run with what the sensors of scales and part said as columns of their own: the recorded temperatures.
+
+    The control corrects with these readings, while an Input on temp_scale_x_C moves the true temperature; so a
+    correction with the right coefficient still leaves the error of its sensor.
+    """
+    corrected = [n for n in run.columns if n == "temp_part_C" or n.startswith("temp_scale_")]
+    new = {f"reading_{n.removeprefix('temp_')}": run.columns[n] for n in corrected}
+    return run.with_columns({n: values for n, values in new.items() if n not in run.columns})
+
+
+def sensor_of(column: str) -> str:
+    """temp_air_C -> air, the name under which a run keeps the log."""
+    return column.removeprefix("temp_").removesuffix("_C")

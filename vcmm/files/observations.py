@@ -1,0 +1,239 @@
+"""The CSV of a recording: columns of positions, observations and conditions to a Recording.
+
+Units stand in the names (um to mm, deg and urad to rad). What the rows themselves say is filled in: the second end of
+a length as a run row of its own, the lateral share of the normal, the measured length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.errors import DataError, ModelLimit
+from vcmm.files.columns import Sheet, axis_column, read_csv, read_positions
+from vcmm.kinematics import UNIT, Motion, nominal_tip, tip_motion
+from vcmm.machine import Machine
+from vcmm.recording import Ints, Recording
+from vcmm.run import Array, Run
+
+VECTOR = ("dx_um", "dy_um", "dz_um")
+OBSERVED = ("d_um", "d_urad", *VECTOR)
+NORMAL = ("nx", "ny", "nz")
+FROM = ("from_x_mm", "from_y_mm", "from_z_mm")
+UNIT_TOLERANCE = 0.01  # a normal written with two decimals is still one
+
+
+@dataclass(frozen=True)
+class Sense:
+    """What the recording file says about the data: kind, indicated - true or not, whether lengths end at a station."""
+
+    kind: str
+    measuring: bool
+    fixed_end: bool = False
+
+
+def read_observations(path: Path, machine: Machine | None, sense: Sense, name: str = "") -> Recording | None:
+    """Read the CSV of a recording; None where the machine is not known, after the file itself was checked.
+
+    Raises DataError with every problem: column, line and fix.
+    """
+    sheet = read_csv(path)
+    letters = tuple(a for a in "XYZABC" if axis_column(a) in sheet.header)
+    problems = _header_problems(sheet, sense)
+    run = None
+    try:
+        run = read_positions(path, letters if machine is None else machine.chain.letters)
+    except DataError as error:
+        problems = [*error.problems, *problems]
+    if run is not None:
+        run = _with_unit_normals(run, sheet, problems)
+        _check_other_axes(sheet, run, problems)
+        _check_uncertainties(sheet, run, problems)
+    if problems:
+        raise DataError(problems)
+    return None if run is None or machine is None else _recording(run, machine, sense, name, sheet)
+
+
+def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:
+    at, have = f"{sheet.path}:{sheet.header_line}", set(sheet.header)
+    due = "d_urad" if sense.kind == "angle" else "d_um"
+    found = [c for c in OBSERVED if c in have]
+    out = []
+    for columns in (NORMAL, FROM):
+        lacking = [c for c in columns if c not in have]
+        if 0 < len(lacking) < 3:
+            out.append(f"{at}: {' '.join(columns)} go together; {' '.join(lacking)} is missing")
+    if sense.kind != "length" and have & set(FROM):
+        out.append(
+            f'{at}: from_x_mm ... is the second end of a length; write kind = "length" or remove these columns'
+        )
+    if sense.kind == "angle" and "u_um" in have:
+        out.append(f"{at}: u_um is a length; the uncertainty of an angle is u_d_urad")
+    if not found:
+        or_vector = "" if sense.kind in ("angle", "length") else " (or dx_um dy_um dz_um)"
+        out.append(f"{at}: there is no observation; add the column {due}{or_vector}")
+    wrong = [c for c in found if (c == "d_urad") != (sense.kind == "angle")]
+    wrong += [c for c in found if c in VECTOR and sense.kind == "length"]
+    if wrong:
+        out.append(f'{at}: {" ".join(wrong)} does not go with kind = "{sense.kind}", which takes {due}')
+    elif len(found) > 1 and due in found:
+        out.append(
+            f"{at}: {due} and {' '.join(c for c in found if c != due)} are both there; keep one of them"
+        )
+    elif due in found and not have & set(NORMAL) and not (sense.kind == "length" and have & set(FROM)):
+        ends = ", or the second end from_x_mm from_y_mm from_z_mm" if sense.kind == "length" else ""
+        out.append(f"{at}: {due} needs its direction nx ny nz{ends}")
+    return out
+
+
+def _with_unit_normals(run: Run, sheet: Sheet, problems: list[str]) -> Run:
+    if not all(c in run.columns for c in NORMAL):
+        return run
+    normal = run.normal
+    size = np.linalg.norm(normal, axis=1)
+    for i in np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE):
+        problems.append(f"{sheet.at(int(i))}: nx ny nz has the length {size[i]:.4g}; give a unit vector")
+    unit = normal / np.where(size > 0, size, 1.0)[:, None]
+    return run.with_columns({c: unit[:, i] for i, c in enumerate(NORMAL)})
+
+
+def _check_other_axes(sheet: Sheet, run: Run, problems: list[str]) -> None:
+    """Positions of axes that the machine lacks must not be dropped, unless they are zero."""
+    for letter in "XYZABC":
+        column = axis_column(letter)
+        if column in sheet.header and letter not in run.position:
+            moved = np.flatnonzero(sheet.numbers(column))
+            if len(moved):
+                problems.append(
+                    f"{sheet.at(int(moved[0]))}: {column} is not zero, but the machine has no axis {letter}; "
+                    "name the right machine or remove the column"
+                )
+
+
+def _check_uncertainties(sheet: Sheet, run: Run, problems: list[str]) -> None:
+    for column in ("u_um", *(f"u_{c}" for c in OBSERVED)):
+        for i in np.flatnonzero(run.columns.get(column, np.ones(1)) <= 0):
+            problems.append(
+                f"{sheet.at(int(i))}: {column} must be above zero; leave the column out if it is not known"
+            )
+
+
+def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet) -> Recording:
+    value, row, direction, u = _observations(run, sense.kind)
+    other = np.full(len(value), -1, dtype=np.intp)
+    run = with_lateral_share(_without_observations(run), machine)
+    if sense.kind == "length" and FROM[0] in run.columns:
+        run, direction, ends = _second_ends(run, machine, sense, sheet)
+        other = ends if ends is not None else other
+    return Recording(name, sense.kind, run, value, sense.measuring, row, direction, other, u)
+
+
+def _observations(run: Run, kind: str) -> tuple[Array, Ints, Array, Array | None]:
+    """value (m,), row (m,), direction (m, 3), u (m,) or None, in mm or rad."""
+    columns = run.columns
+    if "d_um" in columns or "d_urad" in columns:
+        name, scale = ("d_urad", 1e-6) if kind == "angle" else ("d_um", 1e-3)
+        direction = run.normal if all(c in columns for c in NORMAL) else np.tile([1.0, 0.0, 0.0], (run.n, 1))
+        u = columns.get(f"u_{name}", None if kind == "angle" else columns.get("u_um"))
+        return columns[name] * scale, np.arange(run.n), direction, None if u is None else u * scale
+    names = [c for c in VECTOR if c in columns]
+    value = run.vector(*names).ravel() * 1e-3
+    direction = np.tile(np.eye(3)[[VECTOR.index(c) for c in names]], (run.n, 1))
+    spread = [columns.get(f"u_{c}", columns.get("u_um")) for c in names]
+    u = None if any(s is None for s in spread) else np.stack(spread, axis=1).ravel() * 1e-3  # type: ignore[arg-type]
+    return value, np.repeat(np.arange(run.n), len(names)), direction, u
+
+
+def _without_observations(run: Run) -> Run:
+    gone = {"u_um", *OBSERVED, *(f"u_{c}" for c in OBSERVED)}
+    kept = {name: values for name, values in run.columns.items() if name not in gone}
+    return Run(run.position, run.offset, kept, run.labels, run.series)
+
+
+def with_lateral_share(run: Run, machine: Machine) -> Run:
+    """probe_lateral, the share of the normal across the stylus: sqrt(1 - (n . stylus)^2); the stylus lies along offset.
+
+    Without an offset the stylus is along Z of the last tool-side frame.
+    """
+    if "probe_lateral" in run.columns or not all(c in run.columns for c in NORMAL):
+        return run
+    long = np.linalg.norm(run.offset, axis=1) > 0
+    along = np.where(long[:, None], run.offset, [0.0, 0.0, -1.0])
+    chain, axes = machine.chain, machine.axes
+    ends = (nominal_tip(chain, axes, Run(run.position, o)) for o in (along, np.zeros_like(along)))
+    stylus = next(ends) - next(ends)
+    share = (run.normal * stylus).sum(axis=1) / np.linalg.norm(stylus, axis=1)
+    return run.with_columns({"probe_lateral": np.sqrt(np.maximum(0.0, 1.0 - share**2))})
+
+
+def _tip(run: Run, machine: Machine) -> Array:
+    if "tip_x_mm" in run.columns:
+        return run.tip
+    return nominal_tip(machine.chain, machine.axes, run)
+
+
+def _second_ends(run: Run, machine: Machine, sense: Sense, sheet: Sheet) -> tuple[Run, Array, Ints | None]:
+    """The run with the second ends as further rows, the directions (n, 3) of the lengths, and the rows of the ends.
+
+    from_x_mm ... is the place of the tip at the second end, workpiece axes; at a fixed station it has no row.
+    """
+    start = run.vector(*FROM)
+    way = _tip(run, machine) - start
+    length = np.linalg.norm(way, axis=1)
+    short = np.flatnonzero(length < 1e-6)
+    if len(short):
+        raise DataError(
+            f"{sheet.at(int(short[0]))}: both ends of the length are one place; check from_x_mm ..."
+        )
+    run = run.with_columns({"length_mm": length})
+    direction = way / length[:, None]
+    if sense.fixed_end:
+        return run, direction, None
+    try:
+        position = linear_positions(machine, run, start)
+    except ModelLimit as error:
+        raise DataError(f"{sheet.path}:{sheet.header_line}: from_x_mm ...: {error}") from None
+    twice = np.tile(np.arange(run.n), 2)
+    both = run.take(twice)
+    position = {a: np.concatenate([q, position[a]]) for a, q in run.position.items()}
+    columns = dict(both.columns)
+    if "tip_x_mm" in columns:
+        columns |= {f"tip_{c}_mm": np.concatenate([run.tip[:, i], start[:, i]]) for i, c in enumerate("xyz")}
+    return Run(position, both.offset, columns, both.labels, run.series), direction, run.n + np.arange(run.n)
+
+
+def linear_positions(machine: Machine, run: Run, tip: Array) -> dict[str, Array]:
+    """Axis positions that bring the tip to `tip` (n, 3) mm, workpiece axes; rotary axes and offsets as in the run.
+
+    The tip is linear in the positions of the linear axes. Raises ModelLimit where they cannot reach a place.
+    """
+    letters = [a for a in machine.chain.letters if a in "XYZ"]
+    rest = {a: q if a in "ABC" else np.zeros(run.n) for a, q in run.position.items()}
+
+    def at(position: dict[str, Array]) -> Array:
+        return nominal_tip(machine.chain, machine.axes, Run(position, run.offset))
+
+    base = at(rest)
+    moves = np.stack([at(rest | {a: np.ones(run.n)}) - base for a in letters], axis=2)
+    q = np.einsum("nai,ni->na", np.linalg.pinv(moves), tip - base)
+    gap = np.linalg.norm(base + np.einsum("nia,na->ni", moves, q) - tip, axis=1)
+    if gap.max(initial=0.0) > 1e-6:
+        raise ModelLimit(
+            f"row {int(gap.argmax()) + 1}: the axes {' '.join(letters)} cannot bring the tip there "
+            f"(they miss it by {gap.max():.3g} mm)"
+        )
+    return rest | {a: q[:, i] for i, a in enumerate(letters)}
+
+
+def axis_direction(machine: Machine, run: Run, axis: str) -> Array:
+    """(n, 3) unit: where the tip goes, seen from the workpiece, when a linear axis is commanded forward; for a rotary
+    axis the axis about which the tool turns.
+    """
+    if axis in "ABC":
+        turn = np.tile(np.concatenate([np.zeros(3), UNIT[axis]]), (run.n, 1))
+        return tip_motion(machine.chain, machine.axes, run, [Motion(axis, "motion", turn)])[:, 3:]
+    chain, axes = machine.chain, machine.axes
+    there = Run({**run.position, axis: run.q(axis) + 1.0}, run.offset)
+    return nominal_tip(chain, axes, there) - nominal_tip(chain, axes, Run(run.position, run.offset))

@@ -1,0 +1,236 @@
+"""Recording files: recording/1 TOML and its data to a Recording and the Machine it was made on.
+
+`format` says how the data are written: "table" (columns of a recording, the default), "points" (nominal and measured
+points of a CMM), "iso230" (positioning runs), "rtl" (laser), "scope" (trace of a controller). All give the same thing;
+what follows (logs, history of the axes, nuisance, noise) does not know which it was.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vcmm.errors import DataError, ModelLimit, UsageError
+from vcmm.files.columns import LABELS, read_csv, run_columns
+from vcmm.files.iso230 import read_iso230, recording_of_runs
+from vcmm.files.logs import interpolated, own_logs, read_logs, with_readings
+from vcmm.files.machine import machine_from
+from vcmm.files.observations import OBSERVED, Sense, read_observations
+from vcmm.files.point_table import read_points
+from vcmm.files.problems import Problems
+from vcmm.files.recording_tables import (
+    LineTable,
+    RecordingFile,
+    ScopeTable,
+    StylusTable,
+    check_words,
+    noise_law,
+    other_positions,
+)
+from vcmm.files.rtl import read_rtl
+from vcmm.files.schema import checked_model
+from vcmm.files.scope import read_scope, recording_of_scope
+from vcmm.files.toml import Document, check_version, read_toml
+from vcmm.history import axis_unit, path_history, row_history, travel
+from vcmm.machine import Machine
+from vcmm.nuisance import nuisance_columns
+from vcmm.pose import Pose
+from vcmm.recording import Recording
+from vcmm.run import Array, Run
+
+BREAKS = ("setup", "pose", "run")  # labels: between their values the axes moved unseen
+
+
+def load_recording(path: str | Path, machine: Machine | None = None) -> tuple[Recording, Machine]:
+    """Read a recording. machine: used instead of the one that the file names, which is then not read.
+
+    Raises DataError with every problem of the file and of the files it names, each with its line.
+    """
+    document = read_toml(path)
+    check_version(document, "recording")
+    problems = Problems(document)
+    found = _checked(document, machine, problems)
+    problems.raise_if_any()
+    assert found is not None
+    return found
+
+
+def _checked(
+    document: Document, machine: Machine | None, problems: Problems
+) -> tuple[Recording, Machine] | None:
+    model = checked_model(RecordingFile, document.data, problems)
+    machine = machine or _machine(document, problems)
+    if model is None:
+        return None
+    check_words(model, problems)
+    noise = None
+    if model.noise is not None:
+        noise = problems.attempt(("noise",), partial(noise_law, model.noise, model.kind == "angle"))
+    folder = document.path.parent
+    logs = problems.attempt(("series",), lambda: read_logs([folder / s.data for s in model.series]))
+    recording = problems.attempt(("data",), lambda: _read(model, folder / model.data, machine, problems))
+    if recording is None or machine is None or logs is None or problems.found:
+        return None
+    name, data = model.name or document.path.stem, folder / model.data
+    recording = replace(recording, name=name, nuisance=model.nuisance, noise=noise)
+    steps: list[tuple[str, Callable[[Recording], Recording]]] = [
+        ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
+        ("series", lambda r: replace(r, run=with_readings(own_logs(interpolated(r.run, logs))))),
+        ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
+        ("nuisance", partial(_with_nuisance, machine=machine)),
+    ]
+    for key, step in steps:
+        following = problems.attempt((key,), partial(step, recording))
+        if following is None:
+            return None
+        recording = following
+    return replace(recording, missing=missing_columns(recording.run, machine)), machine
+
+
+def _machine(document: Document, problems: Problems) -> Machine | None:
+    """The machine that the file names or holds; None where there is none, which is noted."""
+    value = document.data.get("machine")
+    if isinstance(value, dict):
+        return problems.attempt(("machine",), lambda: machine_from(document, value, ("machine",)))
+    if isinstance(value, str):
+        return problems.attempt(("machine",), lambda: _machine_file(document.path.parent / value))
+    if value is None:
+        problems.add(
+            (), 'the key "machine" is missing; write machine = "machine.toml", or name one with --machine'
+        )
+    return None
+
+
+def _machine_file(path: Path) -> Machine:
+    other = read_toml(path)
+    check_version(other, "machine")
+    return machine_from(other, other.data, ())
+
+
+def _read(model: RecordingFile, path: Path, machine: Machine | None, problems: Problems) -> Recording | None:
+    """The data in their format; None where the machine is not known."""
+    if model.shape == "table":
+        fixed = bool({"station", "centre"} & set(model.nuisance))
+        return read_observations(path, machine, Sense(model.kind, model.measuring, fixed), model.name)
+    if machine is None:
+        return None
+    if model.shape == "points":
+        stylus = model.stylus or StylusTable()
+        pose = model.pose and Pose.from_turns(np.array(model.pose.shift), np.array(model.pose.turn))
+        radius = stylus.tip_diameter / 2
+        return read_points(path, machine, pose or Pose.identity(), np.array(stylus.offset), radius, model.kind, model.measuring)  # fmt: skip
+    if model.shape == "scope":
+        return _read_scope(model, path, machine, problems)
+    runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)
+    line = model.line or LineTable()
+    axis = line.axis or runs.axis
+    if not axis:
+        raise UsageError(f'{path.name} does not name its axis; add [line] with axis = "X"')
+    _check_kind(model, "angle" if axis in "ABC" else "displacement")
+    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, (axis,)))
+    return (
+        None
+        if at is None
+        else recording_of_runs(runs, machine, axis, at, np.array(line.offset), model.measuring)
+    )
+
+
+def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
+    scope = read_scope(path, model.scope or ScopeTable())
+    axes = tuple(scope.commanded)
+    _check_kind(model, "angle" if axes[0] in "ABC" else "path")
+    line = model.line or LineTable()
+    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, axes))
+    return (
+        None if at is None else recording_of_scope(scope, machine, at, np.array(line.offset), model.measuring)
+    )
+
+
+def _check_kind(model: RecordingFile, due: str) -> None:
+    if model.kind != due:
+        raise UsageError(f'{model.data} holds a recording of kind "{due}"; write kind = "{due}"')
+
+
+def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool) -> Recording:
+    """Unchanged, after all rows were found within the travels. Raises DataError with the line of the data.
+
+    sheet: the data are a table with one line per row.
+    """
+    try:
+        machine.prepare(recording.run)
+    except ModelLimit as error:
+        row = re.match(r"row (\d+): ", str(error))
+        if not row or not sheet:
+            raise DataError(f"{data}: {error}") from None
+        table, number = read_csv(data), int(row[1]) - 1
+        end = " (second end)" if number >= len(table.rows) else ""
+        place = table.at(number % len(table.rows))
+        raise DataError(f"{place}: {str(error)[row.end() :]}{end}") from None
+    return recording
+
+
+def _with_nuisance(recording: Recording, machine: Machine) -> Recording:
+    """Unchanged, after its nuisance was found to be possible."""
+    nuisance_columns(recording, machine)
+    return recording
+
+
+def _with_history(recording: Recording, memory: str) -> Run:
+    """Travel, sense and since_reversal (of a dense path also speed and acceleration) where the file lacks them.
+
+    memory "travel": only the distance travelled, row by row in order; "rows": rows follow one another without detours
+    or reversals in between. The second end of a length has the history of its first end.
+    """
+    run = recording.run
+    if memory == "none" or run.n < 2:
+        return run
+    second = recording.other[recording.other >= 0]
+    rows = run.take(np.arange(run.n - len(second)))
+    source = np.concatenate([np.arange(rows.n), recording.row[recording.other >= 0]])
+    axes = list(rows.position)
+    _check_order(rows)
+    columns: dict[str, Array] = {f"travel_{a}_{axis_unit(a)}": travel(rows.q(a)) for a in axes}
+    if memory in ("rows", "path"):
+        columns |= row_history(rows, axes, _starts(rows), recording.kind == "displacement")
+    if memory == "path":
+        columns |= path_history(rows.position, rows.column("time_s"))
+    new = {name: values[source] for name, values in columns.items() if name not in run.columns}
+    return run.with_columns(new)
+
+
+def _starts(run: Run) -> Any:
+    """Rows (n,) at which a label says that something else begins."""
+    out = np.zeros(run.n, dtype=bool)
+    for label in BREAKS:
+        if label in run.labels:
+            out[1:] |= run.labels[label][1:] != run.labels[label][:-1]
+    return out
+
+
+def _check_order(run: Run) -> None:
+    if "time_s" not in run.columns:
+        return
+    back = np.flatnonzero((np.diff(run.column("time_s")) < 0) & ~_starts(run)[1:])
+    if len(back):
+        raise UsageError(
+            f"time_s goes back at row {int(back[0]) + 2}; rows stand in the order in which they were made. Sort them, or "
+            'write history = "none"'
+        )
+
+
+def missing_columns(run: Run, machine: Machine) -> tuple[str, ...]:
+    """Columns and labels that a recording may have and this one has not, as a run names them."""
+    absent_axes = [a for a in "XYZABC" if a not in machine.chain.letters]
+    own = re.compile(r"u_|reading_|(part|tip|from|offset)_[xyz]_mm|probe_lateral|" + "|".join(OBSERVED))
+    of_axis = re.compile(rf"(sense|since_reversal|speed|accel|raw|travel)_[{''.join(absent_axes)}](_|$)")
+    columns = [c for c in run_columns() if c not in run.columns and not own.match(c) and not of_axis.match(c)]
+    return (*columns, *(label for label in LABELS if label not in run.labels))
+
+
+__all__ = ["RecordingFile", "load_recording", "missing_columns"]

@@ -1,0 +1,172 @@
+"""The tables of a recording file (recording/1) as pydantic models, and the words in them."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from vcmm.errors import UsageError, choose_from
+from vcmm.files.columns import LABELS
+from vcmm.files.problems import Problems, TableProblems
+from vcmm.files.scenario import PoseTable
+from vcmm.files.schema import Distance, Point, Table
+from vcmm.files.toml import Location
+from vcmm.laws import Law, Normal, StudentT
+from vcmm.recording import ALL_ROWS, NUISANCES
+from vcmm.units import quantity
+
+INDICATED, ACTUAL = "indicated - true", "actual - commanded"
+_POINT = (0.0, 0.0, 0.0)
+
+
+class NoiseTable(Table):
+    law: Literal["normal", "t"] = "normal"
+    u: str | None = Field(default=None, examples=['"0.5 um"'])
+    scale: str | None = Field(default=None, examples=['"0.7 um"'])
+    dof: float | None = Field(default=None, examples=["6"])
+
+
+class SeriesTable(Table):
+    data: str = Field(examples=['"temperatures.csv"'])
+
+
+class LineTable(Table):
+    """Where an axis was measured (formats iso230, rtl, scope): the axis, the other axes, the reflector."""
+
+    axis: Literal["", "X", "Y", "Z", "A", "B", "C"] = ""
+    at: dict[str, str] = Field(default_factory=dict, examples=['{ Y = "250 mm", Z = "-100 mm" }'])
+    offset: Point = _POINT
+
+
+class StylusTable(Table):
+    """With what a point table was measured (format points)."""
+
+    offset: Point = _POINT
+    tip_diameter: Distance = 0.0
+
+
+class ScopeTable(Table):
+    """Columns of a controller's trace (format scope): axis = [commanded, actual]."""
+
+    time: str = "time_s"
+    time_unit: Literal["", "s", "ms", "us", "filetime"] = ""
+    unit: Literal["", "mm", "um", "m", "in", "deg", "rad"] = ""
+    axes: dict[str, list[str]] = Field(default_factory=dict, examples=['{ X = ["SetPos", "ActPos"] }'])
+
+
+class RecordingFile(Table):
+    """recording/1"""
+
+    vcmm: str
+    name: str = ""
+    data: str = Field(examples=['"touches.csv"'])
+    format: Literal["", "table", "points", "iso230", "rtl", "scope"] = ""
+    machine: str | dict[str, Any] | None = Field(default=None, examples=['"machine.toml"'])
+    kind: Literal["probe", "displacement", "length", "angle", "path"] = Field(examples=['"probe"'])
+    observed: Literal["", "indicated - true", "actual - commanded"] = ""
+    history: Literal["", "none", "travel", "rows", "path"] = ""
+    nuisance: dict[str, str] = Field(default_factory=dict, examples=['{ rigid = "pose" }'])
+    noise: NoiseTable | None = None
+    series: list[SeriesTable] = Field(default_factory=list)
+    line: LineTable | None = None
+    pose: PoseTable | None = None
+    stylus: StylusTable | None = None
+    scope: ScopeTable | None = None
+
+    @property
+    def shape(self) -> str:
+        """The format of the data: as stated, else .rtl by its ending, else the columns of a recording."""
+        return self.format or ("rtl" if self.data.lower().endswith(".rtl") else "table")
+
+    @property
+    def measuring(self) -> bool:
+        """True for indicated - true, the default of every kind but path."""
+        return (self.observed or (ACTUAL if self.kind == "path" else INDICATED)) == INDICATED
+
+    @property
+    def memory(self) -> str:
+        """How the history of the axes is found: rows of paths and displacements follow one another without detours."""
+        return self.history or ("rows" if self.kind in ("path", "displacement") else "travel")
+
+
+TABLES_OF = {
+    "line": ("iso230", "rtl", "scope"),
+    "pose": ("points",),
+    "stylus": ("points",),
+    "scope": ("scope",),
+}
+
+
+def check_words(model: RecordingFile, problems: Problems) -> None:
+    """Notes nuisances and labels that do not exist, and tables that the format does not use."""
+    for word, label in model.nuisance.items():
+        here: Location = ("nuisance", word)
+        if word not in NUISANCES:
+            problems.add(here, f'unknown nuisance "{word}".{choose_from(word, NUISANCES)}')
+        elif label not in (*ALL_ROWS, *LABELS):
+            known = choose_from(label, LABELS)
+            problems.add(here, f'{word} = "{label}" is no label column.{known} Or "" for all rows')
+    for table, formats in TABLES_OF.items():
+        if getattr(model, table) is not None and model.shape not in formats:
+            due = " or ".join(f'"{f}"' for f in formats)
+            problems.add(
+                (table,), f'[{table}] goes with format = {due}, but the data are read as "{model.shape}"'
+            )
+
+
+def noise_law(table: NoiseTable, angle: bool) -> Law:
+    """The law of the noise in mm, or in rad for angle = True. Raises TableProblems naming the key."""
+    due = ("scale", "dof") if table.law == "t" else ("u",)
+    for key in ("u", "scale", "dof"):
+        if getattr(table, key) is not None and key not in due:
+            raise TableProblems(
+                [(key, f'{key} does not belong to law = "{table.law}", which takes {" and ".join(due)}')]
+            )
+        if getattr(table, key) is None and key in due:
+            example = {"u": f'"0.5 {"urad" if angle else "um"}"', "dof": "6"}.get(
+                key, f'"0.7 {"urad" if angle else "um"}"'
+            )
+            raise TableProblems(
+                [("", f'law = "{table.law}" needs {key}; write for example {key} = {example}')]
+            )
+    if table.law == "t":
+        return StudentT(_spread(table.scale, "scale", angle), float(table.dof or 0.0))
+    return Normal(_spread(table.u, "u", angle))
+
+
+def _spread(text: str | None, key: str, angle: bool) -> float:
+    try:
+        value = quantity(text, "angle" if angle else "length", key, "0.5 urad" if angle else "0.5 um")
+        if value <= 0:
+            raise UsageError(f'{key} = "{text}" must be above zero')
+    except UsageError as error:
+        raise TableProblems([(key, str(error))]) from None
+    return value
+
+
+def other_positions(line: LineTable, letters: tuple[str, ...], moving: tuple[str, ...]) -> dict[str, float]:
+    """Positions of the axes that stood still, mm or rad. Raises TableProblems for axes that are missing or too many."""
+    found: list[tuple[str | tuple[str, ...], str]] = []
+    out: dict[str, float] = {}
+    for letter, text in line.at.items():
+        if letter not in letters or letter in moving:
+            allowed = [a for a in letters if a not in moving]
+            found.append((("at", letter), f'at names axis "{letter}".{choose_from(letter, allowed)}'))
+            continue
+        try:
+            rotary = letter in "ABC"
+            out[letter] = quantity(
+                text, "angle" if rotary else "length", letter, "0 deg" if rotary else "250 mm"
+            )
+        except UsageError as error:
+            found.append((("at", letter), str(error)))
+    missing = [a for a in letters if a not in moving and a not in line.at]
+    if missing:
+        example = ", ".join(f'{a} = "0 {"deg" if a in "ABC" else "mm"}"' for a in missing)
+        found.append(
+            ("at", f"where the other axes stood is missing (arms depend on it); add at = {{ {example} }}")
+        )
+    if found:
+        raise TableProblems(found)
+    return out

@@ -1,0 +1,152 @@
+"""Write a recording as recording/1: TOML, the CSV of its observations, one CSV per log."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vcmm.errors import Environment, UsageError
+from vcmm.files.columns import axis_column, file_columns, known_column
+from vcmm.files.logs import LOGGED, own_logs
+from vcmm.files.observations import FROM, NORMAL, VECTOR
+from vcmm.laws import Law, Normal, StudentT
+from vcmm.recording import Ints, Recording
+from vcmm.run import Run, Series
+
+DEG = np.pi / 180.0
+DERIVED = re.compile(
+    r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]_rad.*|play_.*"
+)  # made again on reading
+
+
+def save_recording(recording: Recording, path: str | Path, machine: str = "machine.toml") -> None:
+    """Write PATH (TOML) and its CSV files beside it; machine: the file name that the TOML states.
+
+    Columns that follow from others (measured length, travel, play) are left out. Reading gives the same recording to
+    rounding. Raises UsageError for a law or a column that the format cannot hold, Environment if it cannot be written.
+    """
+    path = Path(path)
+    texts = recording_texts(recording, path.stem, machine)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (path.parent / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise Environment(f"{path} cannot be written: {error.strerror}; choose another folder") from None
+
+
+def recording_texts(recording: Recording, stem: str, machine: str = "machine.toml") -> dict[str, str]:
+    """File name -> text of all files of a recording; see `save_recording`."""
+    run = recording.run
+    own = own_logs(replace(run, series={})).series
+    logs = {name: log for name, log in run.series.items() if not _same(log, own.get(name))}
+    column = {s: s if s in LOGGED else f"temp_{s}_C" for s in logs}
+    names = {sensor: f"{stem}_{sensor}.csv" for sensor in logs}
+    texts = {f"{stem}.toml": _toml(recording, stem, machine, list(names.values()))}
+    texts[f"{stem}.csv"] = _csv(_columns(recording))
+    for sensor, log in logs.items():
+        texts[names[sensor]] = _csv({"time_s": log.time, column[sensor]: log.value})
+    return texts
+
+
+def _same(one: Series, other: Series | None) -> bool:
+    return (
+        other is not None and np.array_equal(one.time, other.time) and np.array_equal(one.value, other.value)
+    )
+
+
+def _toml(recording: Recording, stem: str, machine: str, logs: list[str]) -> str:
+    lines = ['vcmm = "recording/1"', f"name = {_text(recording.name)}", f'data = "{stem}.csv"']
+    lines += [f"machine = {_text(machine)}", f'kind = "{recording.kind}"']
+    lines.append(f'observed = "{"indicated - true" if recording.measuring else "actual - commanded"}"')
+    if recording.nuisance:
+        lines += ["[nuisance]", *(f'{word} = "{label}"' for word, label in recording.nuisance.items())]
+    if recording.noise is not None:
+        lines += ["[noise]", *_noise(recording.noise, "rad" if recording.kind == "angle" else "mm")]
+    for name in logs:
+        lines += ["[[series]]", f"data = {_text(name)}"]
+    return "\n".join(lines) + "\n"
+
+
+def _text(words: str) -> str:
+    return '"' + words.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def _noise(law: Law, unit: str) -> list[str]:
+    if isinstance(law, Normal):
+        return ['law = "normal"', f'u = "{law.u!r} {unit}"']
+    if isinstance(law, StudentT):
+        return ['law = "t"', f'scale = "{law.scale!r} {unit}"', f"dof = {law.dof!r}"]
+    raise UsageError(f"noise of the law {law.name} has no place in a recording file; use normal or t")
+
+
+def _columns(recording: Recording) -> dict[str, Any]:
+    """Every column of the CSV, one row per line."""
+    run, angle = recording.run, recording.kind == "angle"
+    vector = _is_vector(recording)
+    rows = np.arange(run.n) if vector else recording.row
+    out = _conditions(run, rows)
+    if not vector and _across_normals(recording):
+        raise UsageError("observations across the normals of their rows have no place in a recording file")
+    if not vector:
+        out |= {c: recording.direction[:, i] for i, c in enumerate(NORMAL)}
+    if (recording.other >= 0).any() and FROM[0] not in run.columns:
+        out |= {c: run.tip[recording.other, i] for i, c in enumerate(FROM)}
+    scale = 1e6 if angle else 1e3
+    names = VECTOR if vector else (("d_urad",) if angle else ("d_um",))
+    table = (recording.value * scale).reshape(-1, len(names))
+    out |= {name: table[:, i] for i, name in enumerate(names)}
+    if recording.u is not None:
+        spread = (recording.u * scale).reshape(-1, len(names))
+        out |= {f"u_{name}": spread[:, i] for i, name in enumerate(names)}
+    return out
+
+
+def _across_normals(recording: Recording) -> bool:
+    if recording.kind == "length" or not all(c in recording.run.columns for c in NORMAL):
+        return False
+    gap = recording.run.normal[recording.row] - recording.direction
+    return bool(np.abs(gap).max(initial=0.0) > 1e-9)
+
+
+def _is_vector(recording: Recording) -> bool:
+    """Whether each run row has its x, y and z, in this order."""
+    n = recording.run.n
+    if recording.m != 3 * n or not np.array_equal(recording.row, np.repeat(np.arange(n), 3)):
+        return False
+    return bool(np.abs(recording.direction - np.tile(np.eye(3), (n, 1))).max(initial=0.0) < 1e-12)
+
+
+def _conditions(run: Run, rows: Ints) -> dict[str, Any]:
+    """Positions, offsets, columns and labels of the rows, in file units."""
+    out: dict[str, Any] = {
+        axis_column(a): q[rows] / (DEG if a in "ABC" else 1.0) for a, q in run.position.items()
+    }
+    if run.offset.any():
+        out |= {f"offset_{c}_mm": run.offset[rows, i] for i, c in enumerate("xyz")}
+    known = file_columns()
+    for name, values in run.columns.items():
+        if DERIVED.fullmatch(name) or name in NORMAL:
+            continue
+        written = f"{name[:-4]}_deg" if name.endswith("_rad") else name
+        if not known_column(written, known):
+            raise UsageError(f"the column {name} has no place in a recording file; remove it")
+        out[written] = values[rows] / (DEG if name.endswith("_rad") else 1.0)
+    if all(c in run.columns for c in NORMAL):
+        out |= {c: run.columns[c][rows] for c in NORMAL}
+    return out | {name: values[rows] for name, values in run.labels.items()}
+
+
+def _csv(columns: Mapping[str, Any]) -> str:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(values.tolist() for values in columns.values())))
+    return buffer.getvalue()
