@@ -46,6 +46,9 @@ DIMENSIONS: dict[str, Dimension] = {
     "force": _dim(force=1),
     "compliance": _dim(length=1, force=-1),
     "mass": _dim(mass=1),
+    "strain per mass": _dim(mass=-1),
+    "curvature per temperature": _dim(length=-1, temperature=-1),
+    "angle per acceleration": _dim(angle=1, length=-1, time=2),
 }
 
 # what a correct value looks like, for messages
@@ -55,6 +58,8 @@ EXAMPLES: dict[str, str] = {
     "acceleration": "2 m/s^2", "jerk": "50 m/s^3", "expansion": "8.0 um/(m K)", "curvature": "2 um/m^2",
     "angle per length": "3 urad/m", "length per temperature": "0.4 um/K", "length per time": "0.5 um/h",
     "force": "0.1 N", "compliance": "0.1 um/N", "mass": "20 kg",
+    "strain per mass": "0.05 um/(m kg)", "curvature per temperature": "10 um/(m^2 K)",
+    "angle per acceleration": "5 urad/(m/s^2)",
 }  # fmt: skip
 
 _DEG = math.pi / 180.0
@@ -181,7 +186,7 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
         raise UsageError(f'{what} = "{text}" is not finite; {due}')
     if not unit_text and dimension != "number":
         raise UsageError(
-            f'{what} = "{text}" has no unit; write for example {what} = "{text.strip()}{_unit_of(example)}"'
+            f'{what} = "{text}" has no unit; write for example {what} = "{_per_million(text, dimension)}{_unit_of(example)}"'
         )
     try:
         unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
@@ -198,13 +203,21 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
     return numbers, unit.factor
 
 
+def _per_million(text: str, dimension: str) -> str:
+    """A bare 11.5e-6 is meant per kelvin: with the unit um/(m K) it must read 11.5, not 11.5e-6."""
+    if dimension == "expansion" and all(abs(float(n)) < 1e-3 for n in text.split()):
+        return " ".join(f"{float(n) * 1e6:g}" for n in text.split())
+    return text.strip()
+
+
 def _no_text(value: object, what: str, example: str) -> str:
     """The complaint about a value that is no text, with the corrected line where its numbers are plain."""
     items = list(value) if isinstance(value, list | tuple) else [value]
     plain = all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in items)
     if not plain or not items or len(items) != len(_numbers_and_unit(example)[0]):
         return f'{what} = {shown(value)} is not a text with {_due(example)}; write for example {what} = "{example}"'
-    corrected = " ".join(str(v) for v in items) + _unit_of(example)
+    dimension = dimension_of(_unit_of(example).strip()) if _unit_of(example).strip() else "number"
+    corrected = _per_million(" ".join(str(v) for v in items), dimension) + _unit_of(example)
     return f'{what} = {shown(value)} has no unit; write for example {what} = "{corrected}"'
 
 

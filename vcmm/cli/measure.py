@@ -64,9 +64,11 @@ def _write(folder: Path, found: Any, content: dict[str, Any]) -> None:
 
     from vcmm.cli.common import say, write_files
 
-    rows = ["feature,x_mm,y_mm,z_mm,nx,ny,nz,error_um"]
-    for f, p, n, e in zip(found.features, found.points, found.normals, found.errors):
-        rows.append(",".join([f, *(f"{v:.9f}" for v in (*p, *n)), f"{e * 1e3:.6f}"]))
+    names = [f"{kind}_{c}_mm" for kind in ("measured", "nominal") for c in "xyz"]
+    rows = [",".join(["feature", *names, "nx", "ny", "nz", "error_um"])]
+    for i, f in enumerate(found.features):
+        numbers = (*found.points[i], *found.nominal_points[i], *found.normals[i])
+        rows.append(",".join([f, *(f"{v:.9f}" for v in numbers), f"{found.errors[i] * 1e3:.6f}"]))
     texts = {
         "measure.json": _json.dumps(content, indent=1, allow_nan=False),
         "points.csv": "\n".join(rows) + "\n",

@@ -9,10 +9,10 @@ from vcmm.effects.clamping import Clamping
 from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
 from vcmm.effects.drift import LinearDrift, StepChange, ThermalDriftTwoLags
-from vcmm.effects.dynamics import StructuralVibration
+from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
 from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
-from vcmm.effects.flexure import CrossAxisFlexure
+from vcmm.effects.flexure import CrossAxisFlexure, GradientBending, PartLoad
 from vcmm.effects.geometric_change import GeometricChange
 from vcmm.effects.heating import ScrewHeating, SpindleGrowth
 from vcmm.effects.lag import ReadoutDelay, ServoLag
@@ -43,6 +43,7 @@ ALL: tuple[type[Effect], ...] = (
     AbbeOffset,
     MapInterpolation,
     CrossAxisFlexure,
+    PartLoad,
     ScaleExpansion,
     PartExpansion,
     ThermalDrift,
@@ -50,6 +51,7 @@ ALL: tuple[type[Effect], ...] = (
     LinearDrift,
     StepChange,
     Reindexing,
+    GradientBending,
     SpindleGrowth,
     ScrewHeating,
     Backlash,
@@ -60,6 +62,7 @@ ALL: tuple[type[Effect], ...] = (
     EncoderInterpolation,
     ServoLag,
     ReadoutDelay,
+    DynamicPitch,
     StructuralVibration,
     TriggerDelay,
     TipRadius,

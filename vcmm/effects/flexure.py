@@ -39,7 +39,9 @@ class CrossAxisFlexure(_Flexure):
 
     name = "cross_axis_flexure"
     per = "axis, other, direction"
-    cites = "Schwenke et al., CIRP Annals 57 (2008) 660, sec. 2: non-rigid behaviour; cantilever beam under a moving load"
+    cites = (
+        "Schwenke et al., CIRP Annals 57 (2008) 660: non-rigid behaviour; cantilever beam under a moving load"
+    )
     other: str = at("Z", "other axis: the one that reaches out")
     direction: str = at("z", "x, y or z: where it yields")
     c: float = param(0.0, "um/m^2", "displacement per product of positions")
@@ -85,7 +87,7 @@ class GradientBending(_Flexure):
     name = "gradient_bending"
     per = "axis, direction"
     needs = ("temp_gradient_C",)
-    cites = "Timoshenko, J. Opt. Soc. Am. 11 (1925) 233: curvature alpha dT / h of a heated strip"
+    cites = "Boley & Weiner, Theory of Thermal Stresses (1960): curvature alpha dT / h of a beam heated on one side"
     direction: str = at("z", "x, y or z: where it bends")
     k: float = param(0.0, "um/(m^2 K)", "half the curvature per temperature difference")
     carries: str = "tool"

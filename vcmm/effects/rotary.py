@@ -24,7 +24,7 @@ class RotaryCyclic(Effect):
     per = "component"
     own = True
     aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
-    cites = "ISO 230-1:2012, 3.5 (error motions of rotary axes); ISO 230-7:2015 (Fourier analysis of error motion)"
+    cites = "ISO 230-1:2012 (error motions of rotary axes); ISO 230-7:2015 (Fourier analysis of error motion)"
     component: str = at("ECC", "component error of a rotary axis, for example ECC, EXC, EAC")
     coefficients: Any = param(
         lambda: np.zeros(2), "mm or rad", "cosine and sine of each harmonic, in turn; `amplitude` in files",
