@@ -45,7 +45,9 @@ def effects(args: argparse.Namespace, design: make.Design) -> None:
     for name in args.names.split(",") if args.names else make.NAMES:
         table[name] = Counter()
         for k in range(args.cases):
-            case = make.make((name,), args.delta, args.seed + 97 * k + 7 * make.NAMES.index(name), design, args.noise)
+            case = make.make(
+                (name,), args.delta, args.seed + 97 * k + 7 * make.NAMES.index(name), design, args.noise
+            )
             start = time.perf_counter()
             d = diagnose_recording(case.recording, make.machine(), 1, args.draws)
             took.append(time.perf_counter() - start)
@@ -71,7 +73,9 @@ def nothing(args: argparse.Namespace, design: make.Design) -> None:
         case = make.make((), 0.0, args.seed + 5000 + k, design, args.noise)
         found[first(diagnose_recording(case.recording, make.machine(), 1, args.draws))] += 1
     alarms = args.nulls - found["nothing"]
-    print(f"nulls ({args.noise}): {dict(found)}; alarms {alarms}/{args.nulls}, 95 % bound {bound(alarms, args.nulls):.3f}")
+    print(
+        f"nulls ({args.noise}): {dict(found)}; alarms {alarms}/{args.nulls}, 95 % bound {bound(alarms, args.nulls):.3f}"
+    )
 
 
 def main() -> None:

@@ -140,7 +140,10 @@ def test_measure_writes_a_folder(tmp_path, capsys):
     assert run(["measure", str(edited(tmp_path)), "--out", str(tmp_path / "m")]) == 0
     assert sorted(p.name for p in (tmp_path / "m").iterdir()) == ["measure.json", "points.csv"]
     rows = (tmp_path / "m" / "points.csv").read_text().splitlines()
-    assert rows[0] == "feature,measured_x_mm,measured_y_mm,measured_z_mm,nominal_x_mm,nominal_y_mm,nominal_z_mm,nx,ny,nz,error_um"
+    assert (
+        rows[0]
+        == "feature,measured_x_mm,measured_y_mm,measured_z_mm,nominal_x_mm,nominal_y_mm,nominal_z_mm,nx,ny,nz,error_um"
+    )
     assert len(rows) == 32
 
 
@@ -216,7 +219,10 @@ def test_doctor_with_something_missing(capsys, monkeypatch):
         (["explain", "backlsh"], 'unknown effect "backlsh". Did you mean "backlash"'),
         (["measure", "x.toml", "--seed", "abc"], 'unable to convert "abc" into int'),
         (["check"], "requires an argument"),
-        (["diagnose", "r.toml"], "diagnose is planned and not built yet; what works today: demo, new, check"),
+        (
+            ["calibrate", "r.toml"],
+            "calibrate is planned and not built yet; what works today: demo, new, check",
+        ),
     ],
 )
 def test_wrong_command_lines(capsys, words, message):

@@ -26,12 +26,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "numbers": ("streams", "_stream_kernels", "interval", "summary", "montecarlo", "gaussian"),
     "effects": ("effects",),
     "tasks": (
-        "contact", "strategies", "plan", "qualification", "task", "scenario", "observe", "instruments",
+        "contact", "strategies", "plan", "qualification", "task", "scenario", "recording", "nuisance", "observe", "instruments",
         "influence", "linear", "exact",
     ),
     "files": ("files", "library", "nc"),
     "jobs": (
-        "result", "budget", "certify", "sampling", "remarks", "volumetric", "measuring", "evaluation", "jobs", "audit", "place", "calibrate", "compensate",
+        "result", "budget", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "place", "calibrate", "compensate",
         "diagnosis", "cut",
     ),
     "twins": ("twins",),

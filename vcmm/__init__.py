@@ -29,6 +29,8 @@ _HOME = {
     "measure": "vcmm.jobs",
     "uncertainty": "vcmm.jobs",
     "field": "vcmm.volumetric",
+    "diagnose": "vcmm.diagnosing",
+    "load_recording": "vcmm.files.recording",
 }
 __all__ = ["__version__", *_HOME]
 

@@ -210,10 +210,10 @@ def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
     mean = cov @ b
     total = float(r @ r)
     rest = max(total - float(b @ mean), 1e-12 * total, 1e-300)
-    sign, volume = np.linalg.slogdet(np.eye(len(b)) + (gram * width).T * width)
+    _, volume = np.linalg.slogdet(np.eye(len(b)) + (gram * width).T * width)
     evidence = -0.5 * float(volume) - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
     sigma = float(np.sqrt(rest / dof))
-    return Posterior(mean, sigma**2 * cov, sigma, evidence)
+    return Posterior(np.asarray(mean), np.asarray(sigma**2 * cov), sigma, evidence)
 
 
 def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:

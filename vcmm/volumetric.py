@@ -63,7 +63,10 @@ def with_defaults(machine: Machine, run: Run) -> Run:
     missing = {
         c for e in machine.effects if e.link != "reading" for c in e.required() if c not in run.columns
     }
-    filled = {c: np.full(run.n, T0_DEG_C if c.startswith("temp_") and c != "temp_gradient_C" else 0.0) for c in missing}
+    filled = {
+        c: np.full(run.n, T0_DEG_C if c.startswith("temp_") and c != "temp_gradient_C" else 0.0)
+        for c in missing
+    }
     return run.with_columns(filled)
 
 

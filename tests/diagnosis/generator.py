@@ -101,10 +101,14 @@ def make_run(design: Design, seed: int) -> tuple[Run, np.ndarray]:
 def temperatures(hours: float, rng: np.random.Generator) -> dict[str, Series]:
     """Air swings with the day and the doors, the rest follows at its own pace."""
     time = np.arange(0, hours * 3600 + 300, 120.0)
-    swing = 1.2 * np.sin(2 * np.pi * time / 14000 + rng.uniform(0, 6)) + 0.8 * np.sin(2 * np.pi * time / 5300 + rng.uniform(0, 6))
+    swing = 1.2 * np.sin(2 * np.pi * time / 14000 + rng.uniform(0, 6)) + 0.8 * np.sin(
+        2 * np.pi * time / 5300 + rng.uniform(0, 6)
+    )
     air = 20.5 + swing + 0.6 * (time > rng.uniform(0.3, 0.7) * time[-1])
     out = {"air": air}
-    for i, (name, tau) in enumerate((("scale_x", 2400.0), ("scale_y", 3300.0), ("scale_z", 4100.0), ("part", 6000.0))):
+    for i, (name, tau) in enumerate(
+        (("scale_x", 2400.0), ("scale_y", 3300.0), ("scale_z", 4100.0), ("part", 6000.0))
+    ):
         out[name] = follow(time, air, tau) + 0.3 * i + 0.4 * np.sin(2 * np.pi * time / (9000 + 2500 * i) + i)
     out["gradient"] = 0.4 * np.sin(2 * np.pi * time / 11000 + rng.uniform(0, 6)) + 0.2
     return {name: Series(time, value) for name, value in out.items()}
@@ -155,7 +159,7 @@ def signal(name: str, run: Run, normal: np.ndarray, rng: np.random.Generator) ->
     if name == "linear_drift":
         return -um * t / 3600 * ni, axis.lower()
     if name == "step_change":
-        t1 = np.quantile(t, rng.uniform(0.25, 0.75))
+        t1 = np.quantile(t, rng.choice([0.3, 0.5, 0.7]) + rng.uniform(-0.06, 0.06))  # inside a placement
         return -um * (t > t1) * ni, axis.lower()
     if name == "probe_lobing":
         th, ph = c["probe_angle_rad"], rng.uniform(0, 2 * np.pi)
@@ -196,7 +200,11 @@ def signal(name: str, run: Run, normal: np.ndarray, rng: np.random.Generator) ->
         e = np.zeros((n, 3))
         e[:, j] += bow
         about = np.cross(np.eye(3)[i], np.eye(3)[j])
-        at = {"X": run.offset + np.stack([0 * t, 0 * t, q["Z"]], 1), "Y": arm - np.stack([0 * t, q["Y"], 0 * t], 1), "Z": run.offset}[axis]
+        at = {
+            "X": run.offset + np.stack([0 * t, 0 * t, q["Z"]], 1),
+            "Y": arm - np.stack([0 * t, q["Y"], 0 * t], 1),
+            "Z": run.offset,
+        }[axis]
         e += slope[:, None] * np.cross(about, at)
         return -(e * normal).sum(axis=1), axis
     if name == "tip_form":
@@ -208,7 +216,7 @@ def signal(name: str, run: Run, normal: np.ndarray, rng: np.random.Generator) ->
         return -um * (np.sin(2.6 * s + 0.4) + 0.5 * s**3) * normal[:, j], f"E{'XYZ'[j]}{axis}"
     if name == "unknown_product":  # outside the catalogue: probe angle and height together
         z = (q["Z"] - q["Z"].mean()) / q["Z"].std()
-        return um * np.cos(c["probe_angle_rad"]) * z**2 * c["probe_lateral"], ""
+        return um * np.cos(5 * c["probe_angle_rad"] + 1) * z**2 * c["probe_lateral"], ""
     if name == "unknown_region":  # outside: a soft spot of the guide
         return -um * np.exp(-(((q["X"] - 320) / 60) ** 2) - ((q["Y"] - 260) / 70) ** 2) * normal[:, 2], ""
     if name == "unknown_rhythm":  # outside: the building's pumps

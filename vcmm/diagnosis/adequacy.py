@@ -11,6 +11,8 @@ from vcmm.diagnosis.select import Selection, mismatch
 from vcmm.gaussian import Whitener, best_width
 from vcmm.run import Array
 
+CLEARLY = 5.0  # nats
+
 
 def unknown_rest(
     generic: Dictionary, selection: Selection, white: Whitener, chance: Array, threshold: float
@@ -27,6 +29,16 @@ def unknown_rest(
     places = locate(given, selection.y, chance)
     best = int(np.argmax(scores))
     return _described(generic, given.basis, selection, white, places, best, options[:, 0])
+
+
+def beaten(generic: Dictionary, selection: Selection, evidence: float, i: int) -> bool:
+    """Does a shape without physics explain clearly more than term i, the other terms given? Then the name is wrong."""
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    if not generic.families:
+        return False
+    given = scorer(generic, np.concatenate(others, axis=1) if others else None)
+    scores = given.families(given.options(selection.y[:, None]))[:, 0]
+    return float(scores.max()) > evidence + CLEARLY + mismatch(selection)
 
 
 def _described(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change, trials
 from vcmm.effect import Effect, parameter_fields, place_fields
 from vcmm.effects import ALL
-from vcmm.effects.abbe import AbbeOffset
-from vcmm.effects.geometric_change import GeometricChange
-from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.typical import TYPICAL, typical
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.kinematics import ROTARY
@@ -32,6 +29,7 @@ NEVER = (  # forms of the stored table, its uncertainty, and what the noise audi
 )  # fmt: skip
 PAIRS = ("C0Y", "B0Z", "A0Z")
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
+RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
 MOST_COLUMNS = 120
 
 
@@ -50,7 +48,7 @@ class Option:
         """Number of free numbers: columns, and scanned parameters."""
         if self.effect is None:
             return self.columns.shape[1]
-        scans = sum(bool(f.metadata["scan"]) or is_change(f) for f in parameter_fields(self.effect))
+        scans = sum(len(f.metadata["scan"]) > 1 or is_change(f) for f in parameter_fields(self.effect))
         return self.columns.shape[1] + scans
 
 
@@ -83,14 +81,26 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
     families: list[Family] = []
     absent: dict[str, tuple[str, ...]] = {}
     for kind in (*ALL, *extra):
-        if kind.name in NEVER or not parameter_fields(kind):
+        if kind.name in NEVER or not parameter_fields(kind) or not applies(kind, problem):
             continue
         found, missing = _of_kind(kind, problem)
         for family in found:
             families = _joined(families, family)
         if not found and missing:
             absent[kind.name] = tuple(sorted(missing))
-    return Catalogue(_shared_prior(families), absent)
+    families += _stale(problem)
+    return Catalogue(_shared_prior(families, problem), absent)
+
+
+def _stale(problem: Problem) -> list[Family]:
+    """The calibration as a whole is off by more than it claims: its own covariance, widened, as random effects."""
+    if not np.any(problem.calibration):
+        return []
+    left, size, _ = np.linalg.svd(problem.calibration, full_matrices=False)
+    columns = (left * size)[:, size > 1e-2 * size[0]][:, :MOST_COLUMNS]
+    k = columns.shape[1]
+    option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)
+    return [Family("geometric_change", {"component": "all"}, (option,))]
 
 
 def _joined(families: list[Family], new: Family) -> list[Family]:
@@ -103,11 +113,25 @@ def _joined(families: list[Family], new: Family) -> list[Family]:
     return [*families, new]
 
 
-def _shared_prior(families: Sequence[Family]) -> tuple[Family, ...]:
-    counts: dict[str, int] = {}
+def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family, ...]:
+    """Every name the same prior; half of it for the whole (all styli) where there are parts, the rest shared by places."""
+    out = []
     for family in families:
-        counts[family.name] = counts.get(family.name, 0) + 1
-    return tuple(replace(f, log_prior=-float(np.log(counts[f.name]))) for f in families)
+        same = [f for f in families if f.name == family.name]
+        whole = [f for f in same if _everything(f)]
+        if whole and len(same) > 1:
+            prior = 0.5 if _everything(family) else 0.5 / (len(same) - 1)
+        else:
+            prior = 1.0 / len(same)
+        unclamped = family.name == "clamping" and "clamp" not in problem.run.labels
+        if family.name in RARE.get(problem.recording.kind, ()) or unclamped:
+            prior *= 0.1
+        out.append(replace(family, log_prior=float(np.log(prior))))
+    return tuple(out)
+
+
+def _everything(family: Family) -> bool:
+    return not family.where or family.where.get("component") == "all"
 
 
 def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str]]:
@@ -136,7 +160,8 @@ def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
     """Required columns that neither the run nor its logs have."""
     logged = {f"temp_{sensor}_C" for sensor in run.series}
     have = logged | set(run.columns) | set(run.labels)
-    return tuple(c for c in effect.required() if c not in have)
+    label = ("event",) if effect.per == "event" else ()  # random per event: without events it is a constant
+    return tuple(c for c in (*effect.required(), *label) if c not in have)
 
 
 def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
@@ -159,14 +184,14 @@ def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
 
 def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Effect:
     """One instance, with what it takes from the stored tables, the travel, the chain or the part's size."""
-    machine = problem.machine
-    if kind is AbbeOffset:
-        return AbbeOffset.from_tables(place["axis"], machine.effects)
-    if kind is MapInterpolation:
-        return MapInterpolation.from_table(_table(place["component"], problem))
-    if kind is GeometricChange:
+    machine, made = problem.machine, cast(Any, kind)
+    if kind.name == "abbe_offset":
+        return cast(Effect, made.from_tables(place["axis"], machine.effects))
+    if kind.name == "map_interpolation":
+        return cast(Effect, made.from_table(_table(place["component"], problem)))
+    if kind.name == "geometric_change":
         q = problem.run.q(place["component"][2])
-        return GeometricChange(place["component"], np.array([q.min(), q.max()]))
+        return cast(Effect, made(place["component"], np.array([q.min(), q.max()])))
     changes: dict[str, Any] = dict(place)
     if kind.name == "gradient_bending":
         changes["carries"] = "workpiece" if place["axis"] in machine.chain.work else "tool"
@@ -229,12 +254,30 @@ def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Opt
         return None
     labels, unit = _amplitudes(effect, names, columns)
     columns = columns * unit
-    label = PER_LABEL.get(effect.per, "")
-    if label in problem.run.labels:
+    label = redraw_label(effect, problem.run)
+    if label:
         columns, labels, unit = _per_value(columns, labels, unit, problem, label)
     if not np.isfinite(columns).all() or not np.any(columns) or columns.shape[1] > MOST_COLUMNS:
         return None
     return Option(effect, columns, unit, labels, log_prior)
+
+
+def redraw_label(effect: Effect, run: Run) -> str:
+    """The label of which every value has its own copy of the parameters; "" for one copy."""
+    wanted = [PER_LABEL[word] for word in effect.per.split(", ") if word in PER_LABEL]
+    return next((label for label in wanted if label in run.labels), "")
+
+
+def applies(kind: type[Effect], problem: Problem) -> bool:
+    """Is there an instrument, a tool, a stylus in this kind of recording?"""
+    recording = problem.recording
+    if "instrument" in kind.per:
+        return recording.kind in ("displacement", "length", "angle")
+    if "tool" in kind.per.split(", "):
+        return not recording.measuring
+    if "stylus" in kind.per:
+        return recording.kind == "probe"
+    return True
 
 
 def linear_parameters(effect: Effect) -> list[str]:

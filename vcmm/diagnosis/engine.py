@@ -7,17 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.diagnosis.adequacy import unknown_rest
+from vcmm.diagnosis.adequacy import beaten, unknown_rest
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.holdout import HeldOut, folds, gate, judge
-from vcmm.diagnosis.locate import Place, generic_families, locate
+from vcmm.diagnosis.improve import fitted
+from vcmm.diagnosis.locate import generic_families, locate
 from vcmm.diagnosis.mistakes import Mistake, find_mistake
 from vcmm.diagnosis.nextstep import next_steps
-from vcmm.diagnosis.noise import Audit, audit, stated
-from vcmm.diagnosis.null import FALSE_ALARM, Noise, clipped, draws, upper_quantile
+from vcmm.diagnosis.noise import Audit, audit
+from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.refine import Refiner
@@ -78,18 +79,16 @@ def _passes(
 ) -> tuple[Stage, Selection, Mistake | None]:
     """Audit the noise, select, audit again what is left; until the preparation stands."""
     generics = generic_families(problem)
-    rest = plain.apply(problem.residual)
-    before: Audit | None = None
+    noise = audit(problem, plain, plain.apply(problem.residual), seed)
     for turn in range(PASSES):
-        noise = audit(problem, plain, rest, seed)
-        if before is not None and _same(noise, before):
-            break
         tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
         stage = _stage(problem, known, generics, noise, seed, nulls)
         tell("weighing the evidence", 0.25 + 0.2 * turn)
         selection, mistake, used = _search(problem, stage)
-        before, rest = noise, _left(used, plain, selection)
-    return stage, selection, mistake
+        before, noise = noise, audit(problem, plain, _left(used, plain, selection), seed)
+        if _same(noise, before):
+            break
+    return replace(stage, noise=replace(stage.noise, findings=noise.findings)), selection, mistake
 
 
 def _same(a: Audit, b: Audit) -> bool:
@@ -102,7 +101,7 @@ def _stage(
     generics: Sequence,
     noise: Audit,
     seed: int,
-    nulls: int,  # type: ignore[type-arg]
+    nulls: int,
 ) -> Stage:
     u = noise.u(problem)
     white = problem.whitener(u, noise.rho)
@@ -180,17 +179,22 @@ def _result(
     failed = gate(used, parts, selection)
     if failed:
         selection = joint([t for i, t in enumerate(selection.terms) if i not in failed], setting)
-    held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
     tell("comparing rivals", 0.85)
     places = [standing(selection, setting, i) for i in range(len(selection.terms))]
+    doubtful = [i for i, place in enumerate(places) if beaten(stage.generic, selection, place.evidence, i)]
+    if doubtful:
+        failed += doubtful
+        selection = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
+        places = [standing(selection, setting, i) for i in range(len(selection.terms))]
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
+    held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
     answers = _answers(used, stage, selection, places, mistake, seed)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
-    steps = next_steps(used, stage, selection, places)
+    steps = next_steps(used, setting, selection, places)
     y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
     tell("done", 1.0)
     return Diagnosis(
@@ -260,7 +264,7 @@ def _answers(
                 place.evidence,
                 selection.delta(i),
                 largest > SCALES[-1],
-                term.option.effect,
+                *fitted(selection, i),
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))
@@ -274,6 +278,3 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     where = {"component": mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
     return Answer("map_mistake", where, {}, 1.0 - float(np.exp(-mistake.score)), 1.0, (), mistake.score, size)
-
-
-__all__ = ["Noise", "Place", "diagnose_recording", "stated"]

@@ -47,12 +47,22 @@ def estimates(
     freedom = max(problem.m - problem.nuisance.shape[1] - len(selection.fit.mean), 3)
     heavy = np.sqrt(freedom / rng.chisquare(freedom, DRAWS))[:, None]
     values = (mean + (normal - mean) * heavy) * unit
+    if term.option.effect is None:
+        return {"rms": _rms_seen(problem, term.option.columns, mean, values)}
     out = _linear(problem, selection, i, mean * unit, np.sqrt(np.diag(cov)) * unit, values)
     for name in scanned(term.option):
         found = _scan(problem, selection, i, name, refiner)
         if found is not None:
             out[_shown_name(selection, i, name)] = found
     return out
+
+
+def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> Estimate:
+    """rms of the observed change (m,), for a change that has no single component."""
+    gram = columns.T @ columns / problem.m
+    draws = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
+    unit = "urad" if problem.recording.kind == "angle" else "um"
+    return _estimate(float(np.sqrt(mean @ gram @ mean)), float(draws.std()), draws, unit)
 
 
 def _linear(
@@ -62,16 +72,13 @@ def _linear(
     effect = term.option.effect
     assert effect is not None
     out: dict[str, Estimate] = {}
-    at = 0
     names = linear_parameters(effect)
     arrays = any("[" in label or "@" in label for label in term.option.labels)
     if arrays:
         return {AS_ONE.get(effect.name, "rms"): _size(problem, selection, i, mean, values)}
-    for name in names:
-        spec = parameter(effect, name)
-        shown = spec.metadata["show"]
+    for at, name in enumerate(names):
+        shown = parameter(effect, name).metadata["show"]
         out[_shown_name(selection, i, name)] = _estimate(mean[at], u[at], values[:, at], shown)
-        at += 1
     if {"sine", "cosine"} <= set(names):
         j, k = names.index("sine"), names.index("cosine")
         shown = parameter(effect, "sine").metadata["show"]
@@ -104,7 +111,7 @@ def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
 
 
 def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: Array) -> Estimate:
-    """rms of an array parameter: over the rows for a field, over the elements for random vectors."""
+    """rms of an array parameter: over the rows, about its mean, for a field; over the elements for random vectors."""
     term = selection.terms[i]
     effect = term.option.effect
     assert effect is not None
@@ -115,6 +122,7 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
     six = np.concatenate([basis(effect, n, problem.run) for n in linear_parameters(effect)], axis=2)
     turns = not np.any(six[:, :3])
     field = six[:, 3:] if turns else six[:, :3]
+    field = field - field.mean(axis=0)  # a constant is the pose, or the zero of the axis
     gram = np.einsum("nik,nil->kl", field, field) / problem.run.n
     rms = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
     return _estimate(float(np.sqrt(mean @ gram @ mean)), float(rms.std()), rms, "urad" if turns else "um")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.diagnosis.candidates import Family, Option
-from vcmm.gaussian import Blocks, Ints, Whitener, blocks, group_sums, log_evidence, without_span
+from vcmm.gaussian import Blocks, Ints, Whitener, blocks, log_evidence, without_span
 from vcmm.run import Array
 
 BATCH = 256

@@ -1,6 +1,6 @@
 """Localisation without a model: on which covariate and in which direction does the residual depend?
 
-Shapes: four Legendre polynomials of a covariate, bilinear products of positions, harmonics of an angle, spectral lines
+Shapes: four Legendre polynomials of a covariate, products for two positions, harmonics of an angle, spectral lines
 of a position, a step in time, levels of a label; each times one component of the sensitive direction, or as it is.
 Every shape is scored like an effect, and its p value is the share of null recordings whose best shape scores higher.
 """
@@ -16,7 +16,6 @@ from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Scorer
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import change_points, spectral_lines
-from vcmm.gaussian import Ints
 from vcmm.run import Array
 
 DEGREES = 4
@@ -78,13 +77,18 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
         if lines:
             out[f"{axis} (periodic)"] = [_wave(problem.of_rows(run.position[axis]), p) for p in lines]
     for a, b in itertools.combinations(axes, 2):
-        out[f"{a} and {b}"] = [products(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))]
+        out[f"{a} and {b}"] = [surface(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))]
+    for a, angle in itertools.product(axes, [c for c in run.columns if c.endswith("angle_rad")]):
+        out[f"{a} and {short(angle)}"] = [
+            _waves_by(problem.of_rows(run.columns[angle]), problem.of_rows(run.position[a]))
+        ]
     for name, values in run.columns.items():
         if np.ptp(values) > 0 and not name.startswith(SKIP):
             out[short(name)] = _of_column(name, problem.of_rows(values))
     steps = change_points(run)
     if steps:
         time = problem.of_rows(run.column("time_s"))
+        out["time (periodic)"] = [_wave(time, p) for p in spectral_lines(run.column("time_s"))[:LINES]]
         out["time (step)"] = [(time > t).astype(float)[:, None] for t in steps]
     for name, labels in run.labels.items():
         kinds, codes = np.unique(labels[problem.recording.row], return_inverse=True)
@@ -128,11 +132,20 @@ def polynomials(x: Array, degrees: int = DEGREES) -> Array:
     return np.asarray(np.polynomial.legendre.legvander(scaled, min(degrees, kinds - 1)))
 
 
-def products(x: Array, y: Array) -> Array:
-    """P1P1, P1P2, P2P1 of two positions (m, 3)."""
-    a, b = polynomials(x, 2), polynomials(y, 2)
-    pairs = [(i, j) for i, j in ((1, 1), (1, 2), (2, 1)) if i < a.shape[1] and j < b.shape[1]]
+def surface(x: Array, y: Array, degree: int = 4) -> Array:
+    """Products P_i P_j of two positions, i and j at least 1, of degree `degree` together at most (m, 6)."""
+    a, b = polynomials(x, degree), polynomials(y, degree)
+    pairs = [(i, j) for i in range(1, a.shape[1]) for j in range(1, b.shape[1]) if i + j <= degree]
     return np.stack([a[:, i] * b[:, j] for i, j in pairs], axis=1) if pairs else np.zeros((len(x), 0))
+
+
+def _waves_by(angle: Array, x: Array) -> Array:
+    """Harmonics 1 to 4 of an angle times P1 and P2 of a position (m, 16)."""
+    waves = np.concatenate([_wave(angle, 2 * np.pi / k) for k in (1, 2, 3, 4)], axis=1)
+    degrees = polynomials(x, 2)[:, 1:]
+    return np.concatenate(
+        [waves * degrees[:, [k]] for k in range(degrees.shape[1])] or [waves[:, :0]], axis=1
+    )
 
 
 def _wave(x: Array, period: float) -> Array:
@@ -145,7 +158,8 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
     if not generic.found.families:
         return ()
     scores = generic.scores(y[:, None])[:, 0]
-    out, seen = [], set()
+    out: list[Place] = []
+    seen: set[str] = set()
     for i in np.argsort(-scores, kind="stable"):
         family = generic.found.families[i]
         p = (1 + int(np.sum(chance >= scores[i]))) / (1 + len(chance))
@@ -161,8 +175,3 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
 def _words(covariate: str, direction: str) -> str:
     along = "along the normal" if direction == "normal" else f"in {direction}"
     return f"the residual {along} depends on {covariate}"
-
-
-def rows_of_label(problem: Problem, label: str) -> Ints:
-    """Code (m,) of a label for each observation."""
-    return np.unique(problem.run.labels[label][problem.recording.row], return_inverse=True)[1].astype(np.intp)

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 
 from vcmm.diagnosis.problem import Problem
 from vcmm.effect import Effect
-from vcmm.effects.component import ComponentTable
-from vcmm.effects.squareness import Squareness
 from vcmm.gaussian import Whitener
 from vcmm.observe import baseline
 from vcmm.run import Array
@@ -32,6 +31,8 @@ class Mistake:
     what: str
     departure: Array
     score: float = 0.0
+    prior: float = 0.0  # ln; each kind of mistake of a component weighs the same, however many forms it has
+    rivals: tuple[str, ...] = ()  # other mistakes within 3 nats, in words
 
 
 def find_mistake(problem: Problem, white: Whitener, y: Array) -> Mistake | None:
@@ -43,10 +44,23 @@ def find_mistake(problem: Problem, white: Whitener, y: Array) -> Mistake | None:
     seen = np.linalg.norm(departures, axis=0) > 1e-3
     total = float(y @ y)
     rest = ((y[:, None] - departures) ** 2).sum(axis=0)
-    scores = -0.5 * white.dof * np.log(rest / total) - np.log(len(candidates))
+    prior = np.array([h.prior for h in candidates])
+    scores = -0.5 * white.dof * np.log(rest / total) + prior - np.logaddexp.reduce(prior)
     scores[~seen] = -np.inf
     best = int(np.argmax(scores))
-    return replace(candidates[best], score=float(scores[best])) if scores[best] > SURE else None
+    if scores[best] <= SURE:
+        return None
+    near = [candidates[i] for i in np.flatnonzero(scores > scores[best] - 3.0) if i != best]
+    rivals = tuple(
+        dict.fromkeys(
+            f"{h.component} {h.what}" for h in near if (h.component, h.what) != _name(candidates[best])
+        )
+    )
+    return replace(candidates[best], score=float(scores[best]), rivals=rivals)
+
+
+def _name(mistake: Mistake) -> tuple[str, str]:
+    return mistake.component, mistake.what
 
 
 def hypotheses(problem: Problem) -> Iterator[Mistake]:
@@ -62,7 +76,7 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
         yield Mistake(name, "missing", -e)
         yield Mistake(name, "counted twice", e)
         for factor in UNIT_FACTORS:
-            yield Mistake(name, "unit", (factor - 1.0) * e)
+            yield Mistake(name, "unit", (factor - 1.0) * e, prior=-float(np.log(len(UNIT_FACTORS))))
     yield from _swaps(problem, tables, own, nothing)
 
 
@@ -70,10 +84,8 @@ def tables_of(problem: Problem) -> dict[str, Effect]:
     """Component tables and squareness errors of the machine by component name."""
     out: dict[str, Effect] = {}
     for effect in problem.machine.effects:
-        if isinstance(effect, ComponentTable):
-            out[effect.component] = effect
-        elif isinstance(effect, Squareness):
-            out[effect.pair] = effect
+        if effect.name in ("component_table", "squareness"):
+            out[effect.where] = effect
     return out
 
 
@@ -85,23 +97,24 @@ def _swaps(
     problem: Problem, tables: dict[str, Effect], own: dict[str, Array], nothing: Array
 ) -> Iterator[Mistake]:
     """One component in the place of another, and both exchanged."""
-    single = {k: t for k, t in tables.items() if isinstance(t, ComponentTable) and len(t.arguments) == 1}
+    single = {k: cast(Any, t) for k, t in tables.items() if len(getattr(t, "arguments", ())) == 1}
     moved: dict[tuple[str, str], Array] = {}
     for a, table in single.items():
         for b, source in single.items():
             if a != b and (a[1] in "XYZ") == (b[1] in "XYZ"):
                 moved[a, b] = _observed(problem, (_holding(table, source),)) - nothing
     zero = np.zeros(problem.m)
+    share = -float(np.log(max(2 * len(single), 1)))
     for (a, b), instead in moved.items():
         change = instead - own.get(a, zero)
-        yield Mistake(a, f"swapped with {b}", change)
+        yield Mistake(a, f"swapped with {b}", change, prior=share)
         if a < b:
-            yield Mistake(a, f"swapped with {b}", change + moved[b, a] - own.get(b, zero))
+            yield Mistake(a, f"swapped with {b}", change + moved[b, a] - own.get(b, zero), prior=share)
 
 
-def _holding(table: ComponentTable, source: ComponentTable) -> ComponentTable:
+def _holding(table: Any, source: Any) -> Effect:
     """The component of `table` with the numbers of `source`: node by node where the counts agree, else by position."""
     grid, values = table.grids[0], np.asarray(source.values, dtype=float)
     if len(values) != len(grid):
         values = np.interp(grid, source.grids[0], values)
-    return replace(table, values=values)
+    return cast(Effect, replace(table, values=values))

@@ -1,17 +1,265 @@
-"""Which measurement to take next: the add-on that separates the tied answers best per minute."""
+"""Which measurement to take next: the feasible add-on that separates the tied answers best per minute.
+
+Each add-on repeats a sample of the recording's own rows with one thing changed (a second stylus length, another
+speed, the approach from the other side, the artefact turned, a temperature step, a longer log). The rows are simulated,
+not measured: only the columns of the rivals on old and new rows together decide. separability s as in `confusion`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.confusion import Standing
-from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.problem import Problem, RememberingRun, predecessors
 from vcmm.diagnosis.result import NextStep
-from vcmm.diagnosis.select import Selection
+from vcmm.diagnosis.select import Selection, Setting
+from vcmm.errors import ModelLimit, UsageError
+from vcmm.gaussian import Whitener, whitener
+from vcmm.observe import Observer, nuisance_columns
+from vcmm.recording import Recording
+from vcmm.run import Array, Run, Series
+
+ROWS = 80  # of the recording repeated in an add-on
+PER_TOUCH = 10.0  # s
+WORTH = 0.08  # gain of separability below which an add-on is not proposed
+SHOWN = 3
+
+Change = Callable[[Run], Run | None]
+
+
+@dataclass(frozen=True)
+class AddOn:
+    """do: what to tell the operator; minutes: beyond the touches themselves; change: the rows as they would be."""
+
+    do: str
+    minutes: float
+    change: Change
 
 
 def next_steps(
-    problem: Problem, stage: Any, selection: Selection, places: Sequence[Standing]
+    problem: Problem, setting: Setting, selection: Selection, places: Sequence[Standing]
 ) -> tuple[NextStep, ...]:
-    return ()
+    """Best add-ons for every answer that has rivals."""
+    out: list[NextStep] = []
+    for i, place in enumerate(places):
+        if not place.names:
+            continue
+        rival = _nearest(setting, selection, place, i)
+        pair = (selection.terms[i].family.name, place.names[0])
+        now = separability(
+            _columns(problem, (selection.terms[i].option, rival)), problem.whitener(), selection, i
+        )
+        found = [_tried(problem, addon, selection, i, rival, pair, now) for addon in ADDONS]
+        good = sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)
+        out += good[:SHOWN]
+    return tuple(out)
+
+
+def _nearest(setting: Setting, selection: Selection, place: Standing, i: int) -> Option:
+    """The rival's option that mimics the answer best."""
+    family = place.families[0]
+    first = setting.found.first
+    stop = int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
+    signal = selection.signal(i)
+
+    def left(option: int) -> float:
+        x = setting.found.columns(option)
+        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]))
+
+    return setting.found.options[min(range(int(first[family]), stop), key=left)]
+
+
+def separability(columns: tuple[Array, Array], white: Whitener, selection: Selection, i: int) -> float:
+    """Length of the answer's signal that the rival cannot mimic, in units of the noise of this whitener."""
+    assert selection.fit is not None
+    signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
+    x = white.apply(columns[1])
+    rest = signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]
+    return float(np.linalg.norm(rest)) / max(float(np.linalg.norm(signal)), 1e-300)
+
+
+def _columns(problem: Problem, options: tuple[Option, Option]) -> tuple[Array, Array]:
+    return options[0].columns, options[1].columns
+
+
+def _tried(
+    problem: Problem,
+    addon: AddOn,
+    selection: Selection,
+    i: int,
+    rival: Option,
+    pair: tuple[str, str],
+    now: float,
+) -> NextStep | None:
+    try:
+        longer = extended(problem, addon)
+        if longer is None:
+            return None
+        recording, u = longer
+        observer = Observer(recording, problem.machine)
+        columns = tuple(_on(observer, o) for o in (selection.terms[i].option, rival))
+        nuisance, _ = nuisance_columns(recording, problem.machine)
+        known = [c for _, c in observer.calibration()]
+        calibration = np.concatenate([np.zeros((recording.m, 0)), *known], axis=1)
+        white = whitener(u, nuisance, calibration, predecessors(recording.row))
+        then = separability((columns[0], columns[1]), white, selection, i)
+    except (ModelLimit, UsageError):
+        return None
+    minutes = round(addon.minutes + min(ROWS, problem.m) * PER_TOUCH / 60)
+    return NextStep(pair, addon.do, float(minutes), then - now) if then - now > WORTH else None
+
+
+def _on(observer: Observer, option: Option) -> Array:
+    """Columns of an option on another recording. Raises UsageError for random copies, whose number would differ."""
+    if option.effect is None or any("@" in label for label in option.labels):
+        raise UsageError("this effect has one copy per label; it cannot be carried to another recording")
+    names = dict.fromkeys(label.split("[")[0] for label in option.labels)
+    parts = [observer.of_parameter(option.effect, name) for name in names]
+    return np.concatenate(parts, axis=1) * option.unit
+
+
+def extended(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
+    """The recording with the rows of the add-on behind it, and u of all observations; None where it cannot be done."""
+    recording = problem.recording
+    if (recording.other >= 0).any():
+        return None
+    chosen = np.unique(np.linspace(0, recording.m - 1, min(ROWS, recording.m)).astype(np.intp))
+    rows = recording.row[chosen]
+    run = problem.recording.run
+    new = addon.change(run.take(rows))
+    if new is None:
+        return None
+    both = joined(run, new)
+    added = np.arange(run.n, run.n + len(rows))
+    out = replace(
+        recording,
+        run=both,
+        value=np.concatenate([recording.value, np.zeros(len(rows))]),
+        row=np.concatenate([recording.row, added]),
+        direction=np.concatenate([recording.direction, new_direction(new, recording.direction[chosen])]),
+        other=np.concatenate([recording.other, np.full(len(rows), -1)]),
+        u=None if recording.u is None else np.concatenate([recording.u, recording.u[chosen]]),
+    )
+    return out, np.concatenate([problem.u, problem.u[chosen]])
+
+
+def new_direction(new: Run, old: Array) -> Array:
+    """Normals of the added rows where they were turned, else as they were."""
+    return new.normal if "turned" in new.labels and "nx" in new.columns else old
+
+
+def joined(a: Run, b: Run) -> Run:
+    """Rows of a, then those of b."""
+    series = {**a.series, **b.series}
+    return RememberingRun(
+        {k: np.concatenate([v, b.position[k]]) for k, v in a.position.items()},
+        np.concatenate([a.offset, b.offset]),
+        {k: np.concatenate([v, b.columns[k]]) for k, v in a.columns.items() if k in b.columns},
+        {k: np.concatenate([v, b.labels[k]]) for k, v in a.labels.items() if k in b.labels},
+        series,
+    )
+
+
+def _other_speed(run: Run) -> Run | None:
+    names = [c for c in run.columns if c.startswith("speed_")]
+    return run.with_columns({c: 2.5 * run.columns[c] for c in names}) if names else None
+
+
+def _other_side(run: Run) -> Run | None:
+    names = [c for c in run.columns if c.startswith("sense_")]
+    return run.with_columns({c: -run.columns[c] for c in names}) if names else None
+
+
+def _longer_way(run: Run) -> Run | None:
+    names = [c for c in run.columns if c.startswith("since_reversal_")]
+    return run.with_columns({c: 0.1 * run.columns[c] for c in names}) if names else None
+
+
+def _longer_stylus(run: Run) -> Run | None:
+    if "stylus_length_mm" not in run.columns or "stylus" not in run.labels:
+        return None
+    out = run.with_columns({"stylus_length_mm": 2.0 * run.columns["stylus_length_mm"]})
+    labels = {**run.labels, "stylus": np.array([f"{s} long" for s in run.labels["stylus"]])}
+    return replace(out, labels=labels)
+
+
+def _turned(run: Run) -> Run | None:
+    """The artefact turned by 90 degrees about the vertical, about its own middle: a new pose."""
+    if not {"X", "Y", "Z"} <= set(run.position) or "pose" not in run.labels or "nx" not in run.columns:
+        return None
+    tip = np.stack([run.position[a] + run.offset[:, i] for i, a in enumerate("XYZ")], axis=1)
+    middle = tip.mean(axis=0)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    moved = (tip - middle) @ turn.T + middle - run.offset
+    columns = {**_rotated(run, turn, "n{}"), **_rotated(run, turn, "part_{}_mm")}
+    for name in ("speed_{}_mm_s", "accel_{}_mm_s2", "sense_{}"):  # the approach turns with the artefact
+        columns.update(_rotated(run, turn, name, "XYZ"))
+    if "probe_angle_rad" in run.columns:
+        columns["probe_angle_rad"] = run.columns["probe_angle_rad"] + np.pi / 2
+    labels = {
+        **run.labels,
+        "pose": np.array([f"{p} turned" for p in run.labels["pose"]]),
+        "turned": np.full(run.n, "yes"),
+    }
+    return replace(
+        run.with_columns(columns),
+        position={**run.position, **{a: moved[:, i] for i, a in enumerate("XYZ")}},
+        labels=labels,
+    )
+
+
+def _rotated(run: Run, turn: Array, name: str, letters: str = "xyz") -> dict[str, Array]:
+    """Three columns of a vector, turned; nothing where one of them is missing."""
+    names = [name.format(c) for c in letters]
+    if not set(names) <= set(run.columns):
+        return {}
+    return dict(zip(names, (run.vector(*names) @ turn.T).T))
+
+
+def _warmer(run: Run) -> Run | None:
+    """Two kelvin more for everything, steady long enough to soak: later, and with the logs continued."""
+    names = [c for c in run.columns if c.startswith("temp_")]
+    if not names or "time_s" not in run.columns:
+        return None
+    out = _later(run, 4 * 3600.0)
+    assert out is not None
+    warm = {c: run.columns[c] + 2.0 for c in names}
+    logs = {k: _continued(s, float(out.columns["time_s"].max()), 2.0) for k, s in run.series.items()}
+    return replace(out.with_columns(warm), series=logs)
+
+
+def _longer_log(run: Run) -> Run | None:
+    return _later(run, 0.0, 2.0)
+
+
+def _later(run: Run, pause: float, stretch: float = 1.0) -> Run | None:
+    if "time_s" not in run.columns:
+        return None
+    time = run.columns["time_s"]
+    later = time.max() + pause + stretch * (time - time.min())
+    logs = {k: _continued(s, float(later.max()), 0.0) for k, s in run.series.items()}
+    return replace(run.with_columns({"time_s": later}), series=logs)
+
+
+def _continued(log: Series, until: float, rise: float) -> Series:
+    last, value = float(log.time[-1]), float(log.value[-1])
+    if until <= last:
+        return log
+    return Series(
+        np.append(log.time, [last + 1.0, until + 1.0]), np.append(log.value, [value + rise, value + rise])
+    )
+
+
+ADDONS = (
+    AddOn("repeat some touches at 2.5 times the approach speed", 5.0, _other_speed),
+    AddOn("repeat some touches after moving up from the other side (reverse the preload)", 5.0, _other_side),
+    AddOn("repeat some touches right after a reversal, at a tenth of the distance", 5.0, _longer_way),
+    AddOn("repeat some touches with a stylus of twice the length", 15.0, _longer_stylus),
+    AddOn("turn the artefact by 90 degrees and repeat some touches", 20.0, _turned),
+    AddOn("repeat some touches two kelvin warmer, after soaking", 240.0, _warmer),
+    AddOn("continue the log for twice the time", 480.0, _longer_log),
+)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.diagnosis.null import Noise, draws, robust_scale
-from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.problem import Problem, generator
 from vcmm.gaussian import Ints, Whitener
 from vcmm.laws import StudentT
 from vcmm.run import Array
@@ -20,7 +20,8 @@ from vcmm.run import Array
 DRAWS = 600
 QUANTILE = 0.997
 FAR = 4.5  # robust standard deviations of an outlier
-LARGEST_RHO = 0.95
+TRIED = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+SIMULATED = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,7 @@ def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
     null = draws(noise, white, seed, "noise audit", DRAWS)
     findings: list[str] = []
     heavy = _tails(rest, null, findings)
-    rho = _correlation(rest, null, problem.before, findings)
+    rho = _correlation(rest, null, problem, white, seed, findings)
     growth = _growth(rest, null, problem, findings)
     scale = float(robust_scale(rest)) / float(np.median(robust_scale(null)))
     if not 0.7 < scale < 1.4:
@@ -81,13 +82,37 @@ def _weight_of_tails(r: Array) -> Array:
     return np.asarray((np.abs(r) > 3.0 * robust_scale(r)).mean(axis=0))
 
 
-def _correlation(rest: Array, null: Array, before: Ints, findings: list[str]) -> float:
-    found, chance = neighbour_correlation(rest, before), neighbour_correlation(null, before)
+def _correlation(
+    rest: Array, null: Array, problem: Problem, white: Whitener, seed: int, findings: list[str]
+) -> float:
+    found = float(neighbour_correlation(rest, problem.before))
+    chance = neighbour_correlation(null, problem.before)
     if not np.isfinite(found) or found <= np.quantile(chance, QUANTILE):
         return 0.0
-    rho = float(np.clip(found - np.median(chance), 0.0, LARGEST_RHO))
+    rho = _unbiased(found, problem, white, seed)
     findings.append(f"neighbouring observations are correlated, about {rho:.2f}")
     return rho
+
+
+def _unbiased(found: float, problem: Problem, white: Whitener, seed: int) -> float:
+    """The rho whose simulated noise, seen through the same nuisance, gives the statistic found (indirect inference)."""
+    rng = generator(seed, "correlation")
+    innovation = rng.standard_normal((problem.m, SIMULATED))
+    medians = []
+    for rho in TRIED:
+        noise = chained(innovation, problem.before, rho)
+        seen = white.apply(noise / white.weight[:, None])
+        medians.append(float(np.median(neighbour_correlation(seen, problem.before))))
+    return float(np.interp(found, np.maximum.accumulate(medians), TRIED))
+
+
+def chained(innovation: Array, before: Ints, rho: float) -> Array:
+    """AR(1) series (m, M) of unit variance from white innovations; rows follow their predecessors."""
+    out = innovation.copy()
+    for i, j in enumerate(before):
+        if j >= 0:
+            out[i] = rho * out[j] + np.sqrt(1 - rho**2) * innovation[i]
+    return out
 
 
 def neighbour_correlation(r: Array, before: Ints) -> Array:

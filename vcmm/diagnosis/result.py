@@ -13,14 +13,15 @@ from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import Mistake
 from vcmm.diagnosis.power import Detectable
 from vcmm.effect import Effect
+from vcmm.inputs import Input
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
-UM = 1e3  # mm to um; angles: rad to mrad are not used, observations of kind angle are shown in urad
+UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """One thing that was left out. share of the excess energy; evidence in nats; effects: ready for Machine.with_effect."""
+    """One thing that was left out. share of the excess energy; evidence in nats; fitted, inputs: for improve.improved."""
 
     effect: str
     where: Mapping[str, str]
@@ -31,7 +32,8 @@ class Answer:
     evidence: float
     delta: float = 0.0
     implausible: bool = False
-    improved: Effect | None = None
+    fitted: Effect | None = None
+    inputs: tuple[Input, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "answer": [_answer(a) for a in d.answer],
         "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
         "location": [_place(p) for p in d.location],
-        "mistake": None if d.mistake is None else {"component": d.mistake.component, "what": d.mistake.what},
+        "mistake": None if d.mistake is None else _mistake(d.mistake),
         "noise": {"scale_um": d.noise_scale * micro, "findings": list(d.noise_findings)},
         "fit": _fit(d.fit, micro),
         "not_testable": sorted(d.not_testable),
@@ -118,6 +120,10 @@ def _answer(a: Answer) -> dict[str, Any]:
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
     }
+
+
+def _mistake(m: Mistake) -> dict[str, Any]:
+    return {"component": m.component, "what": m.what, "cannot_be_told_from": list(m.rivals)}
 
 
 def _unknown(x: Unknown, micro: float) -> dict[str, Any]:

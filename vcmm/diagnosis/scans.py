@@ -19,7 +19,7 @@ from vcmm.run import Array, Run
 
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
-MOST_STEPS = 40  # change points
+MOST_STEPS = 80  # change points
 SHAPES: dict[
     tuple[str, str], tuple[Any, ...]
 ] = {  # discrete fields worth trying; the first carries half the weight

@@ -31,7 +31,14 @@ LABELS = (
 )
 REDRAW = ("machine", "touch", *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
-_BY_AXIS = ("sense_{}", "since_reversal_{}_mm", "speed_{}_mm_s", "accel_{}_mm_s2", "raw_{}_mm")
+_BY_AXIS = (
+    "sense_{}",
+    "since_reversal_{}_mm",
+    "speed_{}_mm_s",
+    "accel_{}_mm_s2",
+    "raw_{}_mm",
+    "travel_{}_mm",
+)
 _BY_DIRECTION = ("offset_{}_mm", "from_{}_mm", "force_{}_N", "load_{}_mm", "part_{}_mm", "tip_{}_mm")
 _SINGLE = (
     "time_s", "nx", "ny", "nz", "pressure_hPa", "humidity_pct", "load_kg", "spindle_rpm", "spindle_angle_deg",
@@ -39,6 +46,7 @@ _SINGLE = (
     "tool_radius_mm", "tool_length_mm", "cut_length_mm", "chip_load_mm", "feed_mm_min", "dead_path_mm",
     "temp_gradient_C", "temp_part_C", "temp_air_C", "temp_spindle_C",
     "temp_scale_x_C", "temp_scale_y_C", "temp_scale_z_C",
+    "spindle_on_s", "time_since_accel_s",
     "d_um", "dx_um", "dy_um", "dz_um", "d_urad", "u_um",
 )  # fmt: skip
 

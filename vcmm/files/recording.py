@@ -169,7 +169,9 @@ def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool)
         if not row or not sheet:
             raise DataError(f"{data}: {error}") from None
         table, number = read_csv(data), int(row[1]) - 1
-        end = " (second end)" if number >= len(table.rows) else ""
+        end = ""
+        if number >= len(table.rows):
+            end = '; this is the second end, from_x_mm ...: for a fixed station write [nuisance] station = ""'
         place = table.at(number % len(table.rows))
         raise DataError(f"{place}: {str(error)[row.end() :]}{end}") from None
     return recording

@@ -116,23 +116,29 @@ def check_words(model: RecordingFile, problems: Problems) -> None:
 
 
 def noise_law(table: NoiseTable, angle: bool) -> Law:
-    """The law of the noise in mm, or in rad for angle = True. Raises TableProblems naming the key."""
-    due = ("scale", "dof") if table.law == "t" else ("u",)
-    for key in ("u", "scale", "dof"):
-        if getattr(table, key) is not None and key not in due:
-            raise TableProblems(
-                [(key, f'{key} does not belong to law = "{table.law}", which takes {" and ".join(due)}')]
-            )
-        if getattr(table, key) is None and key in due:
-            example = {"u": f'"0.5 {"urad" if angle else "um"}"', "dof": "6"}.get(
-                key, f'"0.7 {"urad" if angle else "um"}"'
-            )
-            raise TableProblems(
-                [("", f'law = "{table.law}" needs {key}; write for example {key} = {example}')]
-            )
+    """The law of the noise in mm, or in rad for angle = True: t takes scale and dof, normal u or scale.
+
+    Raises TableProblems naming the key.
+    """
+    unit = "urad" if angle else "um"
+    given = [k for k in ("u", "scale", "dof") if getattr(table, k) is not None]
+    if table.law == "t":
+        wrong, missing = [k for k in given if k == "u"], [k for k in ("scale", "dof") if k not in given]
+    else:
+        wrong, missing = [k for k in given if k == "dof"], [] if {"u", "scale"} & set(given) else ["u"]
+        wrong += ["scale"] if {"u", "scale"} <= set(given) else []
+    if wrong:
+        takes = "scale and dof" if table.law == "t" else "u"
+        text = f'{wrong[0]} does not belong to law = "{table.law}", which takes {takes}'
+        raise TableProblems([(wrong[0], text)])
+    if missing:
+        example = "6" if missing[0] == "dof" else f'"0.7 {unit}"'
+        text = f'law = "{table.law}" needs {missing[0]}; write for example {missing[0]} = {example}'
+        raise TableProblems([("", text)])
     if table.law == "t":
         return StudentT(_spread(table.scale, "scale", angle), float(table.dof or 0.0))
-    return Normal(_spread(table.u, "u", angle))
+    key = "u" if table.u is not None else "scale"
+    return Normal(_spread(getattr(table, key), key, angle))
 
 
 def _spread(text: str | None, key: str, angle: bool) -> float:

@@ -90,7 +90,7 @@ def _noise(law: Law, unit: str) -> list[str]:
 def _columns(recording: Recording) -> dict[str, Any]:
     """Every column of the CSV, one row per line."""
     run, angle = recording.run, recording.kind == "angle"
-    vector = _is_vector(recording)
+    vector = _components(recording)
     rows = np.arange(run.n) if vector else recording.row
     out = _conditions(run, rows)
     if not vector and _across_normals(recording):
@@ -100,7 +100,7 @@ def _columns(recording: Recording) -> dict[str, Any]:
     if (recording.other >= 0).any() and FROM[0] not in run.columns:
         out |= {c: run.tip[recording.other, i] for i, c in enumerate(FROM)}
     scale = 1e6 if angle else 1e3
-    names = VECTOR if vector else (("d_urad",) if angle else ("d_um",))
+    names = vector or (("d_urad",) if angle else ("d_um",))
     table = (recording.value * scale).reshape(-1, len(names))
     out |= {name: table[:, i] for i, name in enumerate(names)}
     if recording.u is not None:
@@ -116,12 +116,17 @@ def _across_normals(recording: Recording) -> bool:
     return bool(np.abs(gap).max(initial=0.0) > 1e-9)
 
 
-def _is_vector(recording: Recording) -> bool:
-    """Whether each run row has its x, y and z, in this order."""
+def _components(recording: Recording) -> tuple[str, ...]:
+    """dx_um dy_um dz_um (or some of them) where every run row has the same of these, in this order; else nothing."""
     n = recording.run.n
-    if recording.m != 3 * n or not np.array_equal(recording.row, np.repeat(np.arange(n), 3)):
-        return False
-    return bool(np.abs(recording.direction - np.tile(np.eye(3), (n, 1))).max(initial=0.0) < 1e-12)
+    along_normals = recording.m == n and all(c in recording.run.columns for c in NORMAL)
+    if recording.kind in ("length", "angle") or recording.m % n or along_normals:
+        return ()
+    axis = recording.direction.argmax(axis=1).reshape(n, -1)
+    exact = np.abs(recording.direction - np.eye(3)[axis.ravel()]).max(initial=0.0) < 1e-12
+    regular = (axis == axis[0]).all() and (np.diff(axis[0]) > 0).all()
+    in_rows = np.array_equal(recording.row, np.repeat(np.arange(n), axis.shape[1]))
+    return tuple(VECTOR[i] for i in axis[0]) if exact and regular and in_rows else ()
 
 
 def _conditions(run: Run, rows: Ints) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS
 from vcmm.files.machine import MachineFile
 from vcmm.files.part import TABLES, PartFile
 from vcmm.files.plan import PlanFile
+from vcmm.files.recording_tables import RecordingFile
 from vcmm.files.scenario import EnvironmentTable, JobTable, ScenarioFile
 from vcmm.files.schema import Table
 
@@ -22,6 +23,7 @@ MODELS: dict[str, type[Table]] = {
     "scenario": ScenarioFile,
     "part": PartFile,
     "plan": PlanFile,
+    "recording": RecordingFile,
 }
 Schema = dict[str, Any]
 

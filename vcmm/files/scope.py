@@ -119,7 +119,7 @@ def _numbers(path: Path) -> tuple[list[str], Array, int]:
     header = next((row for row in above if row[0] == "Name"), above[-1])
     rows, problems = [], []
     for i in range(first, len(cells)):
-        if not lines[i].strip():
+        if lines[i].strip() in ("", "EOF"):  # TwinCAT ends its exports with the word
             continue
         if len(cells[i]) != len(header) or not all(map(_is_number, cells[i])):
             problems.append(f"{path}:{i + 1}: {len(header)} finite numbers are due: {lines[i].strip()[:60]}")

@@ -1,0 +1,149 @@
+"""vcmm diagnose: what physics does this recording hold that the machine file lacks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+
+def diagnose_command(
+    recording: Path,
+    *,
+    machine: Path | None = None,
+    seed: int = 0,
+    effect: Annotated[list[str] | None, Parameter(name="--effect", negative=())] = None,
+    report: Path | None = None,
+    json: Annotated[bool, Parameter(name="--json")] = False,
+    out: Path | None = None,
+) -> int:
+    """Say what physics was left out: ranked, with parameters, rivals, held-out improvement and what to measure next.
+
+    Parameters
+    ----------
+    recording
+        Recording file (recording/1).
+    machine
+        Machine file to use instead of the one that the recording names.
+    seed
+        Seed of the null recordings that set the false-alarm threshold.
+    effect
+        A further effect class of your own, as module:Class; may be repeated.
+    report
+        File for the HTML report.
+    json
+        Print one JSON document.
+    out
+        Folder for report.html, diagnosis.json and, when something was found, machine.toml.
+    """
+    from vcmm.cli.common import about, document, output_folder, print_json, progress, sources
+    from vcmm.diagnosing import diagnose
+    from vcmm.diagnosis.result import diagnosis_json
+    from vcmm.files.machine import load_machine
+    from vcmm.files.recording import load_recording
+
+    folder = output_folder(out) if out else None
+    extra = [_own_class(word) for word in effect or ()]
+    found, known = load_recording(recording, load_machine(machine) if machine else None)
+    with progress() as show_progress, about(recording):
+        diagnosis = diagnose(found, known, seed=seed, extra_effects=extra, progress=show_progress)
+    body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
+    improved = _improved(folder, recording, machine, known, diagnosis) if folder else None
+    body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
+    files = sources(recording) + ([machine] if machine else [])
+    content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
+    _write(folder, report, found, known, diagnosis, content, improved)
+    if json:
+        print_json(content)
+    else:
+        _show(diagnosis)
+    return 0
+
+
+def _own_class(word: str) -> Any:
+    """module:Class to the class. Raises UsageError naming what is missing."""
+    import importlib
+    import sys
+
+    from vcmm.effect import Effect
+    from vcmm.errors import UsageError
+
+    module, _, name = word.partition(":")
+    sys.path.insert(0, str(Path.cwd()))
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise UsageError(
+            f'--effect "{word}" cannot be imported ({error}); write module:Class, for example my_effects:Wobble'
+        ) from None
+    finally:
+        sys.path.pop(0)
+    if not (isinstance(found, type) and issubclass(found, Effect)):
+        raise UsageError(f'--effect "{word}" is no vcmm.Effect class')
+    return found
+
+
+def _improved(folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any) -> str | None:
+    """Text of the improved machine file; None when nothing was found that can be written."""
+    from vcmm.files.toml import read_toml
+    from vcmm.improved import improved_machine
+
+    if not any(a.fitted is not None for a in diagnosis.answer):
+        return None
+    named = read_toml(recording).data.get("machine")
+    original = machine or (recording.parent / named if isinstance(named, str) else None)
+    if original is None:
+        return None
+    return improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
+
+
+def _write(
+    folder: Path | None,
+    report: Path | None,
+    found: Any,
+    known: Any,
+    diagnosis: Any,
+    content: Any,
+    improved: str | None,
+) -> None:
+    import json as _json
+
+    from vcmm.cli.common import say, write_files, write_text
+    from vcmm.pages.diagnosis import diagnosis_page
+
+    page = diagnosis_page(found, known, diagnosis) if folder or report else ""
+    if report:
+        write_text(report, page)
+        say(f"wrote {report}")
+    if folder:
+        texts = {"diagnosis.json": _json.dumps(content, indent=1, allow_nan=False), "report.html": page}
+        if improved:
+            texts["machine.toml"] = improved
+        write_files(folder, texts)
+        say(f"wrote {folder}/" + ", ".join(texts))
+
+
+def _show(d: Any) -> None:
+    from vcmm.cli.common import say, show_table
+    from vcmm.pages.diagnosis import answer_rows, fit_rows, next_rows, sentences
+
+    for sentence in sentences(d):
+        print(sentence)
+    print()
+    if d.answer:
+        columns = ["left out", "where", "parameters", "probability", "share", "cannot be told from"]
+        show_table("what was left out", columns, answer_rows(d), left=(0, 1, 2, 5))
+    show_table(
+        "how the prediction improves on rows never fitted",
+        ["fold", "rms before", "rms after", "effect energy left", "log score gain"],
+        fit_rows(d),
+    )
+    if d.next_measurement:
+        show_table("measure next", ["separates", "do", "minutes"], next_rows(d), left=(0, 1))
+    if d.invisible:
+        print(f"This recording could not have shown: {', '.join(d.invisible)}")
+    if d.not_testable:
+        print("Not testable here (a column is missing): " + ", ".join(sorted(d.not_testable)))
+    for warning in d.warnings:
+        say(f"note: {warning}")

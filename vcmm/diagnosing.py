@@ -1,0 +1,24 @@
+"""The diagnosis as a Python call; the command line calls the same function."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.result import Diagnosis
+from vcmm.effect import Effect
+from vcmm.machine import Machine
+from vcmm.recording import Recording
+from vcmm.sampling import Progress
+
+
+def diagnose(
+    recording: Recording,
+    machine: Machine,
+    *,
+    seed: int = 0,
+    extra_effects: Sequence[type[Effect]] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement."""
+    return diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)

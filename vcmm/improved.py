@@ -1,0 +1,125 @@
+"""An improved machine file: the original text, the effects that were found, and how well they are known.
+
+Everything the owner wrote stays as it is; what is added stands at the end, with the recording it comes from.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vcmm.diagnosis.result import Answer
+from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.files.effects import unit_of
+from vcmm.inputs import Input
+from vcmm.laws import MultivariateNormal
+from vcmm.machine import Machine
+from vcmm.units import in_unit
+
+
+def improved_machine(
+    original: Path, target: Path, machine: Machine, answers: Sequence[Answer], source: str
+) -> str:
+    """Text of the improved machine file.
+
+    Of an effect that the machine has already only the departure is added: effects of one name and place are joined when
+    the file is read. A quantity that has an Input keeps it.
+    """
+    text = original.read_text(encoding="utf-8").rstrip() + "\n"
+    text = _moved_tables(text, original.parent, target.parent)
+    known = {i.id for i in machine.inputs}
+    blocks = []
+    for answer in answers:
+        if answer.fitted is None:
+            continue
+        said = f"found in {source}, probability {answer.probability:.3f}"
+        blocks.append(effect_toml(_departure(answer.fitted, machine), said))
+        blocks += [input_toml(answer.fitted, one, source) for one in answer.inputs if one.id not in known]
+    return text + "".join(f"\n{block}" for block in blocks)
+
+
+def _departure(effect: Effect, machine: Machine) -> Effect:
+    """The effect less what the machine has of it."""
+    own = next((e for e in machine.effects if e.id == effect.id), None)
+    if own is None:
+        return effect
+    linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
+    return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
+
+
+def _moved_tables(text: str, old: Path, new: Path) -> str:
+    """File names in the text, seen from the new folder."""
+
+    def moved(match: re.Match[str]) -> str:
+        return (
+            f'{match[1]}"{os.path.relpath(old / match[2], new)}"' if (old / match[2]).is_file() else match[0]
+        )
+
+    return re.sub(r'(\btable\s*=\s*)"([^"]+)"', moved, text)
+
+
+def effect_toml(effect: Effect, comment: str = "") -> str:
+    """One [[effects]] table with all places, parameters and further keys of the effect."""
+    lines = [
+        f"[[effects]]{f'                                # {comment}' if comment else ''}",
+        f'effect = "{effect.name}"',
+    ]
+    back = {name: word for word, name in effect.aliases.items() if re.fullmatch(r"[\w-]+", word)}
+    for place in place_fields(effect):
+        value = getattr(effect, place.name)
+        if value != "":
+            lines.append(f"{place.name} = {_plain(value)}")
+    for spec in parameter_fields(effect):
+        lines.append(f"{back.get(spec.name, spec.name)} = {_quantity(effect, spec)}")
+    done = {f.name for f in (*place_fields(effect), *parameter_fields(effect))}
+    for name, value in vars(effect).items():
+        if name not in done and isinstance(value, str | int) and not name.startswith("_"):
+            lines.append(f"{name} = {_plain(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _quantity(effect: Effect, spec: Any) -> str:
+    unit = unit_of(spec.metadata["unit"], str(getattr(effect, "component", "")))
+    numbers = np.ravel(np.asarray(getattr(effect, spec.name), dtype=float)) / _factor(unit)
+    return (
+        f'"{" ".join(f"{n:.10g}" for n in numbers)} {unit}"'
+        if unit not in ("", "1")
+        else f'"{" ".join(f"{n:.10g}" for n in numbers)}"'
+    )
+
+
+def _factor(unit: str) -> float:
+    return 1.0 if unit in ("", "1") else 1.0 / in_unit(1.0, unit)
+
+
+def _plain(value: object) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def input_toml(effect: Effect, one: Input, source: str) -> str:
+    """One [[inputs]] table for a parameter of the effect: u for a number, a covariance for an array."""
+    spec = next(f for f in parameter_fields(effect) if f.name == one.parameter)
+    unit = unit_of(spec.metadata["unit"], str(getattr(effect, "component", "")))
+    lines = ["[[inputs]]", f'effect = "{effect.name}"']
+    for place in place_fields(effect):
+        value = getattr(effect, place.name)
+        if value != "" and not (place.metadata["quiet"] and value == place.default):
+            lines.append(f"{place.name} = {_plain(value)}")
+    lines.append(f'parameter = "{one.parameter}"')
+    if isinstance(one.law, MultivariateNormal):
+        rows = one.law.covariance / _factor(unit) ** 2
+        lines += [
+            'law = "multivariate"',
+            "covariance = [" + ", ".join(f"[{', '.join(f'{v:.6g}' for v in row)}]" for row in rows) + "]",
+        ]
+    else:
+        spread = f"{float(np.ravel(one.law.u)[0]) / _factor(unit):.6g}"
+        lines += ['law = "normal"', f'u = "{spread} {unit}"' if unit not in ("", "1") else f'u = "{spread}"']
+    lines.append(f'evidence = "diagnosed from {source}"')
+    return "\n".join(lines) + "\n"

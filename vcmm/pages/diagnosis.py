@@ -1,0 +1,235 @@
+"""The report of a diagnosis: what was left out, how sure, what it cannot be told from, what to measure next."""
+
+from __future__ import annotations
+
+from inspect import cleandoc
+
+import numpy as np
+
+from vcmm import __version__
+from vcmm import report as r
+from vcmm.diagnosis.improve import improved
+from vcmm.diagnosis.result import Answer, Diagnosis
+from vcmm.effects import BY_NAME
+from vcmm.machine import Machine
+from vcmm.nuisance import nuisance_columns
+from vcmm.observe import baseline
+from vcmm.recording import Recording
+from vcmm.run import Array
+
+VERDICT = {
+    "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
+    "explained": "The departure is explained by physics that the machine file lacks.",
+    "partly explained": "Part of the departure is explained; something is left that the catalogue does not hold.",
+    "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
+}
+
+
+def sentences(d: Diagnosis) -> list[str]:
+    """The verdict in plain words."""
+    out = [VERDICT[d.verdict]]
+    if d.mistake is not None:
+        out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
+    for a in d.answer:
+        rivals = (
+            f" It cannot be told from {', '.join(a.cannot_be_told_from)} here."
+            if a.cannot_be_told_from
+            else ""
+        )
+        out.append(
+            f"{_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability {a.probability:.3f}.{rivals}"
+        )
+    if d.unknown is not None:
+        where = ", ".join(d.unknown.covariates)
+        out.append(
+            f"Unknown, over {where}: {d.unknown.description} (rms {_micro(d, d.unknown.rms)}). A proposal, not a name."
+        )
+    out += [p.text for p in d.location[:1]]
+    return out
+
+
+def _name(a: Answer) -> str:
+    where = ", ".join(str(v) for v in a.where.values())
+    return a.effect.replace("_", " ") + (f" {where}" if where else "")
+
+
+def _values(a: Answer) -> str:
+    return (
+        ", ".join(f"{n} = {e.value:.3g} ± {e.u:.2g} {e.unit}" for n, e in a.parameters.items())
+        or "no free parameter"
+    )
+
+
+def _micro(d: Diagnosis, value: float) -> str:
+    return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
+
+
+def answer_rows(d: Diagnosis) -> list[list[str]]:
+    return [
+        [
+            a.effect,
+            ", ".join(str(v) for v in a.where.values()) or "–",
+            _values(a),
+            f"{a.probability:.3f}",
+            f"{a.share:.0%}",
+            ", ".join(a.cannot_be_told_from) or "–",
+        ]
+        for a in d.answer
+    ]
+
+
+def fit_rows(d: Diagnosis) -> list[list[str]]:
+    rows = [
+        [
+            "all rows, fitted",
+            _micro(d, d.fit.before),
+            _micro(d, d.fit.after),
+            f"noise {_micro(d, d.fit.noise)}",
+            "–",
+        ]
+    ]
+    for h in d.fit.held_out:
+        rows.append(
+            [
+                h.fold,
+                _micro(d, h.rms_before),
+                _micro(d, h.rms_after),
+                f"{h.effect_energy_left:.3f}",
+                f"{h.gain:+.1f} nats",
+            ]
+        )
+    return rows
+
+
+def next_rows(d: Diagnosis) -> list[list[str]]:
+    return [[", ".join(n.separates), n.do, f"{n.minutes:.0f}"] for n in d.next_measurement]
+
+
+def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
+    """One self-contained HTML file."""
+    blocks = [
+        r.heading("Verdict"),
+        *(r.paragraph(s) for s in sentences(d)),
+        *(r.note(w, "warning") for w in d.warnings),
+    ]
+    if d.answer:
+        blocks += [r.heading("What was left out"), *_answers(d)]
+    blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
+    columns = ["fold", "rms before", "rms after", "effect energy left", "log score gain"]
+    blocks += [r.heading("On rows never fitted"), r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4))]
+    if d.location:
+        rows = [[p.covariate, p.direction, f"{p.p:.2g}", p.text] for p in d.location]
+        blocks += [
+            r.heading("Where the residual departs"),
+            r.table(["covariate", "direction", "false-alarm p", ""], rows, numeric=(2,)),
+        ]
+    if d.noise_findings:
+        blocks += [r.heading("Noise"), *(r.paragraph(t) for t in d.noise_findings)]
+    blocks += [
+        r.heading("What to measure next"),
+        _next(d),
+        r.heading("What this recording could have shown"),
+        *_power(d),
+    ]
+    footer = f"vcmm {__version__}, seed {d.seed}. Threshold {d.threshold:.1f} nats from the simulator's own null recordings."
+    return r.page(f"Diagnosis of {recording.name}", blocks, subtitle=machine.name, footer=footer)
+
+
+def _answers(d: Diagnosis) -> list[str]:
+    columns = ["effect", "where", "parameters", "probability", "share", "cannot be told from"]
+    out = [r.table(columns, answer_rows(d), numeric=(3, 4))]
+    items = [(_name(a), 100 * a.share) for a in d.answer]
+    out.append(r.bars(items, unit="%", title="Share of the excess energy", share="none"))
+    for a in d.answer:
+        kind = BY_NAME.get(a.effect)
+        if kind is not None:
+            out.append(
+                r.details(
+                    f"{_name(a)}: what it is",
+                    r.paragraph(cleandoc(kind.__doc__ or "")),
+                    r.paragraph(f"Source: {kind.cites}"),
+                )
+            )
+    return out
+
+
+def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str]:
+    """Residuals by order and over the covariate that tells most, nuisances taken off by least squares."""
+    found = tuple((a.fitted, a.inputs) for a in d.answer if a.fitted is not None)
+    nuisance, _ = nuisance_columns(recording, machine)
+    before = _rest(recording.value - baseline(recording, machine), nuisance)
+    after = _rest(recording.value - baseline(recording, improved(machine, found)), nuisance)
+    scale, unit = (1e6, "µrad") if d.angle else (1e3, "µm")
+    charts = [
+        _scatter(
+            np.arange(1.0, len(before) + 1),
+            before * scale,
+            after * scale,
+            "observation, in the order made",
+            unit,
+            bool(found),
+        )
+    ]
+    place = next((p for p in d.location if _covariate(recording, p.covariate) is not None), None)
+    if place is not None:
+        x = _covariate(recording, place.covariate)
+        assert x is not None
+        charts.append(_scatter(x, before * scale, after * scale, place.covariate, unit, bool(found)))
+    charts.append(_histogram(before * scale, after * scale, unit))
+    return [r.columns(*charts)]
+
+
+def _rest(values: Array, nuisance: Array) -> Array:
+    """What least squares over the nuisance columns leaves."""
+    if not nuisance.shape[1]:
+        return values - values.mean()
+    return np.asarray(values - nuisance @ np.linalg.lstsq(nuisance, values, rcond=None)[0])
+
+
+def _covariate(recording: Recording, name: str) -> Array | None:
+    """A column or axis position at each observation; None for names that are no single column."""
+    run = recording.run
+    for key in (name, f"{name}_s", f"{name}_mm", f"{name}_C", f"{name}_rad", f"{name}_mm_s"):
+        if key in run.columns:
+            return run.columns[key][recording.row]
+    return run.position[name][recording.row] if name in run.position else None
+
+
+def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, found: bool) -> str:
+    series = [r.Series(x, before, "before", marker=True, line=False)]
+    if found:
+        series.append(r.Series(x, after, "after", marker=True, line=False))
+    return r.curve(
+        series, x_label=label, y_label=f"residual / {unit}", title=f"Residual over {label.split(',')[0]}"
+    )
+
+
+def _histogram(before: Array, after: Array, unit: str) -> str:
+    edges = np.histogram_bin_edges(np.concatenate([before, after]), bins=40)
+    return r.histogram(
+        edges, np.histogram(after, edges)[0], x_label=f"residual after / {unit}", title="Residual after"
+    )
+
+
+def _next(d: Diagnosis) -> str:
+    if not d.next_measurement:
+        return r.paragraph("No add-on is needed to tell rivals apart.")
+    return r.table(["separates", "do", "minutes"], next_rows(d), numeric=(2,))
+
+
+def _power(d: Diagnosis) -> list[str]:
+    rows = [[x.effect, ", ".join(x.where.values()) or "–", _micro(d, x.amplitude)] for x in d.detectable]
+    out = [
+        r.details(
+            "Smallest amplitude seen per effect (rms over the recording)",
+            r.table(["effect", "where", "rms"], rows, numeric=(2,)),
+        )
+    ]
+    if d.invisible:
+        out.append(r.paragraph("Invisible in this recording: " + ", ".join(d.invisible) + "."))
+    if d.not_testable:
+        lacking = "; ".join(
+            f"{name} ({', '.join(columns)})" for name, columns in sorted(d.not_testable.items())
+        )
+        out.append(r.paragraph(f"Not testable, columns missing: {lacking}."))
+    return out
