@@ -2,6 +2,7 @@
 # Both start from a bare clone: Python 3.11 or newer with its venv module is all they ask for.
 
 PYTHON ?= python3
+export OPENBLAS_NUM_THREADS ?= 1
 JOBS   ?= 2
 BIN    := .venv/bin
 

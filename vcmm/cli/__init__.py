@@ -49,6 +49,8 @@ def build_app() -> Any:
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `vcmm` command; exits with the documented codes."""
+    # matrices here are small: threads of the matrix library cost more than they give, most of all on a busy machine
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = sys.argv[1:] if arguments is None else arguments
     sys.exit(run(words))
 

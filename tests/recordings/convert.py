@@ -1,0 +1,148 @@
+"""Published recordings to recording/1 files in a folder: one small function per data set, nothing added, nothing fitted.
+
+Every function takes the published files and a folder, writes machine.toml, recording.toml and a CSV, and returns the
+recording file. The machines state what was known before: axes, travels, a scatter from the resolution. No errors.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from pathlib import Path
+
+TURN = 360.0
+
+
+def write(
+    folder: Path, machine: str, recording: str, header: Sequence[str], rows: Iterable[Sequence[object]]
+) -> Path:
+    """Write the three files; returns the path of recording.toml."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "machine.toml").write_text(machine)
+    with (folder / "data.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(rows)
+    path = folder / "recording.toml"
+    head = 'vcmm = "recording/1"\n' + ("" if "\ndata =" in recording else 'data = "data.csv"\n')
+    path.write_text(head + 'machine = "machine.toml"\n' + recording)
+    return path
+
+
+def machine(structure: str, travels: dict[str, tuple[str, str]], u: str) -> str:
+    """A machine without errors, normal scatter with standard uncertainty u."""
+    axes = "".join(f'[axes.{a}]\ntravel = ["{low}", "{high}"]\n' for a, (low, high) in travels.items())
+    head = f'vcmm = "machine/1"\nstructure = "{structure}"\n'
+    return f'{head}{axes}[repeatability]\nlaw = "normal"\nu = "{u}"\n'
+
+
+def plug_plate(source: Path, folder: Path, every: int = 1) -> Path:
+    """Holes drilled by one machine, centres measured by another: measured - nominal x, y as the part that a tool left.
+
+    Four lines of header; Meas X, Meas Y, Nom X, Nom Y ... in mm. The alignment is free: nuisance rigid.
+    every: keep every n-th hole.
+    """
+    table = [line.split() for line in source.read_text().splitlines()[4:]]
+    numbers = [[float(v) for v in row[:4]] for row in table if len(row) >= 4]
+    kept = numbers[::every]
+    rows = [(nx, ny, 0, f"{(mx - nx) * 1e3:.1f}", f"{(my - ny) * 1e3:.1f}") for mx, my, nx, ny in kept]
+    travels = {"X": ("-400 mm", "400 mm"), "Y": ("-400 mm", "400 mm"), "Z": ("-50 mm", "50 mm")}
+    recording = 'kind = "path"\nhistory = "none"\n[nuisance]\nrigid = ""\n'
+    header = ("X_mm", "Y_mm", "Z_mm", "dx_um", "dy_um")
+    return write(folder, machine("w X' Y' b Z t", travels, "4 um"), recording, header, rows)
+
+
+def remeasured_plate(first: Path, second: Path, folder: Path) -> Path:
+    """The same holes measured twice on a CMM: second - first session, at the nominal places."""
+    one, two = ([line.split() for line in p.read_text().splitlines()[4:]] for p in (first, second))
+    places = {(row[2], row[3]): row for row in one if len(row) >= 4}
+    rows = []
+    for row in two:
+        if len(row) >= 4 and (row[2], row[3]) in places:
+            before = places[row[2], row[3]]
+            shift = [f"{(float(row[i]) - float(before[i])) * 1e3:.1f}" for i in (0, 1)]
+            rows.append((row[2], row[3], 0, *shift))
+    travels = {"X": ("-400 mm", "400 mm"), "Y": ("-400 mm", "400 mm"), "Z": ("-50 mm", "50 mm")}
+    recording = 'kind = "probe"\nhistory = "none"\n[nuisance]\nrigid = ""\n'
+    header = ("X_mm", "Y_mm", "Z_mm", "dx_um", "dy_um")
+    return write(folder, machine("w b Y X Z t", travels, "3 um"), recording, header, rows)
+
+
+def positioning_runs(source: Path, folder: Path, u: str = "1 um", skip_first: bool = False) -> Path:
+    """An ISO 230-2 file of an ecmc test script, read as it is. skip_first: without the first forward approaches."""
+    text = source.read_text()
+    if skip_first:
+        text = "\n".join(line for line in text.splitlines() if not _first_forward(line)) + "\n"
+    recording = 'data = "runs.dat"\nformat = "iso230"\nkind = "displacement"\n[line]\naxis = "X"\n[nuisance]\nzero = ""\n'
+    path = write(folder, machine("w b X t", {"X": ("0 mm", "100 mm")}, u), "\n" + recording, ("unused",), [])
+    (folder / "runs.dat").write_text(text)
+    return path
+
+
+def _first_forward(line: str) -> bool:
+    return line.startswith("REF_DATA_FWD[") and line.split("]")[0].endswith(",1")
+
+
+def slit_axis(source: Path, folder: Path, column: str = "resolver_mm", u: str = "0.1 um") -> Path:
+    """Runs of a slit axis: tests of accuracy and repeatability, one actual position (`column`) per approach."""
+    with source.open() as file:
+        table = [
+            row
+            for row in csv.DictReader(file)
+            if row["test"] in ("accuracy", "repeatability") and row[column]
+        ]
+    rows = [(r["target_mm"], f"{r['test']} {r['run']}", r["approach"], r[column]) for r in table]
+    recording = 'format = "iso230"\nkind = "displacement"\nhistory = "none"\n[line]\naxis = "X"\n[nuisance]\nzero = ""\n'
+    travels = {"X": ("0 mm", "100 mm")}
+    header = ("target_mm", "run", "direction", "actual_mm")
+    return write(folder, machine("w b X t", travels, u), recording, header, rows)
+
+
+def resolver(source: Path, folder: Path, u: str = "0.05 deg", every: int = 1) -> Path:
+    """Step counter (commanded) against resolver (actual) of a rotary axis: a trace with a FILETIME clock.
+
+    every: keep only every n-th row of numbers (the trace is sampled at 10 ms).
+    """
+    lines = source.read_text(errors="replace").splitlines()
+    head = next(i for i, line in enumerate(lines) if line[:15].isdigit())
+    kept = lines[head::every]
+    text = "\n".join(["Name;counter;speed;resolver", *(line for line in kept if line.count(";") == 3)]) + "\n"
+    recording = (
+        'data = "trace.csv"\nformat = "scope"\nkind = "angle"\nobserved = "actual - commanded"\n'
+        '[scope]\ntime = "Name"\ntime_unit = "filetime"\nunit = "deg"\naxes = { C = ["counter", "resolver"] }\n'
+        f'[nuisance]\nzero = ""\n[noise]\nu = "{u}"\n'
+    )
+    known = machine("w b C t", {"C": ("-10 deg", "370 deg")}, "1 um")
+    path = write(folder, known, "\n" + recording, ("unused",), [])
+    (folder / "trace.csv").write_text(text)
+    return path
+
+
+def gantry_heating(
+    source: Path,
+    folder: Path,
+    step: float = 0.0025,
+    every: int = 1,
+    sensors: Sequence[str] = ("frame", "bed"),
+) -> Path:
+    """Homing of a Z axis onto a switch while bed and frame heat: mcu_pos_z x step mm, with the logged temperatures.
+
+    The switch stands still; where the axis finds it is what is indicated. Rows more than 1 mm from the middle are
+    no homings. every: keep every n-th row; sensors: the temperatures that are given.
+    """
+    lines = [line for line in source.read_text().splitlines() if not line.startswith("#")]
+    table = list(csv.DictReader(lines))
+    times = [datetime.strptime(r["time"], "%Y/%m/%d-%H:%M:%S").timestamp() for r in table]
+    heights = [int(r["mcu_pos_z"]) * step for r in table]
+    middle = sorted(heights)[len(heights) // 2]
+    rows = [
+        (0, 0, 0, 0, 0, 1, f"{(z - middle) * 1e3:.1f}", t - times[0], *(r[f"{s}_t"] for s in sensors))
+        for r, t, z in zip(table, times, heights)
+        if abs(z - middle) < 1.0
+    ][::every]
+    header = ("X_mm", "Y_mm", "Z_mm", "nx", "ny", "nz", "d_um", "time_s")
+    header += tuple(f"temp_{s}_C" for s in sensors)
+    travels = {"X": ("-1 mm", "350 mm"), "Y": ("-1 mm", "350 mm"), "Z": ("-1 mm", "340 mm")}
+    recording = 'kind = "displacement"\nhistory = "none"\n[nuisance]\nzero = ""\n'
+    return write(folder, machine("w Y' b Z X t", travels, "2 um"), recording, header, rows)
