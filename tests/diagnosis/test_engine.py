@@ -111,6 +111,23 @@ def test_mistakes_of_the_table_are_named(component, factor, what):
     assert diagnosis_json(found)["answer"][0]["effect"] == "map_mistake"
 
 
+def test_an_abbe_error_counted_twice_is_named():
+    stored = tables(np.random.default_rng(5))
+    plain = make.machine(*stored)
+    axis = replace(plain.axes["X"], measured_at=(0.0, 300.0, -400.0))
+    machine = replace(plain, axes={**plain.axes, "X": axis})  # believes that the tables were observed there
+    recording = make.make((), 0.0, 77).recording
+    run = plain.prepare(recording.run)
+    twice = 2 * plain.tip_error(run) - machine.tip_error(run)  # an arm once too often, with either sign
+    value = recording.value - (twice * run.normal).sum(axis=1)
+    found = diagnose_recording(replace(recording, value=value), plain, 1, NULLS)
+    assert found.verdict != "nothing missing"
+    value = recording.value - (plain.tip_error(run) * run.normal).sum(axis=1)
+    found = diagnose_recording(replace(recording, value=value), machine, 1, NULLS)
+    assert found.answer[0].effect == "abbe_counted_twice"
+    assert found.answer[0].where == {"axis": "X"}
+
+
 def test_same_seed_same_report_and_the_document_is_complete():
     case = make.make(("linear_drift",), 10.0, 51)
     one, two = (json.dumps(diagnosis_json(diagnose(case))) for _ in range(2))

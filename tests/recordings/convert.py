@@ -11,8 +11,6 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
-TURN = 360.0
-
 
 def write(
     folder: Path, machine: str, recording: str, header: Sequence[str], rows: Iterable[Sequence[object]]
@@ -141,8 +139,8 @@ def gantry_heating(
         for r, t, z in zip(table, times, heights)
         if abs(z - middle) < 1.0
     ][::every]
-    header = ("X_mm", "Y_mm", "Z_mm", "nx", "ny", "nz", "d_um", "time_s")
-    header += tuple(f"temp_{s}_C" for s in sensors)
+    header = ["X_mm", "Y_mm", "Z_mm", "nx", "ny", "nz", "d_um", "time_s"]
+    header += [f"temp_{s}_C" for s in sensors]
     travels = {"X": ("-1 mm", "350 mm"), "Y": ("-1 mm", "350 mm"), "Z": ("-1 mm", "340 mm")}
     recording = 'kind = "displacement"\nhistory = "none"\n[nuisance]\nzero = ""\n'
     return write(folder, machine("w Y' b Z X t", travels, "2 um"), recording, header, rows)

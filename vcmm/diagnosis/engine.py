@@ -136,8 +136,8 @@ def _setting(problem: Problem, stage: Stage) -> Setting:
 def _search(problem: Problem, stage: Stage) -> tuple[Selection, Mistake | None, Problem]:
     """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
     plain = select(_setting(problem, stage))
-    y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
-    mistake = find_mistake(problem, stage.white, y)
+    raw = stage.white.apply(problem.residual)
+    mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
     if mistake is None:
         return plain, None, problem
     repaired = replace(problem, residual=problem.residual - mistake.departure)
@@ -275,6 +275,8 @@ def _variance(selection: Selection) -> float:
 
 
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
-    where = {"component": mistake.component}
+    where = {"component" if mistake.effect == "map_mistake" else "axis": mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
-    return Answer("map_mistake", where, {}, 1.0 - float(np.exp(-mistake.score)), 1.0, (), mistake.score, size)
+    return Answer(
+        mistake.effect, where, {}, 1.0 - float(np.exp(-mistake.score)), 1.0, (), mistake.score, size
+    )

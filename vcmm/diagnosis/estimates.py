@@ -20,7 +20,12 @@ from vcmm.run import Array
 from vcmm.units import in_unit
 
 DRAWS = 2000
-AS_ONE = {"reindexing": "sd"}  # arrays otherwise appear as "rms"
+AS_ONE = {
+    "reindexing": "sd",
+    "rotary_cyclic": "amplitude",
+    "abbe_offset": "arm",
+}  # other arrays appear as "rms"
+LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
 COVERED = (0.025, 0.975)
 
 
@@ -74,6 +79,22 @@ def _linear(
     out: dict[str, Estimate] = {}
     names = linear_parameters(effect)
     arrays = any("[" in label or "@" in label for label in term.option.labels)
+    if AS_ONE.get(effect.name) in LENGTHS:
+        shown = parameter(effect, names[0]).metadata["show"]
+        if str(getattr(effect, "component", ""))[1:2] in tuple("ABC"):
+            shown = "urad"
+        elif shown == "mm or rad":
+            shown = "um"
+        length = np.linalg.norm(values, axis=1)
+        return {
+            AS_ONE[effect.name]: _estimate(float(np.linalg.norm(mean)), float(length.std()), length, shown)
+        }
+    if effect.name == "cosine_error":  # its linear amplitude multiplies the square of a fixed angle
+        theta = float(getattr(effect, "theta"))  # noqa: B009 - any class of that name
+        angle = theta * np.sqrt(np.maximum(values[:, 0], 0.0))
+        return {
+            "theta": _estimate(theta * max(float(mean[0]), 0.0) ** 0.5, float(angle.std()), angle, "mrad")
+        }
     if arrays:
         return {AS_ONE.get(effect.name, "rms"): _size(problem, selection, i, mean, values)}
     for at, name in enumerate(names):

@@ -12,8 +12,11 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.diagnosis.null import robust_scale
 from vcmm.diagnosis.problem import Problem
 from vcmm.effect import Effect
+from vcmm.effects import ALL
+from vcmm.errors import ModelLimit, UsageError
 from vcmm.gaussian import Whitener
 from vcmm.observe import baseline
 from vcmm.run import Array
@@ -33,17 +36,23 @@ class Mistake:
     score: float = 0.0
     prior: float = 0.0  # ln; each kind of mistake of a component weighs the same, however many forms it has
     rivals: tuple[str, ...] = ()  # other mistakes within 3 nats, in words
+    effect: str = "map_mistake"  # or abbe_counted_twice, whose component is the axis
 
 
-def find_mistake(problem: Problem, white: Whitener, y: Array) -> Mistake | None:
-    """The most probable mistake of the table if it beats nothing by SURE nats, prior shared by all hypotheses."""
+def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
+    """The most probable mistake of the table if it beats nothing by SURE nats, prior shared by all hypotheses.
+
+    raw (m,): white residual. Outliers count as `limit` robust standard deviations, the same number for all hypotheses.
+    """
     candidates = list(hypotheses(problem))
     if not candidates:
         return None
     departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
     seen = np.linalg.norm(departures, axis=0) > 1e-3
-    total = float(y @ y)
-    rest = ((y[:, None] - departures) ** 2).sum(axis=0)
+    left = raw[:, None] - departures
+    bound = limit * min(float(robust_scale(raw)), float(robust_scale(left).min()))
+    total = float(np.minimum(raw**2, bound**2).sum())
+    rest = np.minimum(left**2, bound**2).sum(axis=0)
     prior = np.array([h.prior for h in candidates])
     scores = -0.5 * white.dof * np.log(rest / total) + prior - np.logaddexp.reduce(prior)
     scores[~seen] = -np.inf
@@ -78,6 +87,24 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
         for factor in UNIT_FACTORS:
             yield Mistake(name, "unit", (factor - 1.0) * e, prior=-float(np.log(len(UNIT_FACTORS))))
     yield from _swaps(problem, tables, own, nothing)
+    yield from _abbe(problem, nothing)
+
+
+def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
+    """The arm of the reference line (measured_at) counted twice, or left out: rotation tables x arm."""
+    known: dict[str, Any] = {kind.name: kind for kind in ALL}
+    kind = known.get("abbe_counted_twice")
+    for letter, axis in problem.machine.axes.items():
+        if kind is None or axis.rotary or axis.measured_at is None:
+            continue
+        try:
+            effect = kind.from_tables(letter, problem.machine.effects, axis.measured_at)
+            e = _observed(problem, (effect,)) - nothing
+        except (UsageError, ModelLimit):
+            continue  # no rotation tables, or a position outside them
+        if np.abs(e).max(initial=0.0) > TINY:
+            yield Mistake(letter, "Abbe error counted twice", e, effect="abbe_counted_twice")
+            yield Mistake(letter, "Abbe error left out", -e, effect="abbe_counted_twice")
 
 
 def tables_of(problem: Problem) -> dict[str, Effect]:

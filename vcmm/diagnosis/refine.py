@@ -56,7 +56,7 @@ def scanned(option: Option) -> list[str]:
     return [
         f.name
         for f in parameter_fields(option.effect)
-        if (f.metadata["scan"] or is_change(f)) and float(getattr(option.effect, f.name)) > 0
+        if (len(f.metadata["scan"]) > 1 or is_change(f)) and float(getattr(option.effect, f.name)) > 0
     ]
 
 

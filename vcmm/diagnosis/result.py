@@ -96,7 +96,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "answer": [_answer(a) for a in d.answer],
         "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
         "location": [_place(p) for p in d.location],
-        "mistake": None if d.mistake is None else _mistake(d.mistake),
+        "mistake": _mistake(d.mistake) if d.mistake and d.mistake.effect == "map_mistake" else None,
         "noise": {"scale_um": d.noise_scale * micro, "findings": list(d.noise_findings)},
         "fit": _fit(d.fit, micro),
         "not_testable": sorted(d.not_testable),
