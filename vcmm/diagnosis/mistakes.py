@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from vcmm.diagnosis.null import robust_scale
+from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.problem import Problem
 from vcmm.effect import Effect
 from vcmm.effects import ALL
@@ -65,7 +65,12 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
             f"{h.component} {h.what}" for h in near if (h.component, h.what) != _name(candidates[best])
         )
     )
-    return replace(candidates[best], score=float(scores[best]), rivals=rivals)
+    # the nats of all against nothing, outliers pulled in about the mistake as they are about fitted terms
+    own = clipped(left[:, best], white, limit)
+    with_it = departures[:, best] + own
+    nats = 0.5 * white.dof * float(np.log(with_it @ with_it / (own @ own)))
+    score = nats + float(prior[best] - np.logaddexp.reduce(prior))
+    return replace(candidates[best], score=score, rivals=rivals)
 
 
 def _name(mistake: Mistake) -> tuple[str, str]:

@@ -84,7 +84,9 @@ def joint(terms: Sequence[Term], setting: Setting) -> Selection:
         signal = x @ fit.mean
         y = signal + clipped(setting.raw - signal, setting.white, setting.clip)
     fit = posterior(x, y, setting.found.dof, width)
-    kept = float(np.mean(np.abs(setting.raw - y) < 1e-9))  # Huber (1981), 7.6: clipping costs 1 / (share kept)^2
+    kept = float(
+        np.mean(np.abs(setting.raw - y) < 1e-9)
+    )  # Huber (1981), 7.6: clipping costs 1 / (share kept)^2
     fit = replace(fit, covariance=fit.covariance / max(kept, 0.5) ** 2)
     return Selection(tuple(terms), fit, y, y - x @ fit.mean)
 
