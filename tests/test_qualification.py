@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from build import machine
 
+from vcmm.effect import basis
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.probe import ProbeLobing, StylusBending, TipRadius, TriggerDelay
 from vcmm.effects.scatter import Scatter
@@ -137,12 +138,25 @@ def test_styli_on_one_sphere_share_its_diameter():
     _, inputs = qualified_machine(
         machine(Scatter(), **_scatter(Normal(1e-3))), BOTH, {"down": how, "side": how}
     )
-    shared = [i for i in inputs if i.where == "*"]
+    shared = [i for i in inputs if i.where == "down,side"]
     assert len(inputs) == 3
     assert len(shared) == 1
     assert shared[0].redraw == "machine"
     assert shared[0].law.u == pytest.approx([0.0, 0.0, 0.0, 0.1e-3], abs=1e-12)
-    assert {i.redraw for i in inputs if i.where != "*"} == {"stylus"}
+    assert {i.redraw for i in inputs if i.where != "down,side"} == {"stylus"}
+
+
+def test_a_third_stylus_on_its_own_sphere_does_not_part_the_others():
+    far = Stylus("far", np.array([0.0, 50.0, -100.0]), 2.0, 100.0)
+    three = Plan(BOTH.steps, {**BOTH.styli, "far": far}, BOTH.touch)
+    one, two = Qualification(25.0, 1e-3), Qualification(30.0, 1e-3)
+    found, inputs = qualified_machine(machine(), three, {"down": one, "side": one, "far": two})
+    assert [i.where for i in inputs] == ["far", "down,side"]
+    shared = next(e for e in found.effects if e.where == "down,side")
+    columns = {"nx": np.ones(3), "ny": np.zeros(3), "nz": np.zeros(3)}
+    run = Run({}, np.zeros((3, 3)), columns, {"stylus": np.array(["down", "far", "side"])})
+    # the common diameter acts on the first and the third touch only
+    assert basis(shared, "d", run)[:, 0, 3].tolist() == [1.0, 0.0, 1.0]
 
 
 def test_styli_on_two_spheres_are_independent():

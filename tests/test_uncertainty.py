@@ -10,20 +10,20 @@ from build import DIAMETER, FORM, LENGTH, SCATTER, machine, scenario
 
 from vcmm.effects.expansion import PartExpansion
 from vcmm.effects.pitch import ScrewPitch
-from vcmm.effects.probe import TipRadius
+from vcmm.effects.probe import ProbeLobing, TipRadius
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.errors import UsageError
 from vcmm.evaluation import evaluate
 from vcmm.exact import draw_inputs, exact_values, linear_values
 from vcmm.inputs import Input
-from vcmm.laws import MultivariateNormal, MultivariateSamples, Normal, StudentT, Uniform
+from vcmm.laws import MultivariateNormal, MultivariateSamples, Normal, Samples, StudentT, Uniform
 from vcmm.linear import build
 from vcmm.part import Characteristic, Feature, Part
 from vcmm.plan import Plan, Step, Stylus, touches
 from vcmm.pose import Pose
 from vcmm.settings import Settings
-from vcmm.strategies import Iso10360, Levels, plan_points
+from vcmm.strategies import Grid, Iso10360, Levels, plan_points
 
 QUICK = Settings(trials=20_000, certify=50)
 
@@ -413,3 +413,47 @@ def test_sense_of_an_axis_follows_its_own_travel():
     placed = touches(Plan(steps, styli), Pose.identity(), machine(), {})
     assert placed.run.position["X"].tolist() == [0.0, -40.0]
     assert placed.run.columns["sense_X"].tolist()[1] == -1.0
+
+
+def test_curved_outputs_have_a_budget_and_claim_no_coverage():
+    # two planes 50 urad apart, 1 um per touch: the angle is the length of a noisy vector
+    tilt = np.array([np.sin(5e-5), 0.0, np.cos(5e-5)])
+    top = Feature("top", "plane", np.zeros(3), np.array([0.0, 0.0, 1.0]), np.zeros(0), extent=(40.0, 40.0))
+    other = Feature("other", "plane", np.array([0.0, 60.0, 0.0]), tilt, np.zeros(0), extent=(40.0, 40.0))
+    between = Characteristic("between", "angle", between=("top", "other"))
+    steps = tuple(Step(f.name, "down", *plan_points(f, Grid((3, 3), 5.0))) for f in (top, other))
+    base = scenario()
+    job = replace(
+        base, part=Part({f.name: f for f in (top, other)}, (between,)), plan=Plan(steps, base.plan.styli)
+    )
+    result = evaluate(job.task(), QUICK)
+    found = result.characteristics[0]
+    assert found.tier == "collapsed Monte Carlo"
+    assert not found.coverage_shown
+    assert found.budget[0].share == pytest.approx(1.0, abs=1e-9)
+    assert any("grows with noise" in w for w in result.warnings)
+
+
+def test_samples_with_a_mean_move_the_value_in_every_tier():
+    # departures of 0.5 and 1.5 um: mean 1 um along n, so the bore reads 2 um less
+    biased = Input("scatter", "", "value", Samples(np.array([0.5e-3, 1.5e-3])), "machine")
+    for engine in ("auto", "montecarlo", "exact"):
+        settings = replace(QUICK, engine=engine, trials=2000)
+        found = evaluate(
+            scenario(inputs=(biased,), characteristics=(DIAMETER,)).task(), settings
+        ).characteristics[0]
+        assert found.value == pytest.approx(30.0 - 2e-3, abs=1e-6), engine
+
+
+def test_form_is_not_corrected_for_bias():
+    effect = ProbeLobing("", 2e-3, lobes=5)  # looks like form
+    settings = replace(QUICK, known_bias="corrected")
+    found = by_name(evaluate(scenario(effect, characteristics=(FORM, DIAMETER)).task(), settings))
+    assert not found["form"].corrected
+    assert found["form"].interval[0] >= 0
+
+
+def test_no_certification_says_so():
+    result = evaluate(scenario().task(), replace(QUICK, certify=0))
+    assert np.isinf(result.characteristics[0].linear_error)
+    assert not any("errs by" in w for w in result.warnings)

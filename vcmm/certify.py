@@ -34,10 +34,7 @@ def check(model: LinearModel, gradient: Array, settings: Settings) -> Check:
     try:
         linear = model.values(q)
     except ModelLimit as error:
-        raise ModelLimit(
-            f"the draws leave the range of the model ({error}); a t-law with nu < 2 has no useful Monte Carlo for form, "
-            "orientation or position: measure more repeats"
-        ) from None
+        raise out_of_range(error) from None
     low, high = np.quantile(tangent, [0.1587, 0.8413], axis=0)
     spread = np.maximum((high - low) / 2, 1e-15)
     curvature = np.sqrt(np.median((linear - tangent) ** 2, axis=0)) / spread
@@ -49,4 +46,12 @@ def check(model: LinearModel, gradient: Array, settings: Settings) -> Check:
         np.abs(tangent[: settings.certify] - exact).max(axis=0),
         np.abs(linear[: settings.certify] - exact).max(axis=0),
         curvature,
+    )
+
+
+def out_of_range(error: ModelLimit) -> ModelLimit:
+    """The complaint about draws so large that a fitted element no longer resembles its feature."""
+    return ModelLimit(
+        f"the draws leave the range of the model ({error}); a t-law with nu < 2 has no useful Monte Carlo for form, "
+        "orientation or position: measure more repeats"
     )

@@ -68,12 +68,13 @@ class _Outcome:
 
     tier: str
     u: float
+    value: float
     mean: float
     interval: tuple[float, float]
     lines: tuple[BudgetLine, ...]
     probability: float | None
     linear_error: float
-    shown: bool
+    tangent: bool  # linear over its own spread: noise moves it up as often as down
     summary: Summary | None = None
 
 
@@ -95,11 +96,8 @@ class _Evaluation:
         all_of_them = self.model.characteristics
         sampled = [i for i in range(len(all_of_them)) if not self._has_closed_form(i)]
         summaries = self.sampler.summaries(sampled) if sampled else {}
-        alone = (
-            self.sampler.alone()
-            if any(not self.smooth[i] for i in sampled)
-            else np.zeros((len(self.terms), len(all_of_them)))
-        )
+        curved = any(not self.smooth[i] or self._curved(i) for i in sampled)
+        alone = self.sampler.alone() if curved else np.zeros((len(self.terms), len(all_of_them)))
         results = []
         for i, c in enumerate(all_of_them):
             outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
@@ -113,7 +111,8 @@ class _Evaluation:
         if not self.smooth[i] or self.settings.engine != "auto":
             return False
         first, second = self._variances(i)
-        return not self._curved(i) and not second > PRODUCT_SHARE * (first + second)
+        matters = second > PRODUCT_SHARE * (first + second) if np.isfinite(first) else second > 0
+        return not self._curved(i) and not matters
 
     def _curved(self, i: int) -> bool:
         return bool(self.check.curvature[i] > CURVATURE)
@@ -144,7 +143,15 @@ class _Evaluation:
         limits = self._limits(i)
         p = None if limits is None else linear.probability(*limits)
         return _Outcome(
-            CLOSED, linear.u, linear.centre, interval, lines, p, float(self.check.tangent_error[i]), True
+            CLOSED,
+            linear.u,
+            linear.centre,
+            linear.centre,
+            interval,
+            lines,
+            p,
+            float(self.check.tangent_error[i]),
+            True,
         )
 
     def _sampled(self, i: int, found: Summary, alone: Array) -> _Outcome:
@@ -164,9 +171,10 @@ class _Evaluation:
         p = None if limits is None else found.probability(*limits)
         error = float(self.check.linear_error[i])
         interval = found.interval(self.settings.p, self.settings.kind)
-        return _Outcome(
-            EXACT if exact else SAMPLED, u, found.mean, interval, lines, p, error, self.smooth[i], found
-        )
+        # a law of samples may have a mean: a smooth output then moves by it (JCGM 101, 7.6)
+        value = marginal(float(self.value[i]), terms, 0).centre if tangent else float(self.value[i])
+        tier = EXACT if exact else SAMPLED
+        return _Outcome(tier, u, value, found.mean, interval, lines, p, error, tangent, found)
 
     def _lines(
         self, terms: Sequence[Term], u_i: Sequence[float], u: float, linear: bool
@@ -176,8 +184,12 @@ class _Evaluation:
         return tuple(sorted(rows, key=lambda line: -line.u))
 
     def _shift(self, i: int) -> float:
-        """What is taken off the indicated value: its known bias, when the settings say so."""
-        return float(self.bias[i]) if self.settings.known_bias == CORRECTED else 0.0
+        """What is taken off the indicated value: its known bias, when the settings say so.
+
+        A form or position is not corrected: it is no sum of a true value and an error.
+        """
+        tangent = self.smooth[i] and not self._curved(i)
+        return float(self.bias[i]) if self.settings.known_bias == CORRECTED and tangent else 0.0
 
     def _limits(self, i: int) -> tuple[float, float] | None:
         """Limits for the indicated value; the 0 of a zone is no limit."""
@@ -209,14 +221,13 @@ class _Evaluation:
         interval = (outcome.interval[0] - shift, outcome.interval[1] - shift)
         half = (interval[1] - interval[0]) / 2
         known = bool(np.isfinite(u) and u > 0)
-        # a law of samples may have a mean: a smooth output then moves by it (JCGM 101, 7.6)
-        value = (outcome.mean if outcome.tier == CLOSED else float(self.value[i])) - shift
+        value = outcome.value - shift
         unbiased = shift != 0 or abs(float(self.bias[i])) <= BIAS_SHARE * half
         return CharacteristicResult(
             name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=value, mean=outcome.mean - shift,
-            bias=float(self.bias[i]), corrected=self.settings.known_bias == CORRECTED, u=u,
+            bias=float(self.bias[i]), corrected=shift != 0, u=u,
             k=half / u if known else float("nan"), p=self.settings.p, interval=interval,
-            interval_kind=self.settings.kind, coverage_shown=outcome.shown and unbiased,
+            interval_kind=self.settings.kind, coverage_shown=outcome.tangent and unbiased, extreme=not outcome.tangent,
             tolerance=gps.tolerance(c, nominal), decision=self._decision(c, interval, value, outcome), budget=outcome.lines,
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if known else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0,
@@ -238,17 +249,17 @@ def warnings_of(r: CharacteristicResult) -> list[str]:
             f"{r.name}: the known bias of {r.bias * scale:+.3g} {unit} is not corrected; the interval and the decision are about "
             'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'
         )
-    if r.type not in ("size", "distance", "angle"):
+    if r.extreme:
         moved = (r.mean - r.value) * scale
         out.append(
-            f"{r.name}: {r.type} is never negative and grows with noise (here by {moved:+.3g} {unit} on average); perturbing "
+            f"{r.name}: {r.type} grows with noise and does not fall with it (here by {moved:+.3g} {unit} on average); perturbing "
             "measured points and evaluating them again (the classic virtual-CMM recipe) has no shown coverage"
         )
     if not np.isfinite(r.u):
         out.append(
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"
         )
-    if r.tier != EXACT and r.linear_error > max(0.01 * r.expanded, 1e-9):
+    if r.tier != EXACT and np.isfinite(r.linear_error) and r.linear_error > max(0.01 * r.expanded, 1e-9):
         share = f" ({r.linear_error / r.expanded:.1%} of U)" if r.expanded > 0 else ""
         size = f"{r.linear_error * 1e6:.3g} {'nm' if r.unit == 'mm' else 'urad'}"
         out.append(f"{r.name}: the linear model errs by up to {size}{share}; use --engine exact")

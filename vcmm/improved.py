@@ -17,6 +17,7 @@ import numpy as np
 from vcmm.diagnosis.result import Answer
 from vcmm.effect import Effect, parameter_fields, place_fields
 from vcmm.files.effects import unit_of
+from vcmm.files.knowledge import addable
 from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal
 from vcmm.machine import Machine
@@ -40,14 +41,17 @@ def improved_machine(
             continue
         said = f"found in {source}, probability {answer.probability:.3f}"
         blocks.append(effect_toml(_departure(answer.fitted, machine), said))
-        blocks += [input_toml(answer.fitted, one, source) for one in answer.inputs if one.id not in known]
+        # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
+        alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
+        wanted = [one for one in answer.inputs if alone and one.id not in known]
+        blocks += [input_toml(answer.fitted, one, source) for one in wanted]
     return text + "".join(f"\n{block}" for block in blocks)
 
 
 def _departure(effect: Effect, machine: Machine) -> Effect:
     """The effect less what the machine has of it."""
     own = next((e for e in machine.effects if e.id == effect.id), None)
-    if own is None:
+    if own is None or not addable(own, effect):
         return effect
     linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
     return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
@@ -61,7 +65,7 @@ def _moved_tables(text: str, old: Path, new: Path) -> str:
             f'{match[1]}"{os.path.relpath(old / match[2], new)}"' if (old / match[2]).is_file() else match[0]
         )
 
-    return re.sub(r'(\btable\s*=\s*)"([^"]+)"', moved, text)
+    return re.sub(r"""(\btable\s*=\s*)["']([^"']+)["']""", moved, text)
 
 
 def effect_toml(effect: Effect, comment: str = "") -> str:
@@ -73,9 +77,12 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
     back = {name: word for word, name in effect.aliases.items() if re.fullmatch(r"[\w-]+", word)}
     for place in place_fields(effect):
         value = getattr(effect, place.name)
-        if value != "":
+        if value != "" and not (place.metadata["quiet"] and value == place.default):
             lines.append(f"{place.name} = {_plain(value)}")
+    letter = str(getattr(effect, "component", ""))[:1]
     for spec in parameter_fields(effect):
+        if spec.metadata["only"] and letter not in spec.metadata["only"]:
+            continue  # a shift has no tilt
         lines.append(f"{back.get(spec.name, spec.name)} = {_quantity(effect, spec)}")
     done = {f.name for f in (*place_fields(effect), *parameter_fields(effect))}
     for name, value in vars(effect).items():

@@ -17,7 +17,7 @@ from vcmm.effects.probe import PreTravel, Sphere
 from vcmm.effects.qualification import StylusQualification
 from vcmm.errors import UsageError
 from vcmm.fit import gauss, sensitivity
-from vcmm.inputs import EVERY, Input
+from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal
 from vcmm.machine import Machine
 from vcmm.part import Feature
@@ -40,8 +40,8 @@ def qualified_machine(
 ) -> tuple[Machine, tuple[Input, ...]]:
     """The machine with every named stylus qualified, and what remains uncertain of offsets and radii.
 
-    One Input per stylus (covariance 4 x 4 of offset and radius from the scatter and the form of the sphere), and, where
-    all styli name the same sphere, one for its diameter that they share; different spheres are independent.
+    One Input per stylus (covariance 4 x 4 of offset and radius from the scatter and the form of the sphere), and one for
+    the diameter of every sphere on which several styli were qualified, which they share.
     Form enters as a uniform departure of each touch over the peak-to-valley range.
     Raises UsageError when the scatter has no finite variance.
     """
@@ -52,12 +52,21 @@ def qualified_machine(
             mine = {name: s for name, s in spheres.items() if effect.stylus in ("", name)}
             effect = replace(effect, spheres=mine)
         effects.append(effect)
-    effects += [StylusQualification(name) for name in how]
-    common = len(how) > 1 and len({(q.diameter, q.u_diameter, q.form) for q in how.values()}) == 1
-    inputs = [_remaining(machine, name, one, spheres[name], common) for name, one in how.items()]
-    if common and next(iter(how.values())).u_diameter > 0:
-        inputs.append(_shared_sphere(next(iter(how.values()))))
+    groups = _spheres(how)
+    together = [",".join(names) for names in groups if len(names) > 1 and how[names[0]].u_diameter > 0]
+    effects += [StylusQualification(name) for name in (*how, *together)]
+    shared = {name for names in groups if len(names) > 1 for name in names}
+    inputs = [_remaining(machine, name, one, spheres[name], name in shared) for name, one in how.items()]
+    inputs += [_shared_sphere(names, how[names.split(",")[0]]) for names in together]
     return replace(machine, effects=tuple(effects)), tuple(i for i in inputs if i is not None)
+
+
+def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
+    """Names of the styli that were qualified on one sphere: the same diameter, uncertainty and form."""
+    groups: dict[Qualification, list[str]] = {}
+    for name, one in how.items():
+        groups.setdefault(one, []).append(name)
+    return list(groups.values())
 
 
 def _remaining(machine: Machine, name: str, how: Qualification, fitted: Sphere, common: bool) -> Input | None:
@@ -69,18 +78,11 @@ def _remaining(machine: Machine, name: str, how: Qualification, fitted: Sphere, 
     return Input("stylus_qualification", name, "d", law, "stylus", "simulated qualification, 25 touches")
 
 
-def _shared_sphere(how: Qualification) -> Input:
+def _shared_sphere(names: str, how: Qualification) -> Input:
     covariance = np.zeros((4, 4))
     covariance[3, 3] = (how.u_diameter / 2) ** 2
-    law = MultivariateNormal(covariance)
-    return Input(
-        "stylus_qualification",
-        EVERY,
-        "d",
-        law,
-        "machine",
-        "diameter of the reference sphere, common to all styli",
-    )
+    said = "diameter of the reference sphere, common to these styli"
+    return Input("stylus_qualification", names, "d", MultivariateNormal(covariance), "machine", said)
 
 
 def sphere(plan: Plan, stylus: Stylus, how: Qualification) -> Sphere:

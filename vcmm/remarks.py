@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vcmm.inputs import EVERY
 from vcmm.run import T0_DEG_C
 from vcmm.scenario import Scenario
 
@@ -36,7 +37,8 @@ def _exact_temperatures(scenario: Scenario) -> list[str]:
     out = []
     for effect in scenario.machine.effects:
         for column in effect.required():
-            if column.startswith("temp_") and column not in known and bool(getattr(effect, "alpha", 0.0)):
+            readings = {column, column.replace("temp_", "reading_", 1)}
+            if column.startswith("temp_") and not readings & known and bool(getattr(effect, "alpha", 0.0)):
                 name = column.removeprefix("temp_").removesuffix("_C")
                 out.append(
                     f'the temperature {name} is taken as exactly known; add [environment] u_temperature = {{ {name} = "0.1 K" }}'
@@ -52,7 +54,7 @@ def _unqualified(scenario: Scenario) -> list[str]:
         for i in scenario.machine.inputs
         if i.effect in ("tip_radius", "tip_offset", "stylus_qualification")
     }
-    bare = [name for name in bare if name not in known and "" not in known]
+    bare = [name for name in bare if not {name, "", EVERY} & known]
     if not bare:
         return []
     word = "stylus" if len(bare) == 1 else "styli"

@@ -53,6 +53,7 @@ class CharacteristicResult:
     interval: tuple[float, float]
     interval_kind: str
     coverage_shown: bool
+    extreme: bool  # an extreme value or root, or curved over its own spread: noise moves it one way
     tolerance: tuple[float, float] | None
     decision: Decision | None
     budget: tuple[BudgetLine, ...]

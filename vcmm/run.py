@@ -107,10 +107,12 @@ class Run:
         return [str(v) for v in values], codes
 
     def used(self, label: str, value: str) -> Array:
-        """1 in the rows whose label has this value (in every row for ""), else 0; (n,)."""
+        """1 in the rows whose label has this value (one of "a,b"; any for ""), else 0; (n,)."""
         if not value:
             return np.ones(self.n)
-        return (self.labels[label] == value).astype(float) if label in self.labels else np.zeros(self.n)
+        if label not in self.labels:
+            return np.zeros(self.n)
+        return np.isin(self.labels[label], value.split(",")).astype(float)
 
     def lagged(self, sensor: str, tau: float) -> Array:
         """Temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log.

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.certify import out_of_range
+from vcmm.errors import ModelLimit
 from vcmm.exact import draw_inputs, exact_values
 from vcmm.linear import LinearModel
 from vcmm.montecarlo import Accumulator, Summary, Term, adaptive, simulate
@@ -39,16 +41,23 @@ class Sampler:
         accumulators = [Accumulator(*place) for place in self._places(needed)]
         done = 0
         for block in simulate(self.start, self.wide, seed=self.settings.seed, trials=self.settings.trials):
-            values = self.values(block)
+            values = self._values(block)
             for i, accumulator in zip(needed, accumulators):
                 accumulator.add(values[:, i])
             done += len(block)
             self.progress("Monte Carlo", done / self.settings.trials)
         return {i: a.summary() for i, a in zip(needed, accumulators)}
 
+    def _values(self, block: Array) -> Array:
+        """Characteristics of a block of draws. A ModelLimit there means draws of no use, not a wrong pose."""
+        try:
+            return self.values(block)
+        except ModelLimit as error:
+            raise out_of_range(error) from None
+
     def _trials(self, first: int, count: int) -> Array:
         blocks = simulate(self.start, self.wide, seed=self.settings.seed, trials=count, first=first)
-        return np.concatenate([self.values(b) for b in blocks])
+        return np.concatenate([self._values(b) for b in blocks])
 
     def _adaptive(self, i: int) -> Summary:
         """JCGM 101, 7.9; the tolerance is fixed by a pilot, so that it cannot jump."""

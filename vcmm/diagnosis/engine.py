@@ -31,6 +31,7 @@ from vcmm.recording import Recording
 from vcmm.run import Array
 
 NULLS = 2000
+UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
 
@@ -197,8 +198,11 @@ def _result(
     steps = next_steps(used, setting, selection, places)
     y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
     tell("done", 1.0)
+    left = sigma * float(
+        np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
+    )  # noise after over noise stated
     return Diagnosis(
-        _verdict(answers, mistake, rest, bool(failed)),
+        _verdict(answers, mistake, rest, bool(failed) or (bool(answers) and left > UNSTATED)),
         answers,
         rest,
         locate(scorer(stage.generic), y, stage.chance),
@@ -217,6 +221,7 @@ def _result(
 
 
 def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:
+    """`failed`: a term did not hold on other rows, or the noise is far above what was stated and may hide physics."""
     named = bool(answers) or mistake is not None
     if rest is None and not failed:
         return "explained" if named else "nothing missing"

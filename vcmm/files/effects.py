@@ -100,9 +100,10 @@ def _text(key: str, value: Any, example: str) -> str:
 
 
 def _whole(key: str, value: Any, example: int) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+    least = min(example, 1)  # a harmonic of 0 is a constant where the effect has one
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
         raise UsageError(
-            f"{key} = {shown(value)} must be a whole number from 1; write for example {key} = {example}"
+            f"{key} = {shown(value)} must be a whole number, {least} or more; write for example {key} = {example}"
         )
     return value
 
@@ -175,11 +176,7 @@ def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
         return quantity(value, "length", key, "150 mm")
     if spec.type == "str":
         return _text(key, value, str(spec.default))
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise UsageError(
-            f"{key} = {shown(value)} must be a whole number, 1 or more; write for example {key} = {spec.default}"
-        )
-    return value
+    return _whole(key, value, int(spec.default))  # type: ignore[arg-type]
 
 
 def _axis_positions(value: Any, axis: str, key: str) -> Array:

@@ -88,7 +88,7 @@ def merged(effects: Sequence[Effect]) -> list[Effect]:
     """
     out: list[Effect] = []
     for effect in effects:
-        match = next((i for i, e in enumerate(out) if e.id == effect.id and _addable(e, effect)), None)
+        match = next((i for i, e in enumerate(out) if e.id == effect.id and addable(e, effect)), None)
         if match is None:
             out.append(effect)
             continue
@@ -98,7 +98,7 @@ def merged(effects: Sequence[Effect]) -> list[Effect]:
     return out
 
 
-def _addable(one: Effect, other: Effect) -> bool:
+def addable(one: Effect, other: Effect) -> bool:
     linear = {f.name for f in parameter_fields(one) if not f.metadata["scan"]}
     rest = [f.name for f in fields(one) if f.name not in linear]
     return all(np.array_equal(getattr(one, n), getattr(other, n)) for n in rest)

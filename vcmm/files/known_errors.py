@@ -44,7 +44,10 @@ def known_errors(
         cubic = model.errors.interpolation == "cubic"
         tables = problems.attempt(here, lambda: read_error_file(path))
         found = problems.attempt(here, lambda: effects_of(tables, cubic)) if tables is not None else None
-        found = refined(found, model.errors.uncertainty) if found else found
+        stated = model.errors.uncertainty
+        if found:
+            given = list(found)
+            found = problems.attempt((*at, "errors", "uncertainty"), lambda: refined(given, stated))
         for effect in found or ():
             _check_on_machine(effect, chain, problems, here, path)
         effects += found or []
@@ -144,6 +147,9 @@ def _constant(effect: Effect, parameter: str, u: float) -> Input:
     return Input(effect.name, effect.where, parameter, Normal(u), "machine", "calibration of the error table")
 
 
+MOST_NODES = 2000  # of one table: its covariance is dense
+
+
 def refined(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
     """Tables with nodes close enough to carry the Gaussian process: a third of the correlation length or less.
 
@@ -167,20 +173,30 @@ def _refined(effect: ComponentTable | ComponentSpline, step: float) -> Effect:
 
         values = CubicSpline(effect.nodes, effect.values, bc_type="natural")(nodes)
         return replace(effect, nodes=nodes, values=np.asarray(values))
-    axis = effect.arguments.index(effect.link) if effect.link in effect.arguments else None
-    if axis is None:
-        return effect
-    grid = effect.grids[axis]
-    nodes = _denser(grid, step)
-    values = np.apply_along_axis(
-        lambda column: np.interp(nodes, grid, column), axis, np.asarray(effect.values, dtype=float)
-    )
-    grids = tuple(nodes if i == axis else g for i, g in enumerate(effect.grids))
-    return replace(effect, grids=grids, values=values)
+    values, grids = np.asarray(effect.values, dtype=float), list(effect.grids)
+    for axis, letter in enumerate(effect.arguments):
+        if letter in "XYZ":
+            grid, nodes = grids[axis], _denser(grids[axis], step)
+            values = np.apply_along_axis(_between, axis, values, nodes, grid)
+            grids[axis] = nodes
+    if values.size > MOST_NODES:
+        raise UsageError(
+            f"correlation_length = {3 * step:g} mm needs {values.size} nodes in the table of {effect.component}; "
+            f"{MOST_NODES} are the limit: state a longer correlation length"
+        )
+    return replace(effect, grids=tuple(grids), values=values)
+
+
+def _between(column: Array, nodes: Array, grid: Array) -> Array:
+    return np.interp(nodes, grid, column)
 
 
 def _denser(grid: Array, step: float) -> Array:
     """All nodes of the grid and equal steps between them, none wider than `step`."""
+    if (grid[-1] - grid[0]) / step > MOST_NODES:
+        raise UsageError(
+            f"correlation_length = {3 * step:g} mm is too short for a table of {grid[-1] - grid[0]:g} mm; state a longer one"
+        )
     parts = [np.linspace(a, b, int(np.ceil((b - a) / step)) + 1)[:-1] for a, b in pairwise(grid)]
     return np.concatenate([*parts, grid[-1:]])
 

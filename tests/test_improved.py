@@ -1,0 +1,57 @@
+"""Effects written into a machine file are read again as they were."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from vcmm.effect import parameter_fields, place_fields
+from vcmm.effects import ALL
+from vcmm.effects.component import ComponentSpline, ComponentTable
+from vcmm.effects.squareness import RotaryLocation
+from vcmm.files.effects import build_effect
+from vcmm.improved import _moved_tables, effect_toml
+
+ARRAYS = ("nodes", "powers", "orders")
+
+
+def plain() -> list:
+    """One instance of every effect whose parameters are numbers or short vectors."""
+    out = []
+    for kind in ALL:
+        if kind in (ComponentTable, ComponentSpline) or any(
+            word in f.metadata["shape"] for f in parameter_fields(kind) for word in ARRAYS
+        ):
+            continue
+        try:
+            out.append(kind())
+        except TypeError:
+            continue
+    return out
+
+
+@pytest.mark.parametrize("effect", plain(), ids=lambda e: e.name)
+def test_written_and_read_again(effect):
+    table = tomllib.loads(effect_toml(effect, "a comment"))["effects"][0]
+    again = build_effect(table)
+    assert again.id == effect.id
+    for f in parameter_fields(effect):
+        assert np.allclose(getattr(again, f.name), getattr(effect, f.name)), f.name
+    for f in place_fields(effect):
+        assert getattr(again, f.name) == getattr(effect, f.name)
+
+
+@pytest.mark.parametrize("effect", [RotaryLocation("X0C", offset=2e-3), RotaryLocation("A0C", tilt=3e-6)])
+def test_rotary_locations_keep_their_one_number(effect):
+    again = build_effect(tomllib.loads(effect_toml(effect))["effects"][0])
+    assert (again.offset, again.tilt) == pytest.approx((effect.offset, effect.tilt))
+
+
+def test_tables_are_found_from_the_new_folder(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "errors.csv").write_text("C0Y\n0\n")
+    for quote in "\"'":
+        text = _moved_tables(f"table = {quote}errors.csv{quote}\n", tmp_path / "a", tmp_path / "b")
+        assert text == 'table = "../a/errors.csv"\n'
