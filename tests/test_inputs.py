@@ -9,6 +9,7 @@ import pytest
 
 from vcmm.effects import Backlash, ComponentTable, ProbeLobing, RotaryLocation, ScaleExpansion, TipOffset
 from vcmm.errors import UsageError
+from vcmm.files.effects import build_effect
 from vcmm.files.inputs import build_input
 from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal, Normal
@@ -157,3 +158,15 @@ def test_spread_of_a_scalar_law_is_one_draw_per_element():
     law, factor = Input("tip_offset", "", "d", Normal(1e-3)).spread(3)
     assert law.u == 1e-3
     assert np.array_equal(factor, np.eye(3))
+
+
+def test_a_correlated_field_is_drawn_from_its_own_kernel():
+    # two nodes 100 mm apart, length 100 mm: correlation exp(-1/2) = 0.606531; the same input elsewhere is refused
+    effect = build_effect({
+        "effect": "correlated_field", "nodes": ["0 0 0 mm", "100 0 0 mm"], "deviation": ["1 1 1 um", "2 2 2 um"], "length": "100 mm",
+    })  # fmt: skip
+    one = build_input({"effect": "correlated_field", "parameter": "values", "redraw": "run"}, [effect])
+    assert one.law.covariance[0, 3] == pytest.approx(0.606531, abs=1e-6)
+    assert one.law.covariance[0, 0] == pytest.approx(1.0)
+    with pytest.raises(UsageError, match="its nodes and length give the covariance"):
+        build_input({"effect": "correlated_field", "parameter": "values", "u": "1 um"}, [effect])

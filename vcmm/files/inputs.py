@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.effects.residual import CorrelatedField
 from vcmm.errors import UsageError, choose_from
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.effects import Found, check_matters, kind_of, may_be_left_out, noting, unit_of
@@ -93,7 +94,10 @@ def _effect_input(
         return None
     law, scale, component = None, None, str(getattr(target, "component", ""))
     with noting(found, "law"):
-        law, scale = _law(table, unit_of(spec.metadata["unit"], component))
+        if isinstance(target, CorrelatedField):
+            law = _kernel_law(target, table)
+        else:
+            law, scale = _law(table, unit_of(spec.metadata["unit"], component))
         _check_size(law, scale, int(np.size(getattr(target, spec.name))), spec.name)
     if law is None:
         return None
@@ -106,6 +110,17 @@ def _effect_input(
         str(table.get("evidence", "")),
         scale,
     )
+
+
+def _kernel_law(field: CorrelatedField, table: dict[str, Any]) -> MultivariateNormal:
+    """The draws of a correlated field have the covariance of its own kernel; any other law would not be that field."""
+    keys = {"law", *(key for keys in LAW_KEYS.values() for key in keys)}
+    stated = [k for k in table if k in keys and table[k] != "multivariate"]
+    if stated:
+        raise UsageError(
+            f"{stated[0]} does not belong to an input of correlated_field: its nodes and length give the covariance; remove it"
+        )
+    return MultivariateNormal(field.covariance())
 
 
 def _check_size(law: Any, scale: Array | None, size: int, name: str) -> None:
