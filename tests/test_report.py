@@ -676,7 +676,8 @@ def test_script_draws_what_python_draws(tmp_path: Path) -> None:
         report.Ellipsoids([(0, 0, 90)], [np.diag([1e-4, 4e-4, 9e-4])], 1000),
     ]
     block = report.scene(items, title="t")
-    press = "for (const k of ['ArrowRight', 'ArrowDown']) document.querySelector('svg').dispatchEvent(new KeyboardEvent('keydown', {key: k}));"  # fmt: skip
+    # a busy browser may print the page before its next frame: draw at once instead
+    press = "window.requestAnimationFrame = draw => { draw(); return 0; }; for (const k of ['ArrowRight', 'ArrowDown']) document.querySelector('svg').dispatchEvent(new KeyboardEvent('keydown', {key: k}));"  # fmt: skip
     page = report.page("t", [block]).replace("</body>", f"<script>{press}</script></body>")
     stage = _rendered(tmp_path, page)
     turned = draw(display_of(block), (-60.0 - 5.0, 22.0 + 5.0))

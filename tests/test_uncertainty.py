@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 from build import DIAMETER, FORM, LENGTH, SCATTER, machine, scenario
 
+from vcmm.effects.cutting import ToolRunout
+from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.expansion import PartExpansion
+from vcmm.effects.flexure import CrossAxisFlexure
 from vcmm.effects.pitch import ScrewPitch
 from vcmm.effects.probe import ProbeLobing, TipRadius
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.errors import UsageError
 from vcmm.evaluation import evaluate
-from vcmm.exact import draw_inputs, exact_values, linear_values
+from vcmm.exact import draw_inputs, exact_values, linear_quantities
 from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal, MultivariateSamples, Normal, Samples, StudentT, Uniform
 from vcmm.linear import build
@@ -326,7 +329,20 @@ def test_effects_of_one_family_keep_their_own_draws_in_the_exact_engine():
     assert (first.id, second.id) == ("screw_pitch[X]", "screw_pitch[X,2]")
     model = build(scenario(first, second, characteristics=(LENGTH,)).task())
     draws = draw_inputs(model, 0, 0, 20)
-    assert np.abs(exact_values(model, draws) - linear_values(model, draws)).max() < 1e-8
+    assert np.abs(exact_values(model, draws) - model.values(linear_quantities(model, draws))).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "names"),
+    [
+        (EncoderInterpolation("X"), EncoderInterpolation("X", harmonic=2), ("[X]", "[X,2]")),
+        (ToolRunout(), ToolRunout(harmonic=1), ("", "[1]")),
+        (CrossAxisFlexure("X"), CrossAxisFlexure("X", power=2), ("[X,Z,z]", "[X,Z,z,2]")),
+    ],
+)
+def test_two_orders_of_one_effect_at_one_place_have_names_of_their_own(first, second, names):
+    """An input names its effect by this id: with one name for both, its draws would move the wrong one."""
+    assert (first.id, second.id) == (first.name + names[0], first.name + names[1])
 
 
 def test_a_channel_that_no_effect_declares_still_counts_in_the_exact_engine():

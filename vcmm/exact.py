@@ -51,11 +51,6 @@ def draw_inputs(model: LinearModel, seed: int, first: int, count: int) -> list[D
     return out
 
 
-def linear_values(model: LinearModel, drawn: list[Draws]) -> Array:
-    """Characteristics (m, C) of the linear model for given draws."""
-    return model.values(linear_quantities(model, drawn))
-
-
 def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
     """q (m, K) of the linear model for given draws, products included."""
     q = np.broadcast_to(model.q0, (len(drawn[0].raw), len(model.q0))).copy() if drawn else model.q0[None]

@@ -141,7 +141,7 @@ def test_words_are_checked():
         ReversalSpike("X", shape="square")
     with pytest.raises(UsageError, match="distance must be positive"):
         Hysteresis("X", distance=0.0)
-    with pytest.raises(UsageError, match="period must be positive"):
+    with pytest.raises(UsageError, match="period = 0 mm must be positive"):
         EncoderInterpolation("X", period=0.0)
     with pytest.raises(UsageError, match='must be "X", "Y" or "Z"'):
         DynamicPitch("C")

@@ -45,9 +45,6 @@ class Dictionary:
         stop = self.start[option + 1] if option + 1 < len(self.start) else self.white.shape[1]
         return self.white[:, self.start[option] : stop]
 
-    def family_of(self, option: int) -> int:
-        return int(np.searchsorted(self.first, option, side="right") - 1)
-
 
 def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
     """Whiten the columns of all families; options and families that vanish are left out and named."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.effect import Effect, along, motion, param
+from vcmm.effect import Effect, along, at, motion, param
 from vcmm.errors import UsageError
 from vcmm.run import Array, Run
 
@@ -61,7 +61,7 @@ class ToolRunout(_Cutting):
     cites = "Kline & DeVor, Int. J. Mach. Tool Des. Res. 23 (1983) 123: effect of runout in end milling"
     cosine: float = param(0.0, "um", "gain of radius, or its cosine part; `amplitude` in files")
     sine: float = param(0.0, "um", "sine part; nothing for the constant part")
-    harmonic: int = 0
+    harmonic: int = at(0, "0 = constant part, 1 = once per turn, 2 = twice ...", quiet=True)
 
     def __post_init__(self) -> None:
         if self.harmonic < 0:

@@ -29,11 +29,13 @@ class EncoderInterpolation(Effect):
     period: float = param(
         0.02, "mm", "signal period of the scale", scan=(0.004, 0.008, 0.016, 0.02, 0.04, 0.1, 0.2, 1.0, 2.0)
     )
-    harmonic: int = 1
+    harmonic: int = at(1, "1 = offsets of the signals, 2 = unequal amplitudes or phase", quiet=True)
 
     def __post_init__(self) -> None:
         if not self.period > 0:
-            raise UsageError(f'{self.id}: period must be positive; write for example period = "20 um"')
+            raise UsageError(
+                f'{self.id}: period = {self.period:g} mm must be positive; write for example period = "20 um"'
+            )
 
     @property
     def link(self) -> str:

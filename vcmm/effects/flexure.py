@@ -45,7 +45,7 @@ class CrossAxisFlexure(_Flexure):
     other: str = at("Z", "other axis: the one that reaches out")
     direction: str = at("z", "x, y or z: where it yields")
     c: float = param(0.0, "um/m^2", "displacement per product of positions")
-    power: int = 1
+    power: int = at(1, "1 = product of both positions, p > 1 = power p of the other alone", quiet=True)
 
     def __post_init__(self) -> None:
         _check_direction(self, self.direction)

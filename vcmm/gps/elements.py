@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from vcmm.errors import ModelLimit, UsageError, choose_from
-from vcmm.part import KINDS, Feature, centre, ends
+from vcmm.part import KINDS, Feature, Shape, centre, ends
 from vcmm.pose import Array, Pose, dot, length
 
 AXES = ("line", "cylinder", "cone")
@@ -17,17 +17,11 @@ CENTRES = ("point", "circle", "sphere", "torus")
 MAX_TILT = 0.2  # rad between a fitted and its nominal direction; more means that the pose is missing
 
 
-class FittedLike(Protocol):
+class FittedLike(Shape, Protocol):
     """What is read of vcmm.fit.Fitted: point, axis (..., 3), sizes (..., s), residuals (..., n), normals
     (..., n, 3).
     """
 
-    @property
-    def point(self) -> Array: ...
-    @property
-    def axis(self) -> Array: ...
-    @property
-    def sizes(self) -> Array: ...
     @property
     def residuals(self) -> Array: ...
     @property
