@@ -31,8 +31,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "files": ("files", "library", "nc"),
     "jobs": (
-        "result", "budget", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "place", "calibrate", "compensate",
-        "diagnosis", "cut",
+        "result", "budget", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "placing", "calibrate", "compensating",
+        "diagnosis", "cutting",
     ),
     "twins": ("twins",),
     "pages": ("pages", "view", "serve"),

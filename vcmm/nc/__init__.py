@@ -1,0 +1,1 @@
+"""NC programs: what they mean, how long they take, and how they are rewritten."""

@@ -1,0 +1,76 @@
+"""Move: the canonical motion that every dialect of NC program is turned into. Time law, cutting and rewriting see only this.
+
+Points are tool-tip positions (x, y, z) in mm, machine axes, the tool length taken off: work offset plus programmed point.
+The position of an axis is the point plus the tool offset in force (`tool_offset`). For a primed axis both are in the
+tool-relative sense in which the axis is commanded (conventions: motion sense of workpiece axes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+Point = tuple[float, float, float]
+PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # first axis, second axis, normal: right-handed
+NO_ROTARY: Point = (0.0, 0.0, 0.0)
+
+
+class Source(NamedTuple):
+    """Where a move stands in the text: line from 1, columns from 1 (first, one past the last)."""
+
+    line: int
+    first: int
+    last: int
+
+
+class Move(NamedTuple):
+    """One motion. A NamedTuple: programs have 10^5 of them.
+
+    kind: "rapid" | "line" | "arc" | "thread" | "dwell".
+    feed: mm/min along the path; None for rapids and dwells. Inverse time and per-turn feeds are already converted.
+    turns: started turns of an arc, 1 up to a full circle; a helix has an end beside its plane. clockwise as seen
+    against the normal of the plane (G2), None unless it is an arc.
+    compensation: "left" | "right" while cutter radius compensation is on; the points are those of the centre path.
+    """
+
+    kind: str
+    source: Source
+    start: Point
+    end: Point
+    rotary_start: Point = NO_ROTARY  # A, B, C in rad
+    rotary_end: Point = NO_ROTARY
+    plane: str = "XY"
+    centre: Point | None = None
+    turns: int = 1
+    clockwise: bool | None = None
+    feed: float | None = None
+    spindle: float = 0.0  # turns per minute, signed: plus = clockwise seen from the spindle (M3)
+    tool: int = 0
+    tool_offset: Point = NO_ROTARY  # mm, added to a point to get the position of the axes
+    compensation: str | None = None
+    seconds: float = 0.0  # of a dwell
+    exact_stop: bool = False  # G9, G61: speed zero at the end
+    tolerance: float | None = (
+        None  # mm, by which the corner at the end may be rounded (G64 P, CYCLE832); None = the control's own
+    )
+    offset: str = "G54"  # work offset in force
+    rewritable: bool = True  # False where the axes run in machine coordinates (G28, G53): never rewritten
+
+
+class Remark(NamedTuple):
+    """A remark about a program that is understood all the same."""
+
+    line: int
+    column: int
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """What a program means."""
+
+    dialect: str
+    moves: tuple[Move, ...]
+    warnings: tuple[Remark, ...] = ()
+    tools: Mapping[int, str] = field(default_factory=dict)  # numbers called and what the program calls them
