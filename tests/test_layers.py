@@ -27,7 +27,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "effects": ("effects",),
     "tasks": (
         "contact", "strategies", "plan", "qualification", "task", "scenario", "recording", "nuisance", "observe", "instruments",
-        "influence", "linear", "exact",
+        "influence", "trials", "world", "linear", "exact",
     ),
     "files": ("files", "library", "nc"),
     "jobs": (

@@ -31,6 +31,7 @@ from vcmm.run import Array
 from vcmm.sampling import Progress, Sampler
 from vcmm.settings import CORRECTED, Settings
 from vcmm.task import Task, evaluate_all, fit_features, measured_points
+from vcmm.world import World
 
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
 CURVATURE = (
@@ -44,9 +45,12 @@ SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
 
 
 def evaluate(
-    task: Task, settings: Settings | None = None, progress: Progress | None = None
+    task: Task,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    world: World | None = None,
 ) -> UncertaintyResult:
-    """Evaluate a task. Raises UsageError without Inputs or characteristics; see `linear.build` for the rest."""
+    """Evaluate a task. world: where the errors come from (default: the task's machine). Raises UsageError without Inputs or characteristics; see `linear.build` for the rest."""
     settings = settings or Settings()
     if not task.part.characteristics:
         raise UsageError(
@@ -57,7 +61,7 @@ def evaluate(
             "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
         )
     report = progress or (lambda text, share: None)
-    model = build(task)
+    model = build(task, world)
     report("certifying the linear model", 0.0)
     return _Evaluation(model, settings, report).result()
 
@@ -179,8 +183,8 @@ class _Evaluation:
     def _lines(
         self, terms: Sequence[Term], u_i: Sequence[float], u: float, linear: bool
     ) -> tuple[BudgetLine, ...]:
-        task = self.model.task
-        rows = [budget_line(task, f, t, x, u, linear) for f, t, x in zip(self.model.influences, terms, u_i)]
+        world = self.model.world
+        rows = [budget_line(world, f, t, x, u, linear) for f, t, x in zip(self.model.influences, terms, u_i)]
         return tuple(sorted(rows, key=lambda line: -line.u))
 
     def _shift(self, i: int) -> float:

@@ -16,12 +16,13 @@ import numpy as np
 
 from vcmm.fit import Fitted, sensitivity
 from vcmm.gps import characteristics as gps
-from vcmm.influence import Influence, Product, influences, products
+from vcmm.influence import Influence, Product
 from vcmm.montecarlo import Term
 from vcmm.part import Characteristic, frame
 from vcmm.run import Array
 from vcmm.streams import copy_code
 from vcmm.task import Task, evaluate_all, fit_features, measured_points, per_normal
+from vcmm.world import Measuring, World
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class LinearModel:
     operator: Array  # (K, n): q per displacement of each touch along its normal
     influences: tuple[Influence, ...]
     products: tuple[Product, ...]
+    world: World
 
     @property
     def characteristics(self) -> tuple[Characteristic, ...]:
@@ -112,21 +114,19 @@ class LinearModel:
         return out
 
 
-def build(task: Task) -> LinearModel:
-    """Linearise a task about its estimates. Raises ModelLimit/UsageError for targets, columns or fits that fail."""
-    base_points = measured_points(task, task.machine.indication_error(task.touches.run))
+def build(task: Task, world: World | None = None) -> LinearModel:
+    """Linearise a task about its estimates. world: where the errors come from (default: the task's machine).
+
+    Raises ModelLimit/UsageError for targets, columns or fits that fail.
+    """
+    world = world or Measuring(task)
+    base_points = measured_points(task, world.errors())
     base = fit_features(task, base_points)
     blocks, operator = _operator(task, base, base_points)
-    found = influences(task.machine, task.touches.run, task.inputs)
+    found = world.influences()
     return LinearModel(
-        task,
-        blocks,
-        base,
-        _pack(blocks, base),
-        operator,
-        found,
-        products(task.machine, task.touches.run, found),
-    )
+        task, blocks, base, _pack(blocks, base), operator, found, world.products(found), world
+    )  # fmt: skip
 
 
 def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[dict[str, Block], Array]:

@@ -40,11 +40,11 @@ def measure_task(task: Task, seed: int | None = None) -> Measurement:
     if seed is None or not task.inputs:
         errors = task.machine.indication_error(run, exact=True)
     else:
-        from vcmm.exact import draw_inputs, exact_errors
+        from vcmm.exact import draw_inputs
         from vcmm.linear import build
 
         model = build(task)
-        errors = exact_errors(model, draw_inputs(model, seed, 0, 1))[0]
+        errors = model.world.exact_errors(draw_inputs(model, seed, 0, 1))[0]
     points = measured_points(task, errors)
     found = evaluate_all(task, fit_features(task, points))
     nominal = [gps.nominal(c, task.part.features) for c in task.part.characteristics]
