@@ -31,7 +31,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "files": ("files", "library", "nc"),
     "jobs": (
-        "result", "budget", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "placing", "calibrate", "compensating",
+        "result", "budget", "machining", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "placing", "calibrate", "compensating",
         "diagnosis", "cutting",
     ),
     "twins": ("twins",),

@@ -55,9 +55,12 @@ from vcmm.effects import (
     TipOffset,
     TipRadius,
     ToolDeflection,
+    ToolLength,
+    ToolRadius,
     ToolRunout,
     ToolWear,
     TriggerDelay,
+    WorkOffset,
     WorkpieceHeating,
 )
 from vcmm.run import Run, Series
@@ -129,6 +132,9 @@ INSTANCES: tuple[Effect, ...] = (
     ToolDeflection(1e-4),
     ToolWear(2e-7),
     ToolRunout(4e-3, 1e-3),
+    WorkOffset("y", 3e-3),
+    ToolLength("", 2e-3),
+    ToolRadius("", -1.5e-3),
     WorkpieceHeating(5e-9, 900.0),
     RotaryCyclic("ECC", _numbers(4)),
     RotaryCyclic("EXC", _numbers(2)),

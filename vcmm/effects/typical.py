@@ -66,6 +66,10 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
         "k": Typical(50e-6, "usual: 50-100 um/m for a screw without a scale"),
         "shift": Typical(20 * UM, "50 um/m with the fixed bearing 0.4 m from the zero"),
     },
+    # setting up
+    "work_offset": {"shift": Typical(5 * UM, "usual: edge finder or touch probe on the machine 2-10 um")},
+    "tool_length": {"dl": Typical(5 * UM, "usual: tool setter 2-10 um")},
+    "tool_radius": {"dr": Typical(5 * UM, "usual: tool setter or presetter 2-10 um")},
     "workpiece_heating": {"k": Typical(20e-6 / HOUR, "steel 11.5 um/(m K) at 1-3 K in an hour of cutting")},
     # drives and scales
     "backlash": {"gap": Typical(1 * UM, "usual: CMM 0.1-0.5, machine tool 1-10 um")},

@@ -1,0 +1,73 @@
+"""Setting up a machine tool: the work zero and the tool table are set with errors of their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.effect import Effect, along, at, motion, param
+from vcmm.errors import UsageError
+from vcmm.run import Array, Run
+
+
+@dataclass(frozen=True, eq=False)
+class WorkOffset(Effect):
+    """+shift along one direction: the work zero is set too far by `shift`, so all that is cut lies there.
+
+    What the machine's own errors do while the zero is set is no part of it: the cutting job subtracts them.
+    """
+
+    name = "work_offset"
+    per = "direction, setup"
+    cites = "ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3"
+    direction: str = at("x", "x, y or z, workpiece axes")
+    shift: float = param(0.0, "um", "set minus true work zero")
+
+    def __post_init__(self) -> None:
+        if self.direction not in ("x", "y", "z"):
+            raise UsageError(f'work_offset: direction = "{self.direction}" must be "x", "y" or "z"')
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, **{self.direction.upper(): np.full(run.n, self.shift)})
+
+
+@dataclass(frozen=True, eq=False)
+class ToolLength(Effect):
+    """-dl along Z of the tool frame: a tool longer than its table entry by `dl` cuts deeper (ISO 841: +Z leads out of the work)."""
+
+    name = "tool_length"
+    per = "tool"
+    cites = "ISO 841:2001; JCGM 100, 4.3"
+    tool: str = at("", "tool number; empty = all")
+    dl: float = param(0.0, "um", "actual minus set tool length")
+
+    @property
+    def link(self) -> str:
+        return "tool"
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, Z=-self.dl * run.used("tool", self.tool))
+
+
+@dataclass(frozen=True, eq=False)
+class ToolRadius(Effect):
+    """-dr along n, n out of the part: a cutter larger than its table entry by `dr` takes that much more away."""
+
+    name = "tool_radius"
+    per = "tool"
+    needs = ("nx", "ny", "nz")
+    cites = "ISO 13399-3 (cutting diameter); JCGM 100, 4.3"
+    tool: str = at("", "tool number; empty = all")
+    dr: float = param(0.0, "um", "actual minus set cutting radius")
+
+    @property
+    def link(self) -> str:
+        return "tip"
+
+    def error_motion(self, run: Run) -> Array:
+        return along(run, run.normal, -self.dr * run.used("tool", self.tool))

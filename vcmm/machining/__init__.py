@@ -1,0 +1,1 @@
+"""Virtual machining: the part that a machine tool will cut, with its uncertainty."""
