@@ -1,0 +1,149 @@
+"""Search of all moves for each inspection point, compiled: tree of boxes, K lowest contacts, connected stretches.
+
+Private; used by vcmm.cutting.envelope. Delete numba's cache of this file after a change in _envelope_kernels.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vcmm.cutting._envelope_kernels import NONE, curved, implicit, straight
+
+Array = NDArray[Any]
+BELOW = 64  # stretches below nominal that are kept for the question whether they connect
+TOUCH = 1e-9  # mm, gap that still counts as connected
+
+
+@njit(cache=True, nogil=True)
+def bound(box: Array, tool: Array, x: float, y: float, z: float) -> float:
+    """At most F at a point, for all paths in a box: the tool at the nearest place, at the lowest height."""
+    dx = max(box[0] - x, 0.0, x - box[3])
+    dy = max(box[1] - y, 0.0, y - box[4])
+    g, _, _ = implicit(np.sqrt(dx * dx + dy * dy), z - box[2], tool)
+    return g
+
+
+@njit(cache=True, nogil=True)
+def insert(a: float, item: int, u: float, g: Array, s: Array, which: Array, t: Array, normal: Array) -> None:
+    """Put a contact into the sorted list of the K lowest."""
+    k = s.shape[0] - 1
+    if a >= s[k]:
+        return
+    while k > 0 and s[k - 1] > a:
+        s[k], which[k], t[k] = s[k - 1], which[k - 1], t[k - 1]
+        for i in range(3):
+            normal[k, i] = normal[k - 1, i]
+        k -= 1
+    s[k], which[k], t[k] = a, item, u
+    length = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
+    for i in range(3):
+        normal[k, i] = g[i] / length if length > 0.0 else np.nan
+
+
+@njit(cache=True, nogil=True)
+def test_item(
+    i: int, item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, lists: tuple, below: Array, count: int
+) -> int:
+    """One move against one ray; returns the number of stretches found below so far."""
+    s, which, t, normal = lists
+    grad, out = np.empty(6), np.empty(6)
+    if item[21] == 0.0:
+        kind = straight(item, tool, p, n, depth, cut, grad, out)
+        if kind == 2:
+            out[3], out[4], out[5] = out[0], out[1], out[2]
+            grad[3], grad[4], grad[5] = grad[0], grad[1], grad[2]
+    else:
+        kind = curved(item, tool, p, n, depth, cut, grad, out)
+    if kind & 1 and out[0] <= cut:
+        insert(out[0], i, out[2], grad, s, which, t, normal)
+    if kind & 2:
+        if count < BELOW:
+            below[count, 0], below[count, 1], below[count, 2], below[count, 3] = out[3], out[4], i, out[5]
+            below[count, 4], below[count, 5], below[count, 6] = grad[3], grad[4], grad[5]
+        count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def connect(lists: tuple, below: Array, count: int) -> None:
+    """From nominal, which lies in a removed stretch, down through the stretches that overlap."""
+    s, which, t, normal = lists
+    low, again = s[0], True
+    while again:
+        again = False
+        for j in range(count):
+            if below[j, 1] >= low - TOUCH and below[j, 2] >= 0.0:
+                insert(below[j, 0], int(below[j, 2]), below[j, 3], below[j, 4:7], s, which, t, normal)
+                low, again = min(low, below[j, 0]), True
+                below[j, 2] = -1.0
+
+
+@njit(cache=True, nogil=True)
+def search(
+    points: Array,
+    normals: Array,
+    frames: Array,
+    roots: Array,
+    group_tool: Array,
+    boxes: Array,
+    child: Array,
+    items: Array,
+    tools: Array,
+    limits: Array,
+    s: Array,
+    which: Array,
+    t: Array,
+    contact: Array,
+    tests: Array,
+) -> int:
+    """Fill s, which, t (n, K) and contact (n, K, 3) for rays (n, 3); returns how many lists of stretches ran over.
+
+    frames (G, 3, 3): rows are the axes of the frame of each tree; child (nodes, 2): two nodes, or -first - 1 and count.
+    limits: depth, height, band. tests (n,): exact tests made.
+    """
+    depth, height, band = limits[0], limits[1], limits[2]
+    last, over = s.shape[1] - 1, 0
+    stack, below = np.empty(128, np.int64), np.empty((BELOW, 7))
+    p, n, bare = np.empty(3), np.empty(3), tools.copy()
+    bare[:, 6] = NONE
+    for row in range(points.shape[0]):
+        count = 0
+        lists = (s[row], which[row], t[row], contact[row])
+        for group in range(roots.shape[0]):
+            for i in range(3):
+                f = frames[group, i]
+                p[i] = f[0] * points[row, 0] + f[1] * points[row, 1] + f[2] * points[row, 2]
+                n[i] = f[0] * normals[row, 0] + f[1] * normals[row, 1] + f[2] * normals[row, 2]
+            tool, shell = tools[group_tool[group]], bare[group_tool[group]]
+            stack[0], top = roots[group], 1
+            while top > 0:
+                top -= 1
+                node = stack[top]
+                cut = min(height, s[row, 0] + band, s[row, last])
+                mid, half = 0.5 * (cut - depth), 0.5 * (cut + depth)
+                x, y, z = p[0] + mid * n[0], p[1] + mid * n[1], p[2] + mid * n[2]
+                if half < 0.0 or bound(boxes[node], shell, x, y, z) > half:
+                    continue
+                if n[2] > 0.0 and boxes[node, 2] - p[2] >= (s[row, last] - 1e-12) * n[2]:
+                    continue  # the lowest tip is no lower than the contacts known
+                if child[node, 0] < 0:
+                    first = -child[node, 0] - 1
+                    for i in range(first, first + child[node, 1]):
+                        cut = min(height, s[row, 0] + band, s[row, last])
+                        count = test_item(i, items[i], tool, p, n, depth, cut, lists, below, count)
+                    tests[row] += child[node, 1]
+                else:
+                    left, right = child[node, 0], child[node, 1]
+                    if bound(boxes[left], shell, x, y, z) < bound(boxes[right], shell, x, y, z):
+                        left, right = right, left
+                    stack[top], stack[top + 1] = left, right
+                    top += 2
+        if count > BELOW:
+            over += 1
+        if s[row, 0] <= 0.0 and count > 0:
+            connect(lists, below, min(count, BELOW))
+    return over
