@@ -23,6 +23,7 @@ class Input:
 
     law: departure from the estimate, canonical units. A scalar law is drawn independently for every element of an
     array parameter, times `scale` (k,) where given; MultivariateNormal and MultivariateSamples draw all together.
+    owner: names the machine where two have a part in one task, so that each has draws of its own.
     """
 
     effect: str
@@ -32,12 +33,14 @@ class Input:
     redraw: str = "machine"
     evidence: str = ""
     scale: Array | None = None
+    owner: str = ""
 
     @property
     def id(self) -> str:
         """Names the random stream and the budget line: backlash[X].gap, scatter.value, channel.temp_part_C."""
         where = f"[{self.where}]" if self.where else ""
-        return f"{self.effect}{where}.{self.parameter}"
+        name = f"{self.effect}{where}.{self.parameter}"
+        return f"{self.owner}: {name}" if self.owner else name
 
     @property
     def is_channel(self) -> bool:

@@ -104,27 +104,30 @@ def load_scenario(path: str | Path) -> Scenario:
 
 def _checked_scenario(document: Document, problems: Problems) -> Scenario | None:
     data = document.data
+    if "cut" in data:
+        problems.add(("cut",), "this scenario cuts a part: run it with vcmm cut (in Python vcmm.load_cut)")
+        return None
     model = checked_model(ScenarioFile, data, problems)
-    machine = _section(document, "machine", data.get("machine"), problems, machine_from)
-    part = _section(
-        document, "part", data.get("part"), problems, lambda d, t, at: _inner(part_from, d, t, at)
+    machine = section(document, "machine", data.get("machine"), problems, machine_from)
+    part = section(
+        document, "part", data.get("part"), problems, lambda d, t, at: noting(part_from, d, t, at)
     )
-    planned = _section(
+    planned = section(
         document,
         "plan",
         data.get("plan"),
         problems,
-        lambda d, t, at: _inner(partial(_plan, part), d, t, at),
+        lambda d, t, at: noting(partial(_plan, part), d, t, at),
     )
-    environment = _section(
+    environment = section(
         document,
         "environment",
         data.get("environment", {}),
         problems,
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )
-    settings = _section(document, "job", data.get("job", {}), problems, _settings)
-    known = _with_knowledge(document, machine, part, environment, planned, problems)
+    settings = section(document, "job", data.get("job", {}), problems, settings_from)
+    known = with_knowledge(document, machine, part, environment, planned, problems)
     if problems.found or not (model and planned and part and settings and environment and known):
         return None
     machine, inputs = known
@@ -134,17 +137,17 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         machine,
         part.part,
         plan,
-        _pose(model.pose),
+        pose_from(model.pose),
         columns_of(environment.temperature),
         inputs,
         part.forms,
         qualifications,
         settings,
-        {n: _pose(t) for n, t in model.places.items()},
+        {n: pose_from(t) for n, t in model.places.items()},
     )
 
 
-def _inner(make: Any, document: Document, data: dict[str, Any], at: Location) -> Any:
+def noting(make: Any, document: Document, data: dict[str, Any], at: Location) -> Any:
     """Run a reader that notes its problems, with a list of its own: its document may be another file."""
     problems = Problems(document)
     found = make(document, data, at, problems)
@@ -158,11 +161,11 @@ def _plan(
     return plan_from(document, data, at, part.part if part else None, problems)
 
 
-def _pose(table: PoseTable) -> Pose:
+def pose_from(table: PoseTable) -> Pose:
     return Pose.from_turns(np.array(table.shift), np.array(table.turn))
 
 
-def _section(document: Document, key: str, value: object, problems: Problems, make: Any) -> Any:
+def section(document: Document, key: str, value: object, problems: Problems, make: Any) -> Any:
     """A table of this file, or the file it names (whose version line is checked); None where it cannot be read."""
     if isinstance(value, dict):
         return problems.attempt((key,), lambda: make(document, value, (key,)))
@@ -177,7 +180,7 @@ def _section(document: Document, key: str, value: object, problems: Problems, ma
     return problems.attempt((key,), from_file)
 
 
-def _settings(document: Document, data: dict[str, Any], at: Location) -> Settings:
+def settings_from(document: Document, data: dict[str, Any], at: Location) -> Settings:
     problems = Problems(document)
     job = checked_model(JobTable, data, problems, at)
     if job is not None and job.rule not in RULES:
@@ -190,7 +193,7 @@ def _settings(document: Document, data: dict[str, Any], at: Location) -> Setting
     return Settings(job.seed, job.trials, job.p, job.interval, rule=job.rule, known_bias=job.known_bias)
 
 
-def _with_knowledge(
+def with_knowledge(
     document: Document,
     machine: Machine | None,
     part: PartData | None,

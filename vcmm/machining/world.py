@@ -3,7 +3,8 @@
     indicated - true of a touch = that of the measuring machine + (surface with errors - surface without) n
 
 The surface without errors (cusps, rounded corners) is the form of the task. Everything behind the touches (fits,
-characteristics, Monte Carlo, budget) is that of measuring.
+characteristics, Monte Carlo, budget) is that of measuring. Where the part is probed on the machine that cut it, what is
+drawn once per machine is one draw for both, and what the probing repeats it does not see.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from vcmm.world import Measuring
 class Cutting:
     """A task measured on a part that was cut with errors.
 
-    measuring: the measuring machine's own world, whose Inputs are apart from those of the machine tool.
+    measuring: the measuring machine's own world. An Input of both with one id is one quantity (the same machine).
     """
 
     measuring: Measuring
@@ -36,30 +37,51 @@ class Cutting:
     contacts: Contacts
 
     @cached_property
-    def _level(self) -> Array:
-        """Surface without errors (P,): the form of the task, so no error."""
-        return self.contacts.surface(np.zeros((self.tool.run.n, 3)))
+    def level(self) -> Array:
+        """Surface without errors of the machine (P,): the form of the task, so no error."""
+        return self.contacts.surface(self.tool.known)
 
     @cached_property
-    def _moved(self) -> Array:
+    def moved(self) -> Array:
+        """Errors of the tool at the estimates (rows, 3)."""
         return self.tool.errors()
 
     @cached_property
-    def _on_rows(self) -> tuple[Influence, ...]:
+    def _cut(self) -> tuple[Influence, ...]:
         """Influences on the rows of the cut, setting not yet subtracted."""
         return self.tool.influences()
 
+    @cached_property
+    def _probing(self) -> tuple[Influence, ...]:
+        return self.measuring.influences()
+
+    @cached_property
+    def _place(self) -> list[int]:
+        """Number of each influence of the measuring machine among all."""
+        ids = [f.input.id for f in self._cut]
+        out, following = [], len(ids)
+        for one in self._probing:
+            shared = one.input.id in ids
+            out.append(ids.index(one.input.id) if shared else following)
+            following += not shared
+        return out
+
     def errors(self) -> Array:
-        return self.measuring.errors() + self._outward(self.contacts.surface(self._moved) - self._level)
+        return self.measuring.errors() + self._outward(self.contacts.surface(self.moved) - self.level)
 
     def _outward(self, height: Array) -> Array:
         """Heights (..., P) as vectors along the normals of the touches, workpiece axes of the measuring machine."""
         return np.asarray(height[..., None] * self.measuring.task.touches.run.normal)
 
     def influences(self) -> tuple[Influence, ...]:
-        row, gain = self.contacts.deepest(self._moved)
-        cut = tuple(self._at_touches(self.tool.relative(f), row, gain) for f in self._on_rows)
-        return (*cut, *self.measuring.influences())
+        row, gain = self.contacts.deepest(self.moved)
+        out = [self._at_touches(self.tool.relative(f), row, gain) for f in self._cut]
+        for number, one in zip(self._place, self._probing):
+            if number < len(self._cut):
+                out[number] = _together(out[number], one)
+            else:
+                out.append(one)
+        return tuple(out)
 
     def _at_touches(self, one: Influence, row: Ints, gain: Array) -> Influence:
         height = np.einsum("pi,pik->pk", gain, one.response[row])
@@ -67,23 +89,30 @@ class Cutting:
         return replace(one, response=response, codes=one.codes[row])
 
     def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
-        row, gain = self.contacts.deepest(self._moved)
-        n, count = self.measuring.task.touches.run.normal, len(self._on_rows)
+        row, gain = self.contacts.deepest(self.moved)
+        n = self.measuring.task.touches.run.normal
         out = [
             Product(p.first, p.second, np.einsum("pi,pi->p", gain, p.response[row])[:, None] * n)
-            for p in self.tool.products(self._on_rows)
+            for p in self.tool.products(self._cut)
         ]
-        for p in self.measuring.products(found[count:]):
-            out.append(Product(p.first + count, p.second + count, p.response))
+        for p in self.measuring.products(self._probing):
+            out.append(Product(self._place[p.first], self._place[p.second], p.response))
         return tuple(out)
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
-        count = len(self._on_rows)
-        mine = [replace(d, influence=f) for d, f in zip(drawn[:count], self._on_rows)]
-        height = self.contacts.surface(self.tool.exact(mine)) - self._level
-        return np.asarray(self._outward(height) + self.measuring.exact_errors(list(drawn[count:])))
+        mine = [replace(d, influence=f) for d, f in zip(drawn, self._cut)]
+        theirs = [replace(drawn[i], influence=f) for i, f in zip(self._place, self._probing)]
+        height = self.contacts.surface(self.tool.exact(mine)) - self.level
+        return np.asarray(self._outward(height) + self.measuring.exact_errors(theirs))
 
     def machine_of(self, one: Input) -> tuple[Machine, Run]:
-        if any(one is f.input for f in self._on_rows):
+        if any(one is f.input for f in self._cut):
             return self.tool.machine, self.tool.run
         return self.measuring.machine_of(one)
+
+
+def _together(cut: Influence, probing: Influence) -> Influence:
+    """One draw that acts on both: the machine is the same."""
+    if cut.copies != probing.copies:
+        raise ValueError(f"{cut.input.id}: drawn per {cut.input.redraw}, which is not one draw for cut and probing")
+    return replace(cut, response=cut.response + probing.response)

@@ -1,0 +1,148 @@
+"""vcmm cut: machine the part virtually; deviations of its features, U, decision, who owns the error, cycle time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+
+def cut_command(
+    scenario: Path,
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    json: Annotated[bool, Parameter(name="--json")] = False,
+    out: Path | None = None,
+) -> int:
+    """Machine a part virtually: program, machine, tools and set-up to the deviations of its features.
+
+    Exit code 1 when a characteristic does not conform.
+
+    Parameters
+    ----------
+    scenario
+        Scenario file (scenario/1) with a [cut] table.
+    trials
+        Monte Carlo trials (default: the scenario's, else 10^6).
+    seed
+        Seed of the random streams (default: the scenario's, else 0).
+    json
+        Print one JSON document.
+    out
+        Folder for report.html, cut.json, surface.csv.
+    """
+    from vcmm.cli.common import about, document, output_folder, print_json, progress, sources
+    from vcmm.files.cut_scenario import load_cut
+    from vcmm.machining.job import cut
+
+    folder = output_folder(out) if out else None
+    loaded = load_cut(scenario)
+    with progress() as report, about(scenario):
+        found = cut(loaded, seed=seed, trials=trials, progress=report)
+    files = [*sources(scenario), loaded.program]
+    content = document(
+        "vcmm.cut/1", cut_json(found), seed=found.uncertainty.seed, files=files, warnings=found.warnings
+    )
+    if folder:
+        _write(folder, loaded, found, content)
+    if json:
+        print_json(content)
+    else:
+        show(found)
+    return 1 if any(c.decision and c.decision.text == "does not conform" for c in found.characteristics) else 0
+
+
+def cut_json(found: Any) -> dict[str, Any]:
+    """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
+    from vcmm.cli.uncertainty import characteristic_json
+
+    characteristics = []
+    for c in found.characteristics:
+        body = characteristic_json(c)
+        body["deviation_" + c.unit] = c.value - c.nominal
+        body["groups"] = dict(found.shares[c.name])
+        body["u_repeats_" + c.unit] = found.repeats[c.name]
+        body["u_scatters_" + c.unit] = found.scatters[c.name]
+        characteristics.append(body)
+    s = found.surface
+    return {
+        "trials": found.uncertainty.trials,
+        "characteristics": characteristics,
+        "surface": {
+            "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,
+            "gouge_depth_um": s.deep_um,
+        },
+        "time_s": found.seconds,
+    }  # fmt: skip
+
+
+def show(found: Any) -> None:
+    """Deviations, who owns them, what a batch shares, the surface."""
+    from vcmm.cli.common import say, show_table
+    from vcmm.cli.words import deviation_text, length_text, percent_text
+
+    rows = [
+        [
+            c.name, length_text(c.nominal, c.unit), deviation_text(c.value - c.nominal, c.unit),
+            deviation_text(c.bias, c.unit), deviation_text(c.expanded, c.unit, signed=False),
+            "–" if c.decision is None else c.decision.text,
+            "–" if c.decision is None else percent_text(c.decision.p_conform),
+        ]
+        for c in found.characteristics
+    ]  # fmt: skip
+    first = found.characteristics[0]
+    show_table(
+        f"the finished part: deviation from nominal, U for p = {first.p:.0%}",
+        ["characteristic", "nominal", "deviation", "of it: machine", "U", "decision", "p conform"], rows, left=(0, 5),
+    )  # fmt: skip
+    names = list(next(iter(found.shares.values())))
+    shares = [[c.name, *[percent_text(found.shares[c.name][n]) for n in names]] for c in found.characteristics]
+    show_table("share of u² by owner", ["characteristic", *names], shares, left=(0,))
+    budget = [
+        [c.name if i == 0 else "", b.input, b.redraw, deviation_text(b.u, c.unit, signed=False), percent_text(b.share)]
+        for c in found.characteristics
+        for i, b in enumerate(c.budget[:4])
+    ]
+    show_table("largest contributions", ["characteristic", "input", "redraw", "u_i", "share"], budget, left=(0, 1, 2))
+    repeats = [
+        [c.name, deviation_text(found.repeats[c.name], c.unit, signed=False), deviation_text(found.scatters[c.name], c.unit, signed=False)]
+        for c in found.characteristics
+    ]  # fmt: skip
+    show_table("in a batch", ["characteristic", "u, repeats in every part", "u, scatters from part to part"], repeats, left=(0,))
+    s = found.surface
+    minutes, seconds = divmod(found.seconds, 60)
+    print(
+        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points; "
+        f"{s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
+        f"cycle time: {minutes:.0f} min {seconds:.1f} s"
+    )
+    for warning in found.warnings:
+        say(f"note: {warning}")
+
+
+def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
+    import json as _json
+
+    from vcmm.cli.common import say, write_files
+    from vcmm.pages.cut import cut_page
+
+    texts = {
+        "cut.json": _json.dumps(content, indent=1, allow_nan=False),
+        "surface.csv": _surface_csv(found),
+        "report.html": cut_page(scenario, found),
+    }
+    write_files(folder, texts)
+    say(f"wrote {folder}/report.html, cut.json, surface.csv")
+
+
+def _surface_csv(found: Any) -> str:
+    """Every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
+    rows = ["feature,x_mm,y_mm,z_mm,nx,ny,nz,deviation_um,program_alone_um"]
+    for patch in found.patches:
+        for point, normal, height, nominal in zip(patch.net.points, patch.net.normals, patch.height, patch.nominal):
+            numbers = [f"{v:.6f}" for v in (*point, *normal)]
+            heights = ["" if h != h else f"{h * 1e3:.4f}" for h in (height, nominal)]
+            rows.append(",".join([patch.net.feature, *numbers, *heights]))
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,214 @@
+"""Cutting scenarios: scenario/1 TOML with a [cut] table, to a CutScenario."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from vcmm.effect import Effect
+from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
+from vcmm.errors import choose_from
+from vcmm.files.machine import load_machine, machine_from
+from vcmm.files.part import PartData, part_from
+from vcmm.files.plan import plan_from
+from vcmm.files.problems import Problems
+from vcmm.files.scenario import (
+    EnvironmentTable,
+    PoseTable,
+    columns_of,
+    noting,
+    pose_from,
+    section,
+    settings_from,
+    with_knowledge,
+)
+from vcmm.files.schema import Point, Size, Spread, Table, checked_model, read_model
+from vcmm.files.setup import load_setup
+from vcmm.files.toml import Document, Location, check_version, read_toml
+from vcmm.inputs import Input
+from vcmm.laws import Normal
+from vcmm.machine import Machine
+from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
+from vcmm.nc.setup import Setup
+from vcmm.pose import Pose
+
+GAUGE = {"offset": "0 0 0 mm", "tip_diameter": "1 mm"}  # stands for the stylus of an inspection without errors
+
+
+class OffsetTable(Table):
+    """How the work offset was set."""
+
+    set_on: Literal["this machine", "elsewhere"] = "this machine"
+    at: Point | None = None
+    u: Spread = 0.0
+
+
+class ToolKnowledge(Table):
+    u_length: Spread = 0.0
+    u_radius: Spread = 0.0
+
+
+class CutTable(Table):
+    program: str = Field(examples=['"part.nc"'])
+    setup: str = Field(examples=['"setup.toml"'])
+    dialect: str | None = None
+    work_offset: OffsetTable = Field(default_factory=OffsetTable)
+    tools: dict[str, ToolKnowledge] = Field(default_factory=dict, examples=['{ 1 = { u_radius = "3 um" } }'])
+    step: Size = 1.0
+
+
+class InspectionTable(Table):
+    """machine: "ideal", "same", a machine file or table."""
+
+    machine: str | dict[str, Any] = IDEAL
+    pose: PoseTable | None = None
+
+
+class CutFile(Table):
+    """scenario/1 with [cut]"""
+
+    vcmm: str
+    name: str = ""
+    machine: str | dict[str, Any] | None = Field(default=None, examples=['"mill.toml"'])
+    cut: CutTable
+    part: str | dict[str, Any] = Field(examples=['"part.toml"'])
+    plan: str | dict[str, Any] | None = None
+    inspection: InspectionTable = Field(default_factory=InspectionTable)
+    pose: PoseTable | None = None
+    environment: str | dict[str, Any] = Field(default_factory=dict, examples=['"environment.toml"'])
+    job: str | dict[str, Any] = Field(default_factory=dict, examples=['"job.toml"'])
+    effects: list[dict[str, Any]] = Field(default_factory=list)
+    inputs: list[dict[str, Any]] = Field(default_factory=list)
+
+
+def load_cut(path: str | Path) -> CutScenario:
+    """Read a cutting scenario. Raises DataError with every problem of the file (and of the files it names)."""
+    document = read_toml(path)
+    check_version(document, "scenario")
+    problems = Problems(document)
+    if "cut" not in document.data:
+        problems.add((), 'the scenario has no [cut] table; add program = "part.nc" and setup = "setup.toml" there')
+    scenario = None if problems.found else _checked(document, problems)
+    problems.raise_if_any()
+    assert scenario is not None
+    return scenario
+
+
+def _checked(document: Document, problems: Problems) -> CutScenario | None:
+    data = document.data
+    model = checked_model(CutFile, data, problems)
+    setup = None
+    if model is not None:
+        setup = problems.attempt(("cut", "setup"), lambda: load_setup(document.path.parent / model.cut.setup))
+    machine = _machine(document, setup, problems)
+    part = section(document, "part", data.get("part"), problems, lambda d, t, at: noting(part_from, d, t, at))
+    planned = None
+    if "plan" in data:
+        ideal = model is None or model.inspection.machine == IDEAL
+        planned = section(document, "plan", data["plan"], problems, partial(_plan, part, ideal))
+    environment = section(
+        document, "environment", data.get("environment", {}), problems,
+        lambda d, t, at: read_model(EnvironmentTable, t, d, at),
+    )  # fmt: skip
+    settings = section(document, "job", data.get("job", {}), problems, settings_from)
+    if model is None or setup is None:
+        return None
+    known = _known(document, machine, setup, model.cut, part, environment, problems)
+    inspection = _inspection(document, model.inspection, problems)
+    program = document.path.parent / model.cut.program
+    if not program.is_file():
+        problems.add(("cut", "program"), f"there is no file {program}; name the NC program, relative to this file")
+    if problems.found or not (part and settings and environment and known and inspection):
+        return None
+    machine, inputs = known
+    offset = model.cut.work_offset
+    return CutScenario(
+        name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
+        plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
+        dialect=model.cut.dialect or setup.dialect, constants=columns_of(environment.temperature), inputs=inputs,
+        qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
+        set_here=offset.set_on == "this machine", set_at=offset.at, step=model.cut.step,
+    )  # fmt: skip
+
+
+def _machine(document: Document, setup: Setup | None, problems: Problems) -> Machine | None:
+    """The machine of the scenario, else that of the set-up."""
+    if "machine" in document.data:
+        found = section(document, "machine", document.data["machine"], problems, machine_from)
+        return found if isinstance(found, Machine) else None
+    path = setup.machine if setup else None
+    if path is None:
+        if setup is not None:
+            problems.add((), 'no machine: add machine = "mill.toml" here or in the set-up')
+        return None
+    return problems.attempt(("cut", "setup"), lambda: load_machine(path))
+
+
+def _plan(part: PartData | None, ideal: bool, document: Document, data: dict[str, Any], at: Location) -> Any:
+    """[plan]; an inspection without errors needs no styli."""
+    if ideal and "styli" not in data and isinstance(data.get("steps"), list):
+        steps = [{"stylus": "gauge", **s} if isinstance(s, dict) else s for s in data["steps"]]
+        data = {**data, "styli": {"gauge": GAUGE}, "steps": steps}
+    problems = Problems(document)
+    found = plan_from(document, data, at, part.part if part else None, problems)
+    problems.raise_if_any()
+    return found
+
+
+def _known(
+    document: Document, machine: Machine | None, setup: Setup, cut: CutTable, part: PartData | None,
+    environment: Any, problems: Problems,
+) -> tuple[Machine, tuple[Input, ...]] | None:  # fmt: skip
+    """The machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs."""
+    for name in cut.tools:
+        if not name.isdigit() or int(name) not in setup.tools:
+            known = [str(n) for n in setup.tools]
+            problems.add(("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}")
+    if problems.found:
+        return None
+    effects, inputs = setting_knowledge(setup, cut)
+    full = None if machine is None else replace(machine, effects=(*machine.effects, *effects))
+    found = with_knowledge(document, full, part, environment, None, problems)
+    return None if found is None else (found[0], (*found[1], *inputs))
+
+
+def setting_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[Input]]:
+    """Effects of setting up, at zero, and Inputs where an uncertainty is stated."""
+    effects: list[Effect] = [WorkOffset(d) for d in "xyz"]
+    inputs = []
+    if cut.work_offset.u:
+        law = Normal(cut.work_offset.u)
+        inputs = [Input("work_offset", d, "shift", law, "setup", "setting of the work offset") for d in "xyz"]
+    for number in setup.tools:
+        name, said = str(number), cut.tools.get(str(number), ToolKnowledge())
+        effects += [ToolLength(name), ToolRadius(name)]
+        if said.u_length:
+            inputs.append(Input("tool_length", name, "dl", Normal(said.u_length), "setup", "tool setter"))
+        if said.u_radius:
+            inputs.append(Input("tool_radius", name, "dr", Normal(said.u_radius), "setup", "tool setter"))
+    return effects, inputs
+
+
+def _inspection(document: Document, table: InspectionTable, problems: Problems) -> Inspection | None:
+    pose: Pose | None = None if table.pose is None else pose_from(table.pose)
+    if table.machine in (IDEAL, SAME):
+        return Inspection(str(table.machine), None, pose)
+    at: Location = ("inspection", "machine")
+    if isinstance(table.machine, dict):
+        inner = table.machine
+        machine = problems.attempt(at, lambda: machine_from(document, inner, at))
+    else:
+        path = document.path.parent / table.machine
+        machine = problems.attempt(at, lambda: load_machine(path))
+    if machine is None:
+        return None
+    if pose is None:
+        problems.add(("inspection",), 'where does the part lie on the measuring machine? Add pose = { shift = "x y z mm" }')
+    return Inspection(OTHER, machine, pose)
+
+
+__all__ = ["CutFile", "load_cut"]

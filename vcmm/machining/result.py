@@ -1,0 +1,107 @@
+"""What virtual machining returns: deviations of the features with their uncertainty, and the surface itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.machining.maps import Net
+from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.run import Array
+
+GROUPS = ("machine", "tool", "setup", "part", "measurement")
+OF_TOOL = ("tool_length", "tool_radius", "tool_wear", "tool_runout", "tool_deflection", "spindle_growth")
+OF_SETUP = ("work_offset",)
+OF_PART = ("part_expansion", "workpiece_heating", "clamping")
+SCATTERS = ("touch", "part", "run", "event", "clamp")  # drawn anew from part to part; the rest repeats in a batch
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """The cut surface over one net: height (ny nx,) mm above nominal, nan where no cutter came; with and without errors."""
+
+    net: Net
+    height: Array
+    nominal: Array  # of the same program on a machine without errors
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Over all patches, um: largest and rms departure, number of points, of those left uncut, and of gouges.
+
+    A gouge is a point that the program itself, on a perfect machine, cuts deeper than `deep_um`.
+    """
+
+    max_um: float
+    rms_um: float
+    points: int
+    uncut: int
+    gouges: int
+    deep_um: float
+
+
+@dataclass(frozen=True, eq=False)
+class CutResult:
+    """uncertainty: characteristics of the finished part; seconds: cycle time; shares: characteristic -> group -> u^2 share.
+
+    repeats, scatters: characteristic -> standard uncertainty of what all parts of a batch share, and of what differs.
+    """
+
+    uncertainty: UncertaintyResult
+    surface: Extremes
+    patches: tuple[Patch, ...]
+    seconds: float
+    shares: Mapping[str, Mapping[str, float]]
+    repeats: Mapping[str, float]
+    scatters: Mapping[str, float]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def characteristics(self) -> tuple[CharacteristicResult, ...]:
+        return self.uncertainty.characteristics
+
+
+def group_of(line: BudgetLine) -> str:
+    """Who owns a contribution; Inputs of the measuring machine carry its name before theirs."""
+    if ": " in line.input:
+        return "measurement"
+    effect = line.input.split("[")[0].split(".")[0]
+    if effect in OF_TOOL:
+        return "tool"
+    if effect in OF_SETUP:
+        return "setup"
+    if effect in OF_PART or line.input == "channel.temp_part_C":
+        return "part"
+    return "machine"
+
+
+def grouped(c: CharacteristicResult) -> dict[str, float]:
+    """Share of u^2 by group; what inputs do only together is left out."""
+    out = dict.fromkeys(GROUPS, 0.0)
+    for line in c.budget:
+        out[group_of(line)] += line.share if np.isfinite(line.share) else 0.0
+    return out
+
+
+def batch(c: CharacteristicResult) -> tuple[float, float]:
+    """(u of what repeats from part to part, u of what scatters), mm or rad: the rest of u^2 counts as repeating."""
+    scatter = sum(line.u**2 for line in c.budget if line.redraw in SCATTERS)
+    return float(np.sqrt(max(c.u**2 - scatter, 0.0))), float(np.sqrt(min(scatter, c.u**2)))
+
+
+def extremes(patches: tuple[Patch, ...], deep: float) -> Extremes:
+    """Summary of the surface; deep: depth in mm from which a cut below nominal counts as a gouge."""
+    height = np.concatenate([p.height for p in patches]) if patches else np.zeros(0)
+    nominal = np.concatenate([p.nominal for p in patches]) if patches else np.zeros(0)
+    cut = np.isfinite(height)
+    there = height[cut] * 1e3
+    return Extremes(
+        float(np.abs(there).max(initial=0.0)),
+        float(np.sqrt(np.mean(there**2))) if len(there) else 0.0,
+        len(height),
+        int((~cut).sum()),
+        int((nominal[cut] < -deep).sum()),
+        deep * 1e3,
+    )

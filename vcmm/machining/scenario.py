@@ -1,0 +1,58 @@
+"""A cutting scenario: program, machine tool, set-up, part and how the part is inspected, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from vcmm.inputs import Input
+from vcmm.machine import Machine
+from vcmm.nc.setup import Setup
+from vcmm.part import Part
+from vcmm.plan import Plan
+from vcmm.pose import Pose
+from vcmm.qualification import Qualification
+from vcmm.settings import Settings
+
+IDEAL, SAME, OTHER = "ideal", "same", "machine"
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """How the finished part is measured: kind "ideal" (no errors), "same" (on the machine tool) or "machine" (on a CMM)."""
+
+    kind: str = IDEAL
+    machine: Machine | None = None
+    pose: Pose | None = None
+    constants: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class CutScenario:
+    """program: NC file. pose: machine_from_part in the machine tool, workpiece axes.
+
+    set_here: the work offset was set on this very machine, at `set_at` (mm, workpiece axes; None = the work zero), so
+    that its error there is taken away. step: longest stretch of path between two states of the machine, mm.
+    """
+
+    name: str
+    machine: Machine
+    program: Path
+    setup: Setup
+    part: Part
+    plan: Plan | None = None
+    pose: Pose | None = None
+    dialect: str | None = None
+    constants: Mapping[str, float] = field(default_factory=dict)
+    inputs: tuple[Input, ...] = ()
+    qualifications: Mapping[str, Qualification] = field(default_factory=dict)
+    inspection: Inspection = field(default_factory=Inspection)
+    settings: Settings = field(default_factory=Settings)
+    set_here: bool = True
+    set_at: tuple[float, float, float] | None = None
+    step: float = 1.0
+
+    def at(self, pose: Pose) -> CutScenario:
+        """The same job with the part elsewhere; its work offsets move with it."""
+        return replace(self, pose=pose)

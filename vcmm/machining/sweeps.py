@@ -1,0 +1,97 @@
+"""From canonical moves to swept tools: what the program makes every tool pass through, in workpiece axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vcmm.cutting import tools as shapes
+from vcmm.cutting.sweeps import ARC, HELIX, LINE, Sweep, checked
+from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.nc.moves import PLANES, Move
+from vcmm.nc.setup import Tool
+
+MOVING = ("rapid", "line", "arc", "thread")
+STILL = 1e-12  # mm
+
+
+def cutter(tool: Tool) -> shapes.Tool:
+    """The solid of revolution of a tool of the set-up. Raises UsageError where a size is missing."""
+    if tool.shape == "turning":
+        raise ModelLimit(f"tool {tool.number} turns: virtual cutting of lathe parts is not built yet; nc and timing work")
+    if not tool.diameter:
+        raise UsageError(
+            f'tool {tool.number} has no diameter; add diameter = "10 mm" to [tools.{tool.number}] of the set-up'
+        )
+    radius = tool.diameter / 2
+    if tool.shape == "ball":
+        return shapes.ball(radius)
+    if tool.shape == "bull":
+        return shapes.bull(radius, tool.corner_radius)
+    return shapes.drill(radius) if tool.shape == "drill" else shapes.flat(radius)
+
+
+def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
+    """All motions, rapids too: a rapid through the part cuts it. `move` is the index of each row in `moves`.
+
+    Raises UsageError for tools that are not in the table, ModelLimit for rotary axes that are not at zero.
+    """
+    rows = [(i, m) for i, m in enumerate(moves) if m.kind in MOVING and _travels(m) and _has_tool(m, tools)]
+    if not rows:
+        raise UsageError("the program moves no tool; nothing is cut")
+    _check_rotary([m for _, m in rows])
+    numbers = list(dict.fromkeys(m.tool for _, m in rows))
+    solids = tuple(cutter(tools[n]) for n in numbers)
+    start, end = (np.array([getattr(m, side) for _, m in rows]) for side in ("start", "end"))
+    centre, normal, turn, kind = zip(*(_arc(m) for _, m in rows))
+    up = np.broadcast_to([0.0, 0.0, 1.0], start.shape).copy()
+    return checked(
+        Sweep(
+            start, end, np.array(centre), np.array(normal), np.array(turn), np.array(kind),
+            np.array([numbers.index(m.tool) for _, m in rows]), np.array([i for i, _ in rows]), up, solids,
+        )
+    )  # fmt: skip
+
+
+def _travels(move: Move) -> bool:
+    return move.centre is not None or math.dist(move.start, move.end) > STILL
+
+
+def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
+    """A feed move needs a tool of the table; a rapid without one is a way to the tool changer."""
+    if move.tool in tools:
+        return True
+    if move.kind == "rapid":
+        return False
+    known = [str(n) for n in tools]
+    raise UsageError(
+        f"line {move.source.line} cuts with tool {move.tool}, which is not in the set-up."
+        f"{choose_from(str(move.tool), known) if known else ' Add [tools.1] with length, diameter and shape.'}"
+    )
+
+
+def _check_rotary(moves: Sequence[Move]) -> None:
+    for move in moves:
+        if any(abs(a) > 1e-12 for a in (*move.rotary_start, *move.rotary_end)) and move.kind != "rapid":
+            raise ModelLimit(
+                f"line {move.source.line}: a rotary axis is not at zero; virtual cutting handles three linear axes so far"
+            )
+
+
+def _arc(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, float], float, int]:
+    """Centre, plane normal, signed turn about it and kind of one move; nan and 0 for a line."""
+    nothing = (math.nan, math.nan, math.nan)
+    if move.centre is None:
+        return nothing, nothing, 0.0, LINE
+    a, b, c = PLANES[move.plane]
+    begin = math.atan2(move.start[b] - move.centre[b], move.start[a] - move.centre[a])
+    stop = math.atan2(move.end[b] - move.centre[b], move.end[a] - move.centre[a])
+    turn = (begin - stop if move.clockwise else stop - begin) % (2 * math.pi)
+    if turn < 1e-9:  # start and end in one direction from the centre: a whole turn
+        turn = 2 * math.pi
+    turn += 2 * math.pi * (move.turns - 1)
+    normal = tuple(1.0 if i == c else 0.0 for i in range(3))
+    kind = HELIX if abs(move.end[c] - move.start[c]) > STILL else ARC
+    return move.centre, normal, -turn if move.clockwise else turn, kind  # type: ignore[return-value]

@@ -1,0 +1,98 @@
+"""The report of a virtual cut: decisions, colour maps of the surface, who owns the deviation, how it was computed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm import __version__
+from vcmm import report as r
+from vcmm.machining.result import CutResult, Patch
+from vcmm.machining.scenario import CutScenario
+from vcmm.pages.uncertainty import characteristic_blocks, computed_table, result_table, small
+
+GROUP_WORDS = {
+    "machine": "machine tool", "tool": "tool", "setup": "set-up", "part": "part and temperature",
+    "measurement": "measurement",
+}  # fmt: skip
+
+
+def cut_page(scenario: CutScenario, found: CutResult) -> str:
+    """One self-contained HTML file."""
+    blocks = [r.heading("The finished part"), result_table(found.uncertainty), owners(found)]
+    blocks += [r.note(w, "warning") for w in found.warnings]
+    blocks += [r.heading("The cut surface"), surface_table(found), picture(found), *maps(found)]
+    for c in found.characteristics:
+        blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
+    blocks += [r.heading("How it was computed"), computed_table(found.uncertainty)]
+    footer = (
+        f"vcmm {__version__}, seed {found.uncertainty.seed}. Machining error = actual - commanded; departure of the "
+        "surface along the outward normal, plus is material left."
+    )
+    return r.page(
+        f"Virtual machining: {scenario.name}",
+        blocks,
+        subtitle=f"{scenario.program.name} on {scenario.machine.name}",
+        footer=footer,
+    )
+
+
+def owners(found: CutResult) -> str:
+    """Deviation, what of it the machine makes, and whose uncertainty it is."""
+    names = list(GROUP_WORDS)
+    rows = [
+        [
+            c.name, small(c.value - c.nominal, c.unit), small(c.bias, c.unit), small(c.u, c.unit),
+            *[f"{found.shares[c.name][n]:.0%}" for n in names],
+            small(found.repeats[c.name], c.unit), small(found.scatters[c.name], c.unit),
+        ]
+        for c in found.characteristics
+    ]  # fmt: skip
+    columns = ["characteristic", "deviation", "of it: machine", "u", *GROUP_WORDS.values(), "u repeats", "u scatters"]
+    caption = (
+        "Deviation from nominal and u in µm (angles in µrad); shares of u². What repeats is common to all parts of a batch "
+        "cut with this set-up; what scatters differs from part to part."
+    )
+    return r.table(columns, rows, numeric=tuple(range(1, len(columns))), caption=caption)
+
+
+def surface_table(found: CutResult) -> str:
+    s = found.surface
+    minutes, seconds = divmod(found.seconds, 60)
+    rows = [
+        ["largest departure", f"{s.max_um:.2f} µm"],
+        ["rms departure", f"{s.rms_um:.2f} µm"],
+        ["points looked at", f"{s.points:,}"],
+        ["left uncut", f"{s.uncut:,}"],
+        [f"gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
+    ]
+    return r.table(["", ""], rows, numeric=(1,))
+
+
+def picture(found: CutResult) -> str:
+    """All patches in their colours, drawing frame."""
+    items = []
+    for patch in found.patches:
+        height = patch.height * 1e3
+        items.append(r.Mesh(patch.net.points, patch.net.faces, values=height, unit="µm", symmetric=True, edges=False, cull=False))
+    if not items:
+        return ""
+    return r.scene(items, title="Departure of the surface", caption="Drawing frame; along the outward normal, red is material left.")
+
+
+def maps(found: CutResult) -> list[str]:
+    """A flat map of each feature, two side by side."""
+    charts = [_map(p) for p in found.patches if np.isfinite(p.height).any()]
+    return [r.columns(*charts[i : i + 2]) for i in range(0, len(charts), 2)]
+
+
+def _map(patch: Patch) -> str:
+    net = patch.net
+    first, second = (np.degrees(v) if "deg" in label else v for v, label in zip((net.first, net.second), net.labels))
+    values = (patch.height * 1e3).reshape(len(second), len(first))
+    return r.heat_map(
+        values, first, second, x_label=net.labels[0], y_label=net.labels[1], unit="µm",
+        title=f"{net.feature}: departure along the normal", symmetric=True,
+    )  # fmt: skip
+
+
