@@ -193,20 +193,12 @@ def _pecks(h: Hole, full: bool) -> None:
 
 
 def _tap(h: Hole) -> None:
-    """G84, G74: in and out at feed, the spindle reversed at the bottom."""
-    if h.c.dialect.words == "macro":
-        _feed_in(h)
-        h.wait()
-        _reversed_out(h)
-    else:
-        _feed_in(h)
-        _reversed_out(h)
-
-
-def _reversed_out(h: Hole) -> None:
+    """G84, G74: in and out at feed, the spindle reversed at the bottom. Fanuc leaves the hole at R, LinuxCNC at the retract height."""
+    _feed_in(h)
+    h.wait()
     sense = h.c.sense
     h.c.sense = -sense
-    h.to(h.r, False)
+    h.to(h.r if h.c.dialect.words == "macro" else h.clear, False)
     h.c.sense = sense
     h.to(h.clear, True)
 
