@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import re
@@ -33,7 +34,7 @@ def arc(start, end, centre, clockwise, n=1, plane="XY", turns=1):
 def polyline(points, z=0.0):
     """Lines through (x, y) points, numbered from line 1."""
     xyz = [(float(x), float(y), z) for x, y in points]
-    return [line(a, b, n + 1) for n, (a, b) in enumerate(zip(xyz, xyz[1:]))]
+    return [line(a, b, n + 1) for n, (a, b) in enumerate(itertools.pairwise(xyz))]
 
 
 def ends(path):
@@ -139,7 +140,7 @@ def test_exit_and_what_follows():
         path = centre_path(moves, sides, [1.0] * 4, Style(entry))
         assert np.allclose(ends(path), points, atol=1e-12)
         assert [m.compensation for m in path] == ["left", "left", None, None]
-        assert all(a.end == b.start for a, b in zip(path, path[1:]))
+        assert all(a.end == b.start for a, b in itertools.pairwise(path))
 
 
 def test_type_b_leaves_around_an_outside_corner():
@@ -281,7 +282,7 @@ def distances(points, move):
 @st.composite
 def contours(draw):
     """A contour that winds slowly forwards: lines and arcs of 20 to 40 mm, turns of at most 100 deg, no narrow places."""
-    heading, here = 0.0, (0.0, 0.0)
+    here = (0.0, 0.0)
     moves = [line((-20.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1)]
     for n in range(draw(st.integers(1, 6))):
         wanted = draw(st.floats(-0.9, 0.9))  # heading stays within +-0.9 rad of +x: no narrow places
@@ -298,7 +299,6 @@ def contours(draw):
             centre = (here[0] - s * r * math.sin(wanted), here[1] + s * r * math.cos(wanted))
             end = (centre[0] + s * r * math.sin(after), centre[1] - s * r * math.cos(after))
             moves.append(arc((*here, 0.0), (*end, 0.0), (*centre, 0.0), s < 0, n + 2))
-            heading = after
         here = end
     return moves
 
@@ -307,7 +307,7 @@ def contours(draw):
 @given(contours(), st.sampled_from(["left", "right"]), st.floats(0.5, 5.0))
 def test_every_point_is_at_the_radius_and_none_is_closer(moves, side, radius):
     path = centre_path(moves, [side] * len(moves), [radius] * len(moves))
-    assert all(a.end == b.start for a, b in zip(path, path[1:]))
+    assert all(a.end == b.start for a, b in itertools.pairwise(path))
     points = np.concatenate([sampled(m) for m in path[1:]])
     nearest = np.min([distances(points, m) for m in moves], axis=0)
     assert np.max(np.abs(nearest - radius)) < 1e-9
