@@ -1,0 +1,360 @@
+"""Cutter radius compensation as geometry: from the programmed contour to the path of the tool centre.
+
+Reference for the rules: LinuxCNC, "Tool Compensation" (entry moves, arcs around outside corners, gouging refused).
+The controls differ at the first and last move and at outside corners, hence Style:
+
+    entry "linuxcnc"       the entry line is a contour line: its end lies beside its own end, corners as anywhere
+    entry "perpendicular"  straight to the point beside the start of the next block (Fanuc type A, Sinumerik NORM,
+                           Heidenhain L .. RL)
+    entry "along"          Fanuc type B: like "linuxcnc" at an outside corner, "perpendicular" at an inside one; at the end too
+    corner "arc"           outside corners: arc about the programmed corner (LinuxCNC, Sinumerik G450, Heidenhain)
+    corner "lines"         outside corners: the tangents run on to their intersection, with one line across where the
+                           direction changes by more than 90 deg (Fanuc without CCC)
+
+Only neighbouring blocks are looked at, as LinuxCNC and Sinumerik without CDON do: a bottleneck narrower than the tool
+between blocks that are not neighbours is cut, on the machine and here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.nc.moves import PLANES, Move, Point
+from vcmm.nc.offsetting import (
+    Joint,
+    NoMeeting,
+    Piece,
+    Vec,
+    beside,
+    corner,
+    is_inside,
+    parallel_radius,
+    sweep_of,
+    trimmed_sweep,
+)
+
+ENTRIES = ("linuxcnc", "perpendicular", "along")
+CORNERS = ("arc", "lines")
+STILL = 1e-12  # mm: shorter is no motion in the plane
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a control enters and leaves the contour and passes outside corners."""
+
+    entry: str = "linuxcnc"
+    corner: str = "arc"
+
+    def __post_init__(self) -> None:
+        for word, allowed in ((self.entry, ENTRIES), (self.corner, CORNERS)):
+            if word not in allowed:
+                raise UsageError(
+                    f'There is no style of radius compensation "{word}".{choose_from(word, allowed)}'
+                )
+
+
+LINUXCNC = Style()
+FANUC_A = Style("perpendicular", "lines")
+FANUC_B = Style("along", "lines")
+SINUMERIK = HEIDENHAIN = Style("perpendicular", "arc")
+
+
+def centre_path(
+    moves: Sequence[Move],
+    sides: Sequence[str | None],
+    radii: Sequence[float],
+    style: Style = LINUXCNC,
+    shifts: Sequence[Point] | None = None,
+    file: str = "",
+) -> list[Move]:
+    """Path of the tool centre (mm) for the programmed contour, with `compensation` set on compensated moves.
+
+    sides[i]: "left", "right" or None, in force during move i. radii[i] (mm): of the tool; negative means the other side.
+    Moves without motion in the plane (along its normal, dwells) are carried along at the centre point reached. Corner
+    moves take the source, feed and state of the move after the corner. shifts[i] (mm): from the centre to the
+    controlled point, for lathe tools set at their imaginary nose; zero (None) where tools are set at the centre.
+    Raises ModelLimit with the line for an inside corner or arc that the tool cannot reach, a lead-in not longer than the
+    radius, and what may not be done while compensation is on.
+    """
+    if not len(moves) == len(sides) == len(radii):
+        raise UsageError(
+            f"{len(moves)} moves need as many sides and radii, got {len(sides)} and {len(radii)}."
+        )
+    walker = _Walker(style, file)
+    i = 0
+    while i < len(moves):
+        j = i
+        while j < len(moves) and sides[j] is not None:
+            j += 1
+        if j == i:
+            walker.plain(moves[i])
+            i += 1
+            continue
+        shift = shifts[i] if shifts is not None else (0.0, 0.0, 0.0)
+        walker.run(moves[i:j], sides[i:j], radii[i:j], shift, moves[j:])
+        i = j
+    return walker.path
+
+
+class _Walker:
+    """The path so far. `off` holds how far the tool stands beside the programmed point after a compensated run."""
+
+    def __init__(self, style: Style, file: str) -> None:
+        self.style, self.file = style, file
+        self.path: list[Move] = []
+        self.off: Point = (0.0, 0.0, 0.0)
+
+    def plain(self, move: Move) -> None:
+        """A move without compensation. The offset left over from a run ends with the first move (in the plane; LinuxCNC: any)."""
+        if self.off == (0.0, 0.0, 0.0):
+            self.path.append(move)
+            return
+        start = self.path[-1].end
+        if move.kind == "arc":
+            self.refuse(
+                move,
+                "the first move after compensation is cancelled must be a straight line",
+                "add a G1 or G0 line in the plane after G40",
+            )
+        ends = move.kind != "dwell" if self.style.entry == "linuxcnc" else _planar(move)
+        off = (0.0, 0.0, 0.0) if ends else self.off
+        end = tuple(e + o for e, o in zip(move.end, off))
+        self.off = off
+        self.path.append(move._replace(start=start, end=(end[0], end[1], end[2])))
+
+    def run(
+        self,
+        moves: Sequence[Move],
+        sides: Sequence[str | None],
+        radii: Sequence[float],
+        shift: Point,
+        after: Sequence[Move],
+    ) -> None:
+        """One stretch with compensation on."""
+        self.check_run(moves, sides, radii)
+        h = radii[0] if sides[0] == "left" else -radii[0]
+        first = moves[0].start
+        here = self.path[-1].end if self.path else first
+        here = _minus(here, shift)
+        if h == 0.0 and self.off == (0.0, 0.0, 0.0) and shift == (0.0, 0.0, 0.0):
+            self.path += [m._replace(compensation=s) for m, s in zip(moves, sides)]
+            return
+        planar = [k for k, m in enumerate(moves) if _planar(m)]
+        pieces = [self.piece(moves[k]) for k in planar]
+        if pieces:
+            pieces[0] = self.entry_piece(moves[planar[0]], pieces[0], here, h)
+        joints = [
+            self.joint(moves[b], pieces[n], pieces[n + 1], h, first=n == 0) for n, b in enumerate(planar[1:])
+        ]
+        exit_joint = self.exit_joint(pieces, h, after)
+        ends = [j.end for j in joints] + ([exit_joint.end] if pieces else [])
+        maker = _Maker(self, here, shift, sides[0] or "left")
+        number = -1
+        for k, move in enumerate(moves):
+            if not _planar(move):
+                maker.carry(move)
+                continue
+            number += 1
+            if number > 0:
+                maker.round(joints[number - 1], move, h, self.feed_before(moves, k))
+            maker.offset(move, pieces[number], h, ends[number], entry=number == 0)
+        if pieces and (exit_joint.via or exit_joint.start != exit_joint.end):
+            maker.round(exit_joint, _next_planar(after) or moves[-1], h, self.feed_before(moves, len(moves)))
+        if self.path:
+            self.off = _minus(self.path[-1].end, moves[-1].end)
+
+    def check_run(self, moves: Sequence[Move], sides: Sequence[str | None], radii: Sequence[float]) -> None:
+        for move, side, radius in zip(moves, sides, radii):
+            if side not in ("left", "right"):
+                raise UsageError(f'The side of radius compensation is "left", "right" or None, not "{side}".')
+            fix = "cancel with G40 (R0) first, then switch it on again"
+            if side != sides[0] or radius != radii[0]:
+                what = "side" if side != sides[0] else "radius of the tool"
+                self.refuse(move, f"the {what} changes while radius compensation is on", fix)
+            if move.plane != moves[0].plane:
+                self.refuse(
+                    move,
+                    f"the plane changes from {moves[0].plane} to {move.plane} while radius compensation is on",
+                    fix,
+                )
+            if move.kind == "thread":
+                self.refuse(move, "thread cutting while radius compensation is on", fix)
+            if not move.rewritable:
+                self.refuse(move, "a move in machine coordinates while radius compensation is on", fix)
+
+    def piece(self, move: Move) -> Piece:
+        one, two, _ = PLANES[move.plane]
+        start, end = (move.start[one], move.start[two]), (move.end[one], move.end[two])
+        if move.kind != "arc":
+            return Piece(start, end)
+        assert move.centre is not None
+        centre = (move.centre[one], move.centre[two])
+        return Piece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
+
+    def entry_piece(self, move: Move, piece: Piece, here: Point, h: float) -> Piece:
+        """The entry from where the tool really stands, as a piece that ends on the contour."""
+        one, two, _ = PLANES[move.plane]
+        start = (here[one], here[two])
+        if piece.centre is not None:
+            fix = "begin with a straight line, G0 or G1, in the plane"
+            self.refuse(move, "radius compensation begins with an arc", fix)
+        if math.dist(start, piece.end) <= abs(h):
+            self.refuse(
+                move,
+                f"the lead-in of {math.dist(start, piece.end):.6g} mm is not longer than the radius of the tool, {abs(h):.6g} mm",
+                "start further away or use a smaller tool",
+            )
+        return piece._replace(start=start)
+
+    def joint(self, move: Move, a: Piece, b: Piece, h: float, first: bool) -> Joint:
+        for piece in (a, b):
+            self.check_arc(move, piece, h)
+        inside = is_inside(a, b, h)
+        if first and (self.style.entry == "perpendicular" or (self.style.entry == "along" and inside)):
+            point = beside(b, b.start, h)
+            return Joint(point, point)
+        try:
+            return corner(a, b, h, self.style.corner)
+        except NoMeeting:
+            self.gouge(move, h)
+
+    def check_arc(self, move: Move, piece: Piece, h: float) -> None:
+        if piece.centre is not None and parallel_radius(piece, h) < 1e-9:
+            self.refuse(
+                move,
+                f"an inside arc of radius {math.dist(piece.start, piece.centre):.6g} mm is not wider than the tool radius, {abs(h):.6g} mm",
+                "use a smaller tool or a bigger arc",
+            )
+
+    def exit_joint(self, pieces: list[Piece], h: float, after: Sequence[Move]) -> Joint:
+        """How the last compensated move ends: beside its end, or for type B around an outside corner to the exit line."""
+        if not pieces:
+            return Joint((0.0, 0.0), (0.0, 0.0))
+        last = pieces[-1]
+        point = beside(last, last.end, h)
+        leaving = _next_planar(after)
+        if self.style.entry == "along" and leaving is not None and leaving.kind != "arc":
+            out = self.piece(leaving)
+            if not is_inside(last, out, h):
+                return corner(last, out, h, self.style.corner)
+        return Joint(point, point)
+
+    def feed_before(self, moves: Sequence[Move], k: int) -> float | None:
+        """The feed last programmed before move k, for corner moves between rapids."""
+        for before in (reversed(moves[:k]), reversed(self.path)):
+            for move in before:
+                if move.feed is not None:
+                    return move.feed
+        return None
+
+    def gouge(self, move: Move, h: float) -> NoReturn:
+        self.refuse(
+            move,
+            f"the tool of radius {abs(h):.6g} mm cannot reach the inside corner or the block before this one without gouging",
+            "use a smaller tool or longer blocks",
+        )
+
+    def refuse(self, move: Move, what: str, fix: str) -> NoReturn:
+        where = (
+            f"{self.file}:{move.source.line}:{move.source.first}" if self.file else f"line {move.source.line}"
+        )
+        raise ModelLimit(f"{where}: {what}; {fix}.")
+
+
+class _Maker:
+    """Writes the moves of one run. `here` is where the centre stands."""
+
+    def __init__(self, walker: _Walker, here: Point, shift: Point, side: str) -> None:
+        self.walker, self.here, self.shift, self.side = walker, here, shift, side
+
+    def put(self, move: Move, end: Point, centre: Point | None = None) -> None:
+        centre = None if centre is None else _plus(centre, self.shift)
+        moved = move._replace(
+            start=_plus(self.here, self.shift),
+            end=_plus(end, self.shift),
+            centre=centre,
+            compensation=self.side,
+        )
+        self.walker.path.append(moved)
+        self.here = end
+
+    def carry(self, move: Move) -> None:
+        """A dwell or a move along the normal: the plane coordinates stay."""
+        normal = PLANES[move.plane][2]
+        end = tuple(move.end[k] - self.shift[k] if k == normal else self.here[k] for k in range(3))
+        self.put(move, (end[0], end[1], end[2]))
+
+    def at(self, move: Move, point: Vec, height: float) -> Point:
+        one, two, normal = PLANES[move.plane]
+        out = [0.0, 0.0, 0.0]
+        out[one], out[two], out[normal] = point[0], point[1], height
+        return out[0], out[1], out[2]
+
+    def offset(self, move: Move, piece: Piece, h: float, end: Vec, entry: bool) -> None:
+        """The parallel curve of one programmed move, up to its joint with the next."""
+        one, two, normal = PLANES[move.plane]
+        start = (self.here[one], self.here[two])
+        target = self.at(move, end, move.end[normal] - self.shift[normal])
+        if piece.centre is None:
+            ahead = (end[0] - start[0]) * (piece.end[0] - piece.start[0]) + (end[1] - start[1]) * (
+                piece.end[1] - piece.start[1]
+            )
+            if ahead < -1e-9 and (not entry or self.walker.style.entry == "linuxcnc"):
+                self.walker.gouge(move, h)
+            self.put(move, target)
+            return
+        self.walker.check_arc(move, piece, h)
+        sweep = trimmed_sweep(piece, start, end)
+        if sweep * piece.sweep <= 0:
+            self.walker.gouge(move, h)
+        turns = max(1, math.ceil(abs(sweep) / (2 * math.pi) - 1e-9))
+        self.put(move._replace(turns=turns), target, self.at(move, piece.centre, self.here[normal]))
+
+    def round(self, joint: Joint, following: Move, h: float, feed: float | None) -> None:
+        """The extra moves at an outside corner, at the height reached."""
+        height = self.here[PLANES[following.plane][2]]
+        state = following._replace(
+            rotary_end=following.rotary_start, feed=following.feed if following.feed is not None else feed,
+            turns=1, clockwise=None, centre=None, seconds=0.0, exact_stop=False,
+        )  # fmt: skip
+        if joint.pivot is not None:
+            if state.feed is None:
+                self.walker.refuse(
+                    following,
+                    "the arc around the corner has no feed",
+                    "program F before the compensated contour",
+                )
+            arc = state._replace(
+                kind="arc", clockwise=h > 0
+            )  # around an outside corner against the side of the tool
+            self.put(arc, self.at(following, joint.start, height), self.at(following, joint.pivot, height))
+            return
+        points = [*joint.via, *((joint.start,) if joint.start != (joint.via or (joint.end,))[-1] else ())]
+        kind = "rapid" if following.kind == "rapid" else "line"
+        for point in points:
+            self.put(
+                state._replace(kind=kind, feed=following.feed if kind == "rapid" else state.feed),
+                self.at(following, point, height),
+            )
+
+
+def _planar(move: Move) -> bool:
+    one, two, _ = PLANES[move.plane]
+    moved = math.hypot(move.end[one] - move.start[one], move.end[two] - move.start[two]) > STILL
+    return move.kind == "arc" or (move.kind != "dwell" and moved)
+
+
+def _next_planar(moves: Sequence[Move]) -> Move | None:
+    return next((m for m in moves if _planar(m)), None)
+
+
+def _plus(a: Point, b: Point) -> Point:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _minus(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
