@@ -81,9 +81,7 @@ def _steady(out: Array, n: int, s: float, v: float, seconds: float) -> int:
 
 
 @njit(cache=True)
-def _arch(
-    out: Array, n: int, s0: float, v0: float, s1: float, v1: float, top: float, need: Array
-) -> int:
+def _arch(out: Array, n: int, s0: float, v0: float, s1: float, v1: float, top: float, need: Array) -> int:
     length = s1 - s0
     if _both_lengths(v0, top, v1, need) > length:
         top = _peak_speed(v0, v1, top, length, need)
@@ -161,7 +159,9 @@ def _push(
 
 
 @njit(cache=True)
-def plan_stretches(edge: Array, speed: Array, needs: Array, firsts: Array, lasts: Array) -> tuple[Array, Array]:
+def plan_stretches(
+    edge: Array, speed: Array, needs: Array, firsts: Array, lasts: Array
+) -> tuple[Array, Array]:
     """(phases (k, 5), stretch of each phase (k,)) of all stretches from rest to rest."""
     n = len(speed)
     low, high, most, size = _tree(speed, needs)
@@ -177,7 +177,14 @@ def plan_stretches(edge: Array, speed: Array, needs: Array, firsts: Array, lasts
         while m > 0:
             m -= 1
             kind, e0, e1 = kinds[m], rows[m, 0], rows[m, 1]
-            s0, v0, s1, v1, a, j = spans[m, 0], spans[m, 1], spans[m, 2], spans[m, 3], spans[m, 4], spans[m, 5]
+            s0, v0, s1, v1, a, j = (
+                spans[m, 0],
+                spans[m, 1],
+                spans[m, 2],
+                spans[m, 3],
+                spans[m, 4],
+                spans[m, 5],
+            )
             if kind == 1:
                 count = _transition(out, count, s0, v0, v1, a, j)
             elif kind == 2:
@@ -203,11 +210,11 @@ def _divide(
     left = s1 - _transition_length(top, v1, a, j)
     begin, end = max(edge[low], s0), min(edge[low + 1], s1)
     if end <= reached:
-        there = np.searchsorted(edge, reached, side="right") - 1
+        there = int(np.searchsorted(edge, reached, side="right")) - 1
         m = _push(kinds, spans, rows, m, 0, there, e1, reached, top, s1, v1, 0.0, 0.0)
         return _push(kinds, spans, rows, m, 1, e0, low, s0, v0, reached, top, a, j)
     if begin >= left:
-        there = np.searchsorted(edge, left, side="left") - 1
+        there = int(np.searchsorted(edge, left, side="left")) - 1
         m = _push(kinds, spans, rows, m, 1, low, e1, left, top, s1, v1, a, j)
         return _push(kinds, spans, rows, m, 0, e0, there, s0, v0, left, top, 0.0, 0.0)
     if end < left:

@@ -19,7 +19,9 @@ from vcmm.nc.curves import Curves, Ints
 from vcmm.run import Array
 
 ROTARY_ARM = 100.0  # mm: a rotary axis may deviate by the tolerance at this radius
-CHECKED = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])  # places of a rounding at which it is compared
+CHECKED = np.array(
+    [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]
+)  # places of a rounding at which it is compared
 STRAIGHT = 1e-9  # directions and curvatures that differ by less go on as one
 BACK = -0.99  # cosine of the angle beyond which a corner is a reversal: the control stops there
 WEIGHT = np.array([1.0, 1.0, 1.0, ROTARY_ARM, ROTARY_ARM, ROTARY_ARM])

@@ -147,7 +147,13 @@ def _polynomial_bounds(c: Array) -> tuple[Array, Array, Array]:
     third = np.maximum(third, np.abs(a + b * vertex + g * vertex**2))
     second = np.maximum(np.abs(c2), np.abs(_second(c, np.ones_like(a))))
     root = np.sqrt(np.maximum(b**2 - 4 * a * g, 0.0))
-    for numerator, denominator in ((-b + root, 2 * g), (-b - root, 2 * g), (-a, b), (-2 * a, b + root), (-2 * a, b - root)):
+    for numerator, denominator in (
+        (-b + root, 2 * g),
+        (-b - root, 2 * g),
+        (-a, b),
+        (-2 * a, b + root),
+        (-2 * a, b - root),
+    ):
         second = np.maximum(second, np.abs(_second(c, _inside(numerator, denominator))))
     return first, second, third
 

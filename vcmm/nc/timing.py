@@ -85,7 +85,11 @@ class Timing:
     @property
     def seconds(self) -> float:
         """Cycle time, pauses included."""
-        return float(self.ended[-1] + self.joints.pause[-1]) if len(self.first) else float(self.joints.pause.sum())
+        return (
+            float(self.ended[-1] + self.joints.pause[-1])
+            if len(self.first)
+            else float(self.joints.pause.sum())
+        )
 
     def state(self, times: Array) -> State:
         """Where every axis is and how it moves at times (k,) s; at rest before, between and after the stretches."""
@@ -163,7 +167,12 @@ def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:
 
 def _only(curves: Curves, rows: Ints) -> Curves:
     return Curves(
-        curves.coefficients[rows], curves.length[rows], curves.arc[rows], curves.sweep, curves.cosine, curves.sine
+        curves.coefficients[rows],
+        curves.length[rows],
+        curves.arc[rows],
+        curves.sweep,
+        curves.cosine,
+        curves.sine,
     )
 
 
@@ -186,8 +195,8 @@ def _elements(
     feeds = np.concatenate([feed[kept], np.minimum(feed[rounded], feed[rounded + 1])])[order]
     owner = np.concatenate([kept, rounded])[order]
     stops = np.flatnonzero(joints.stop)
-    first = np.concatenate([[0], np.searchsorted(owner, stops, side="right")]) if n else np.zeros(0)
-    first = first.astype(np.intp)
+    later: Ints = np.searchsorted(owner, stops, side="right")
+    first = np.concatenate([np.zeros(min(n, 1), dtype=np.intp), later])
     last = np.append(first[1:], len(curve))[: len(first)] - 1
     edge = np.append(starts, begins[-1] + own.length[-1]) if n else np.zeros(1)
     edge[first] = np.append(0.0, begins[stops + 1])[: len(first)]
@@ -200,9 +209,7 @@ def _ability(curves: Curves, curve: Ints, feed: Array, limits: Limits) -> tuple[
     q1, q2, q3 = largest_derivatives(curves)
     arc = curves.arc >= 0
     p1, p2 = (q1 / limits.acceleration).max(axis=1), (q2 / limits.acceleration).max(axis=1)
-    r1, r2, r3 = (
-        (factor * q / limits.jerk).max(axis=1) for factor, q in ((1.0, q1), (3.0, q2), (1.0, q3))
-    )
+    r1, r2, r3 = ((factor * q / limits.jerk).max(axis=1) for factor, q in ((1.0, q1), (3.0, q2), (1.0, q3)))
     with np.errstate(divide="ignore"):
         fastest = 1.0 / (q1 / limits.speed).max(axis=1)
         bend = np.sqrt(np.where(arc, ON_ARCS, ON_CURVES) / p2)
