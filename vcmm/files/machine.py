@@ -102,8 +102,20 @@ def _axis(letter: str, table: AxisTable) -> Axis:
         raise UsageError(
             f"travel of {letter} runs from {table.travel[0]} to {table.travel[1]}; the first end must be the lower one"
         )
-    dynamics = {k: v for k, v in table.dynamics.model_dump().items() if v is not None}
+    dynamics = _dynamics(letter, table.dynamics.model_dump())
     return Axis(letter, (low, high), table.centre, table.measured_at, table.error_frame, dynamics)
+
+
+def _dynamics(letter: str, table: dict[str, str | float | None]) -> dict[str, float]:
+    """Speed, acceleration and jerk in mm (rotary axes: rad) and s; gain in 1/s; feed-forward as a share."""
+    out: dict[str, float] = {}
+    for key, value in table.items():
+        if isinstance(value, str):
+            dimension = f"angular {key}" if letter in "ABC" else key
+            out[key] = quantity(value, dimension, f"dynamics.{key} of axis {letter}")
+        elif value is not None:
+            out[key] = value
+    return out
 
 
 __all__ = ["MachineFile", "load_machine", "machine_from"]

@@ -7,16 +7,16 @@ from typing import Any, Literal
 from pydantic import Field
 
 from vcmm.files.schema import (
-    Acceleration,
     AngleSpread,
+    AxisAcceleration,
+    AxisJerk,
+    AxisSpeed,
     Expansion,
     ExpansionSpread,
     Frequency,
-    Jerk,
     KelvinSpread,
     Point,
     Size,
-    Speed,
     Spread,
     Table,
     Travel,
@@ -24,10 +24,11 @@ from vcmm.files.schema import (
 
 
 class Dynamics(Table):
-    speed: Speed | None = None
-    acceleration: Acceleration | None = None
-    jerk: Jerk | None = None
+    speed: AxisSpeed | None = None
+    acceleration: AxisAcceleration | None = None
+    jerk: AxisJerk | None = None
     gain: Frequency | None = None
+    feed_forward: float | None = Field(default=None, ge=0, le=1, allow_inf_nan=False, examples=["0.9"])
 
 
 class AxisTable(Table):

@@ -88,6 +88,25 @@ def _degrees(example: str, value: object) -> float:
     return quantity(text, "temperature difference", NAME, example)
 
 
+def _either(dimensions: tuple[str, str], example: str, value: object) -> str:
+    """A text that is right for a linear or for a rotary axis; which of the two is due depends on the axis letter."""
+    try:
+        _one(dimensions[1], example, "positive", value)
+    except UsageError:
+        _one(dimensions[0], example, "positive", value)
+    return str(value)
+
+
+def _axis_rate_type(dimension: str, example: str) -> Any:
+    convert = partial(_either, (dimension, f"angular {dimension}"), example)
+    schema = {
+        "type": "string",
+        "description": f"{dimension} with its unit, angular for a rotary axis, positive",
+        "examples": [example],
+    }
+    return Annotated[str, BeforeValidator(partial(_as_value_error, convert)), WithJsonSchema(schema)]
+
+
 def _temperature_difference_type(example: str) -> Any:
     schema = {"type": "string", "description": "temperature difference with its unit", "examples": [example]}
     return Annotated[
@@ -158,6 +177,9 @@ ExpansionSpread = _quantity_type("expansion", "0.5 um/(m K)", "not negative")
 Speed = _quantity_type("speed", "5 mm/s", "positive")
 Acceleration = _quantity_type("acceleration", "2 m/s^2", "positive")
 Jerk = _quantity_type("jerk", "50 m/s^3", "positive")
+AxisSpeed = _axis_rate_type("speed", "500 mm/s")
+AxisAcceleration = _axis_rate_type("acceleration", "2 m/s^2")
+AxisJerk = _axis_rate_type("jerk", "50 m/s^3")
 Frequency = _quantity_type("frequency", "40 1/s", "positive")
 _THREE = tuple[float, float, float]
 Point = _vector_type(_three, "length", "0 0 20 mm", _THREE)

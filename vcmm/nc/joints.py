@@ -1,0 +1,92 @@
+"""Joints: what happens between two moves of a program. The control stops, waits, rounds the corner or runs through.
+
+It stops: before and after a rapid (`rapid_stop`), at an exact stop, a dwell, a tool change, a new tool length, where a
+thread begins or ends, where the path turns back, where rotary axes alone take over, and at a corner that must not be
+rounded (tolerance 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.nc.blend import STRAIGHT, direction_jump, reach_of_blends, turns_back
+from vcmm.nc.curves import TINY, Curves, Ints
+from vcmm.nc.limits import LEAST_PAUSE, Control
+from vcmm.nc.moves import Move
+from vcmm.run import Array
+
+Bools = np.typing.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """For n moving moves: reach (n-1,) mm of the rounding, stop (n-1,), pause (n+1,) s before, between and after."""
+
+    reach: Array
+    stop: Bools
+    pause: Array
+    tool_changes: int
+
+
+def joints_of(moves: Sequence[Move], moving: Ints, curves: Curves, control: Control) -> Joints:
+    """curves: those of the moving moves only, in order."""
+    pause, changes, apart = _pauses(moves, moving, control)
+    between = pause[1:-1] if len(moving) else np.zeros(0)
+    first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
+    if len(moving) < 2:
+        return Joints(np.zeros(0), np.zeros(0, dtype=bool), pause, changes)
+    kept = [moves[i] for i in moving]
+    stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
+    stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
+    stop |= _gaps(curves, first, second) > 1e-6
+    tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]])
+    reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
+    turn, bend = direction_jump(curves, first, second)
+    straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
+    stop |= ~straight & (reach < TINY)
+    return Joints(np.where(stop, 0.0, reach), stop, pause, changes)
+
+
+def _pauses(moves: Sequence[Move], moving: Ints, control: Control) -> tuple[Array, int, Bools]:
+    """(pause (n+1,), tool changes, stops asked for by moves without motion (n+1,))."""
+    place = np.searchsorted(moving, np.arange(len(moves)), side="left")  # moving moves before each move
+    pause, changes = np.zeros(len(moving) + 1), 0
+    apart = np.zeros(len(moving) + 1, dtype=bool)
+    is_moving = np.zeros(len(moves), dtype=bool)
+    is_moving[moving] = True
+    for i, move in enumerate(moves):
+        if move.kind == "dwell":
+            pause[place[i]] += move.seconds
+        if not is_moving[i]:
+            apart[place[i]] |= move.exact_stop or move.kind == "dwell"
+        if i == 0:
+            continue
+        if move.tool != moves[i - 1].tool:
+            pause[place[i]] += max(control.tool_change, LEAST_PAUSE)
+            changes += 1
+        elif move.tool_offset != moves[i - 1].tool_offset:
+            pause[place[i]] += LEAST_PAUSE
+    return pause, changes, apart
+
+
+def _ordered_stops(moves: Sequence[Move], control: Control) -> Bools:
+    """Stops that follow from the kinds of two neighbours."""
+    rapid = np.array([m.kind == "rapid" for m in moves])
+    thread = np.array([m.kind == "thread" for m in moves])
+    stop = np.array([m.exact_stop for m in moves[:-1]]) | (thread[1:] != thread[:-1])
+    return stop | (rapid[1:] | rapid[:-1]) if control.rapid_stop else stop
+
+
+def _rotary_takes_over(curves: Curves, first: Ints, second: Ints) -> Bools:
+    """Where s changes between mm and degrees."""
+    linear = np.abs(curves.at(np.arange(curves.n), np.zeros(curves.n), 1)[:, :3]).max(axis=1) > 0
+    return linear[first] != linear[second]
+
+
+def _gaps(curves: Curves, first: Ints, second: Ints) -> Array:
+    """Distance between the end of one move and the start of the next."""
+    gap = curves.at(second, np.zeros(len(second))) - curves.at(first, curves.length[first])
+    return np.abs(gap).max(axis=1)
