@@ -30,6 +30,8 @@ _HOME = {
     "uncertainty": "vcmm.jobs",
     "field": "vcmm.volumetric",
     "diagnose": "vcmm.diagnosing",
+    "cut": "vcmm.machining.job",
+    "load_cut": "vcmm.files.cut_scenario",
     "load_recording": "vcmm.files.recording",
 }
 __all__ = ["__version__", *_HOME]

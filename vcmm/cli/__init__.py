@@ -18,13 +18,14 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
+    "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
     "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
     "doctor": "Check the installation.",
     "schema": "Print the JSON Schema of a file format.",
 }
-JOBS = ("demo", "new", "check", "field", "measure", "uncertainty", "diagnose", "nc")
-LATER = ("place", "cut", "compensate", "calibrate", "audit", "serve")
+JOBS = ("demo", "new", "check", "field", "measure", "uncertainty", "diagnose", "nc", "cut")
+LATER = ("place", "compensate", "calibrate", "audit", "serve")
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
 

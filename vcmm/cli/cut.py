@@ -51,7 +51,9 @@ def cut_command(
         print_json(content)
     else:
         show(found)
-    return 1 if any(c.decision and c.decision.text == "does not conform" for c in found.characteristics) else 0
+    return (
+        1 if any(c.decision and c.decision.text == "does not conform" for c in found.characteristics) else 0
+    )
 
 
 def cut_json(found: Any) -> dict[str, Any]:
@@ -98,19 +100,34 @@ def show(found: Any) -> None:
         ["characteristic", "nominal", "deviation", "of it: machine", "U", "decision", "p conform"], rows, left=(0, 5),
     )  # fmt: skip
     names = list(next(iter(found.shares.values())))
-    shares = [[c.name, *[percent_text(found.shares[c.name][n]) for n in names]] for c in found.characteristics]
+    shares = [
+        [c.name, *[percent_text(found.shares[c.name][n]) for n in names]] for c in found.characteristics
+    ]
     show_table("share of u² by owner", ["characteristic", *names], shares, left=(0,))
     budget = [
-        [c.name if i == 0 else "", b.input, b.redraw, deviation_text(b.u, c.unit, signed=False), percent_text(b.share)]
+        [
+            c.name if i == 0 else "",
+            b.input,
+            b.redraw,
+            deviation_text(b.u, c.unit, signed=False),
+            percent_text(b.share),
+        ]
         for c in found.characteristics
         for i, b in enumerate(c.budget[:4])
     ]
-    show_table("largest contributions", ["characteristic", "input", "redraw", "u_i", "share"], budget, left=(0, 1, 2))
+    show_table(
+        "largest contributions", ["characteristic", "input", "redraw", "u_i", "share"], budget, left=(0, 1, 2)
+    )
     repeats = [
         [c.name, deviation_text(found.repeats[c.name], c.unit, signed=False), deviation_text(found.scatters[c.name], c.unit, signed=False)]
         for c in found.characteristics
     ]  # fmt: skip
-    show_table("in a batch", ["characteristic", "u, repeats in every part", "u, scatters from part to part"], repeats, left=(0,))
+    show_table(
+        "in a batch",
+        ["characteristic", "u, repeats in every part", "u, scatters from part to part"],
+        repeats,
+        left=(0,),
+    )
     s = found.surface
     minutes, seconds = divmod(found.seconds, 60)
     print(
@@ -141,7 +158,9 @@ def _surface_csv(found: Any) -> str:
     """Every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
     rows = ["feature,x_mm,y_mm,z_mm,nx,ny,nz,deviation_um,program_alone_um"]
     for patch in found.patches:
-        for point, normal, height, nominal in zip(patch.net.points, patch.net.normals, patch.height, patch.nominal):
+        for point, normal, height, nominal in zip(
+            patch.net.points, patch.net.normals, patch.height, patch.nominal
+        ):
             numbers = [f"{v:.6f}" for v in (*point, *normal)]
             heights = ["" if h != h else f"{h * 1e3:.4f}" for h in (height, nominal)]
             rows.append(",".join([patch.net.feature, *numbers, *heights]))

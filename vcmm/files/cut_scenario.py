@@ -36,7 +36,10 @@ from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
 from vcmm.nc.setup import Setup
 from vcmm.pose import Pose
 
-GAUGE = {"offset": "0 0 0 mm", "tip_diameter": "1 mm"}  # stands for the stylus of an inspection without errors
+GAUGE = {
+    "offset": "0 0 0 mm",
+    "tip_diameter": "1 mm",
+}  # stands for the stylus of an inspection without errors
 
 
 class OffsetTable(Table):
@@ -91,7 +94,9 @@ def load_cut(path: str | Path) -> CutScenario:
     check_version(document, "scenario")
     problems = Problems(document)
     if "cut" not in document.data:
-        problems.add((), 'the scenario has no [cut] table; add program = "part.nc" and setup = "setup.toml" there')
+        problems.add(
+            (), 'the scenario has no [cut] table; add program = "part.nc" and setup = "setup.toml" there'
+        )
     scenario = None if problems.found else _checked(document, problems)
     problems.raise_if_any()
     assert scenario is not None
@@ -121,7 +126,9 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
     inspection = _inspection(document, model.inspection, problems)
     program = document.path.parent / model.cut.program
     if not program.is_file():
-        problems.add(("cut", "program"), f"there is no file {program}; name the NC program, relative to this file")
+        problems.add(
+            ("cut", "program"), f"there is no file {program}; name the NC program, relative to this file"
+        )
     if problems.found or not (part and settings and environment and known and inspection):
         return None
     machine, inputs = known
@@ -167,7 +174,9 @@ def _known(
     for name in cut.tools:
         if not name.isdigit() or int(name) not in setup.tools:
             known = [str(n) for n in setup.tools]
-            problems.add(("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}")
+            problems.add(
+                ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
+            )
     if problems.found:
         return None
     effects, inputs = setting_knowledge(setup, cut)
@@ -207,7 +216,10 @@ def _inspection(document: Document, table: InspectionTable, problems: Problems) 
     if machine is None:
         return None
     if pose is None:
-        problems.add(("inspection",), 'where does the part lie on the measuring machine? Add pose = { shift = "x y z mm" }')
+        problems.add(
+            ("inspection",),
+            'where does the part lie on the measuring machine? Add pose = { shift = "x y z mm" }',
+        )
     return Inspection(OTHER, machine, pose)
 
 

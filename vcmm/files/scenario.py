@@ -109,9 +109,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         return None
     model = checked_model(ScenarioFile, data, problems)
     machine = section(document, "machine", data.get("machine"), problems, machine_from)
-    part = section(
-        document, "part", data.get("part"), problems, lambda d, t, at: noting(part_from, d, t, at)
-    )
+    part = section(document, "part", data.get("part"), problems, lambda d, t, at: noting(part_from, d, t, at))
     planned = section(
         document,
         "plan",

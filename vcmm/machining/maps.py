@@ -44,9 +44,17 @@ def net(feature: Feature, across: int = 41) -> Net | None:
     elif feature.kind in ("cylinder", "cone"):
         first, second = full, np.linspace(MARGIN, 1.0 - MARGIN, max(9, across // 2)) * feature.extent[0]
     elif feature.kind == "sphere":
-        first, second, labels = full, np.linspace(0.02, 0.98, across) * np.pi / 2, ("longitude / deg", "latitude / deg")
+        first, second, labels = (
+            full,
+            np.linspace(0.02, 0.98, across) * np.pi / 2,
+            ("longitude / deg", "latitude / deg"),
+        )
     elif feature.kind == "torus":
-        first, second, labels = full, np.linspace(0.0, np.pi, across), ("ring angle / deg", "tube angle / deg")
+        first, second, labels = (
+            full,
+            np.linspace(0.0, np.pi, across),
+            ("ring angle / deg", "tube angle / deg"),
+        )
     else:
         return None
     points = surface_point(feature, first[None, :], second[:, None]).reshape(-1, 3)

@@ -15,7 +15,13 @@ GROUPS = ("machine", "tool", "setup", "part", "measurement")
 OF_TOOL = ("tool_length", "tool_radius", "tool_wear", "tool_runout", "tool_deflection", "spindle_growth")
 OF_SETUP = ("work_offset",)
 OF_PART = ("part_expansion", "workpiece_heating", "clamping")
-SCATTERS = ("touch", "part", "run", "event", "clamp")  # drawn anew from part to part; the rest repeats in a batch
+SCATTERS = (
+    "touch",
+    "part",
+    "run",
+    "event",
+    "clamp",
+)  # drawn anew from part to part; the rest repeats in a batch
 
 
 @dataclass(frozen=True, eq=False)

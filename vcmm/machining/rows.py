@@ -52,7 +52,9 @@ def setting_rows(run: Run, tools: Words, offsets: Mapping[str, Array], at: Array
     count = len(names)
     offset = np.array([offsets[name] for name in names]).reshape(count, 3)
     position = {
-        letter: at["XYZ".index(letter)] - offset[:, "XYZ".index(letter)] if letter in "XYZ" else np.zeros(count)
+        letter: at["XYZ".index(letter)] - offset[:, "XYZ".index(letter)]
+        if letter in "XYZ"
+        else np.zeros(count)
         for letter in run.position
     }
     columns = {name: _at_rest(name, values, count) for name, values in run.columns.items()}

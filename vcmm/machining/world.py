@@ -114,5 +114,7 @@ class Cutting:
 def _together(cut: Influence, probing: Influence) -> Influence:
     """One draw that acts on both: the machine is the same."""
     if cut.copies != probing.copies:
-        raise ValueError(f"{cut.input.id}: drawn per {cut.input.redraw}, which is not one draw for cut and probing")
+        raise ValueError(
+            f"{cut.input.id}: drawn per {cut.input.redraw}, which is not one draw for cut and probing"
+        )
     return replace(cut, response=cut.response + probing.response)

@@ -35,7 +35,7 @@ def knots_of(timing: Timing, step: float, chord: float) -> tuple[Array, Array, I
     s, owner = s[inside], owner[inside]
     order = np.lexsort((s, owner))
     s, owner = s[order], owner[order]
-    time = _times(timing, s)
+    time = times_at(timing, s)
     apart = np.append(True, (np.diff(time) > NEAR) & ((np.diff(s) > NEAR) | (np.diff(owner) > 0)))
     return _with_ends(timing, s[apart], time[apart], owner[apart])
 
@@ -104,7 +104,7 @@ def _stretch_of(timing: Timing, s: Array, of_element: Ints) -> Ints:
     return out
 
 
-def _times(timing: Timing, s: Array) -> Array:
+def times_at(timing: Timing, s: Array) -> Array:
     """Time at which the path reaches s (n,), strictly inside the stretches: cubic of its phase, by guarded Newton."""
     row = np.clip(np.searchsorted(timing.phase[:, 0], s, side="right") - 1, 0, len(timing.phase) - 1)
     s0, v0, a0, jerk, length = timing.phase[row].T

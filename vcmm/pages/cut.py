@@ -47,7 +47,15 @@ def owners(found: CutResult) -> str:
         ]
         for c in found.characteristics
     ]  # fmt: skip
-    columns = ["characteristic", "deviation", "of it: machine", "u", *GROUP_WORDS.values(), "u repeats", "u scatters"]
+    columns = [
+        "characteristic",
+        "deviation",
+        "of it: machine",
+        "u",
+        *GROUP_WORDS.values(),
+        "u repeats",
+        "u scatters",
+    ]
     caption = (
         "Deviation from nominal and u in µm (angles in µrad); shares of u². What repeats is common to all parts of a batch "
         "cut with this set-up; what scatters differs from part to part."
@@ -74,10 +82,24 @@ def picture(found: CutResult) -> str:
     items = []
     for patch in found.patches:
         height = patch.height * 1e3
-        items.append(r.Mesh(patch.net.points, patch.net.faces, values=height, unit="µm", symmetric=True, edges=False, cull=False))
+        items.append(
+            r.Mesh(
+                patch.net.points,
+                patch.net.faces,
+                values=height,
+                unit="µm",
+                symmetric=True,
+                edges=False,
+                cull=False,
+            )
+        )
     if not items:
         return ""
-    return r.scene(items, title="Departure of the surface", caption="Drawing frame; along the outward normal, red is material left.")
+    return r.scene(
+        items,
+        title="Departure of the surface",
+        caption="Drawing frame; along the outward normal, red is material left.",
+    )
 
 
 def maps(found: CutResult) -> list[str]:
@@ -88,11 +110,11 @@ def maps(found: CutResult) -> list[str]:
 
 def _map(patch: Patch) -> str:
     net = patch.net
-    first, second = (np.degrees(v) if "deg" in label else v for v, label in zip((net.first, net.second), net.labels))
+    first, second = (
+        np.degrees(v) if "deg" in label else v for v, label in zip((net.first, net.second), net.labels)
+    )
     values = (patch.height * 1e3).reshape(len(second), len(first))
     return r.heat_map(
         values, first, second, x_label=net.labels[0], y_label=net.labels[1], unit="µm",
         title=f"{net.feature}: departure along the normal", symmetric=True,
     )  # fmt: skip
-
-
