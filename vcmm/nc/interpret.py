@@ -85,7 +85,7 @@ def _run(text: str, dialect: Dialect, setup: Setup, name: str, trace: bool) -> P
     moves: list[Move] = c.moves
     if any(c.sides):
         try:
-            moves = resolve_compensation(moves, c.sides)
+            moves = resolve_compensation(moves, c.sides, c.dialect.words, name)
         except ModelLimit as limit:
             raise ModelLimit(f"{name}: {limit}") from None
     traces = _with_runs(runner, tracer) if tracer is not None else ()
