@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from oracle import SETUP, Step, answer, differences, ours, program, steps
 
@@ -23,15 +25,26 @@ EQUAL = [  # the oracle reads these to their end
 ]
 
 
-def known(name: str, moves: tuple[Move, ...], expected: list[Step]) -> tuple[list[Step], list[Step]]:
+def mended(events: list[Any]) -> list[Any]:
+    """G84 in the planes ZX and YZ: this version of LinuxCNC permutes X Y Z of its feeds, far from the hole; put right."""
+    order = {27: (2, 0, 1), 40: (1, 2, 0)}
+    out = []
+    for event in events:
+        if event[0] == "F" and event[1] in order:
+            event = [*event[:2], [event[2][i] for i in order[event[1]]] + event[2][3:]]
+        out.append(event)
+    return out
+
+
+def known(name: str, moves: tuple[Move, ...], events: list[Any]) -> tuple[list[Step], list[Step]]:
     """Both paths without what differs for a known reason."""
-    found = ours(moves)
-    if name == "nist_appC3_canned_cycles_3planes.ngc":
+    is_cycles = name == "nist_appC3_canned_cycles_3planes.ngc"
+    found, expected = ours(moves), steps(mended(events) if is_cycles else events)
+    if is_cycles:
         # G88 is retracted by hand: the interpreter emits nothing and goes on from the clearance height. We state the
         # retract as a move; before a further cycle of the same plane the oracle has it too, as the way to R.
         by_hand = [m for m in moves if m.source.line == 20 and m.kind == "rapid" and m.end[2] > m.start[2] + 1][-1:]
         assert len(by_hand) == 1
-        found = ours(tuple(m for m in moves if m is not by_hand[0]))
     if name == "linuxcnc_comp_g1.ngc":
         # After M6 this route of the oracle reads back a position that arcs do not update, so that it stands at the
         # start of the arc before; its next rapid (up, same Z) is therefore beside the end of the arc.
@@ -45,7 +58,7 @@ def test_the_whole_path_is_that_of_linuxcnc(name: str):
     expected = answer(name)
     assert expected["error"] is None
     found = read_program(program(name), "linuxcnc", SETUP)
-    assert not differences(*known(name, found.moves, steps(expected["events"])))
+    assert not differences(*known(name, found.moves, expected["events"]))
 
 
 @pytest.mark.parametrize(
@@ -69,11 +82,11 @@ def test_what_linuxcnc_refuses_is_refused_in_its_dialect(name: str, line: int, w
         read_program(program(name), "linuxcnc", SETUP)
 
 
-def test_a_lead_in_shorter_than_the_radius_is_refused_at_the_line_of_the_oracle():
+def test_an_entry_of_no_length_is_refused_as_the_oracle_does():
     from vcmm.errors import ModelLimit
 
     assert "entry move" in answer("linuxcnc_lathe_g76.ngc")["error"][1]
-    with pytest.raises((ModelLimit, DataError), match=r"lead-in"):
+    with pytest.raises((ModelLimit, DataError), match=r":27:\d+: radius compensation begins"):
         read_program(program("linuxcnc_lathe_g76.ngc"), "linuxcnc", SETUP)
 
 
