@@ -166,7 +166,7 @@ def _modes(c: Control, w: Words) -> None:
                 _column(w, "plane"),
                 "the plane changes while cutter radius compensation is on; cancel it with G40 before",
             )
-        if PLANES[g["plane"]] != c.plane:
+        if PLANES[g["plane"]] != c.plane and c.dialect.words == "macro":  # LinuxCNC keeps the level of the series
             c.cycle_level = None
         c.plane = PLANES[g["plane"]]
     if "distance" in g:

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vcmm.errors import ModelLimit
 from vcmm.nc.blocks import Block
 from vcmm.nc.codes import Words
 from vcmm.nc.compensation import resolve_compensation
@@ -84,10 +83,7 @@ def _run(text: str, dialect: Dialect, setup: Setup, name: str, trace: bool) -> P
     _blocks(runner, tracer)
     moves: list[Move] = c.moves
     if any(c.sides):
-        try:
-            moves = resolve_compensation(moves, c.sides)
-        except ModelLimit as limit:
-            raise ModelLimit(f"{name}: {limit}") from None
+        moves = resolve_compensation(moves, c.sides, dialect.words, name)
     traces = _with_runs(runner, tracer) if tracer is not None else ()
     return Program(dialect.name, tuple(moves), tuple(c.remarks), dict(c.called), traces)
 
