@@ -106,7 +106,8 @@ class _Evaluation:
         for i, c in enumerate(all_of_them):
             outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
             results.append(self._assembled(i, c, outcome))
-        warnings = tuple(w for r in results for w in warnings_of(r))
+        predicts = self.model.world.predicts
+        warnings = tuple(w for r in results for w in warnings_of(r, predicts))
         return UncertaintyResult(
             tuple(results), self.settings.trials, self.settings.seed, warnings, self.model
         )
@@ -227,11 +228,12 @@ class _Evaluation:
         known = bool(np.isfinite(u) and u > 0)
         value = outcome.value - shift
         unbiased = shift != 0 or abs(float(self.bias[i])) <= BIAS_SHARE * half
+        shown = self.model.world.predicts or (outcome.tangent and unbiased)
         return CharacteristicResult(
             name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=value, mean=outcome.mean - shift,
             bias=float(self.bias[i]), corrected=shift != 0, u=u,
             k=half / u if known else float("nan"), p=self.settings.p, interval=interval,
-            interval_kind=self.settings.kind, coverage_shown=outcome.tangent and unbiased, extreme=not outcome.tangent,
+            interval_kind=self.settings.kind, coverage_shown=shown, extreme=not outcome.tangent,
             tolerance=gps.tolerance(c, nominal), decision=self._decision(c, interval, value, outcome), budget=outcome.lines,
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if known else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0,
@@ -244,16 +246,16 @@ def _perfect(task: Task) -> Array:
     return evaluate_all(task, fit_features(task, measured_points(task, np.zeros((task.touches.run.n, 3)))))
 
 
-def warnings_of(r: CharacteristicResult) -> list[str]:
-    """What a reader must know about one result."""
+def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
+    """What a reader must know about one result. predicts: of a part still to be cut, whose errors are its deviation."""
     out = list(r.summary.warnings) if r.summary else []
     unit, scale = ("um", 1e3) if r.unit == "mm" else ("urad", 1e6)
-    if not r.corrected and abs(r.bias) > BIAS_SHARE * r.expanded and abs(r.bias) > 1e-9:
+    if not (predicts or r.corrected) and abs(r.bias) > BIAS_SHARE * r.expanded and abs(r.bias) > 1e-9:
         out.append(
             f"{r.name}: the known bias of {r.bias * scale:+.3g} {unit} is not corrected; the interval and the decision are about "
             'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'
         )
-    if r.extreme:
+    if r.extreme and not predicts:
         moved = (r.mean - r.value) * scale
         out.append(
             f"{r.name}: {r.type} grows with noise and does not fall with it (here by {moved:+.3g} {unit} on average); perturbing "

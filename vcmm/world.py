@@ -20,7 +20,14 @@ from vcmm.trials import Draws, exact_errors
 
 
 class World(Protocol):
-    """Errors are indicated - true of every touch (n, 3), workpiece axes, mm."""
+    """Errors are indicated - true of every touch (n, 3), workpiece axes, mm.
+
+    predicts: the trials are what will be found (a part still to be cut), so their spread is the answer itself; without it
+    a true value is inferred from an indication, which the spread of an extreme value does not tell.
+    """
+
+    @property
+    def predicts(self) -> bool: ...
 
     def errors(self) -> Array:
         """At the estimates, first order (n, 3)."""
@@ -48,6 +55,7 @@ class Measuring:
     """The world of a measuring task: one machine, one run of touches."""
 
     task: Task
+    predicts: bool = False
 
     def errors(self) -> Array:
         return self.task.machine.indication_error(self.task.touches.run)

@@ -59,11 +59,12 @@ def cut_command(
 def cut_json(found: Any) -> dict[str, Any]:
     """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
     from vcmm.cli.uncertainty import characteristic_json
+    from vcmm.machining.result import expected
 
     characteristics = []
     for c in found.characteristics:
         body = characteristic_json(c)
-        body["deviation_" + c.unit] = c.value - c.nominal
+        body["deviation_" + c.unit] = expected(c)
         body["groups"] = dict(found.shares[c.name])
         body["u_repeats_" + c.unit] = found.repeats[c.name]
         body["u_scatters_" + c.unit] = found.scatters[c.name]
@@ -83,12 +84,13 @@ def cut_json(found: Any) -> dict[str, Any]:
 def show(found: Any) -> None:
     """Deviations, who owns them, what a batch shares, the surface."""
     from vcmm.cli.common import say, show_table
-    from vcmm.cli.words import deviation_text, length_text, percent_text
+    from vcmm.cli.words import deviation_text, length_text, percent_text, span_text
+    from vcmm.machining.result import expected
 
     rows = [
         [
-            c.name, length_text(c.nominal, c.unit), deviation_text(c.value - c.nominal, c.unit),
-            deviation_text(c.bias, c.unit), deviation_text(c.expanded, c.unit, signed=False),
+            c.name, length_text(c.nominal, c.unit), deviation_text(expected(c), c.unit), deviation_text(c.bias, c.unit),
+            deviation_text(c.expanded, c.unit, signed=False), span_text([x - c.nominal for x in c.interval], c.unit),
             "–" if c.decision is None else c.decision.text,
             "–" if c.decision is None else percent_text(c.decision.p_conform),
         ]
@@ -96,9 +98,11 @@ def show(found: Any) -> None:
     ]  # fmt: skip
     first = found.characteristics[0]
     show_table(
-        f"the finished part: deviation from nominal, U for p = {first.p:.0%}",
-        ["characteristic", "nominal", "deviation", "of it: machine", "U", "decision", "p conform"], rows, left=(0, 5),
-    )  # fmt: skip
+        f"the finished part: expected deviation from nominal and its coverage interval for p = {first.p:.0%}",
+        ["characteristic", "nominal", "deviation", "known errors", "U", "interval", "decision", "p conform"],
+        rows,
+        left=(0, 6),
+    )
     names = list(next(iter(found.shares.values())))
     shares = [
         [c.name, *[percent_text(found.shares[c.name][n]) for n in names]] for c in found.characteristics

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -14,6 +14,7 @@ from vcmm.files.schema import Angle, Point, Size, Table, checked_model
 from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml
 from vcmm.nc.dialects import names
+from vcmm.nc.limits import control_from
 from vcmm.nc.setup import ZERO, Setup, Tool
 
 _OFFSET = re.compile(r"G5[4-9]|G59\.[123]|G54\.1 P[1-9]\d*|G505|G5[1-9]\d")
@@ -51,6 +52,7 @@ class SetupFile(Table):
     second_reference: Point = ZERO
     tools: dict[str, ToolTable] = Field(default_factory=dict)
     stock: StockTable | None = None
+    control: dict[str, Any] | None = Field(default=None, examples=['{ tolerance = "10 um" }'])
 
 
 def load_setup(path: str | Path) -> Setup:
@@ -62,6 +64,9 @@ def load_setup(path: str | Path) -> Setup:
     if model is not None:
         _check_names(model, problems)
     tools = {} if model is None else _tools(model, problems)
+    control = None
+    if model is not None and model.control is not None:
+        control = problems.attempt(("control",), lambda: control_from(model.control or {}))
     problems.raise_if_any()
     assert model is not None
     folder = Path(path).parent
@@ -70,6 +75,7 @@ def load_setup(path: str | Path) -> Setup:
         rotations=dict(model.rotations), tools=tools, reference=model.reference, second_reference=model.second_reference,
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
+        control=control,
     )  # fmt: skip
 
 

@@ -40,6 +40,7 @@ from vcmm.task import Task
 from vcmm.world import Measuring
 
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
+MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
 GOUGE = 0.01  # mm below nominal by the program alone
 
 
@@ -77,7 +78,7 @@ def cut(
     task, world, notes = finished_part(shop)
     found = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
-    patches = tuple(patch(shop, n) for f in scenario.part.features.values() if (n := net(f)) is not None)
+    patches = surface_map(shop)
     warnings = (*remarks(shop), *notes, *found.warnings)
     found = replace(found, warnings=warnings)
     halves = {c.name: batch(c) for c in found.characteristics}
@@ -217,6 +218,13 @@ def _prepared(shop: Shop, run: Run) -> Run:
         raise ModelLimit(
             f"the cut leaves the machine{line}: {text}; check work offset and tool length"
         ) from None
+
+
+def surface_map(shop: Shop) -> tuple[Patch, ...]:
+    """All features of the part that have an extent, as densely as a picture of all of them can show."""
+    features = shop.scenario.part.features.values()
+    across = int(min(MOST_ACROSS, np.sqrt(MOST_FACES / 2 / max(len(features), 1))))
+    return tuple(patch(shop, n) for f in features if (n := net(f, across)) is not None)
 
 
 def patch(shop: Shop, over: Net) -> Patch:

@@ -69,6 +69,11 @@ class CutResult:
         return self.uncertainty.characteristics
 
 
+def expected(c: CharacteristicResult) -> float:
+    """Deviation from nominal to expect, mm or rad: for an extreme value the mean of the trials, which noise enlarges."""
+    return (c.mean if c.extreme else c.value) - c.nominal
+
+
 def group_of(line: BudgetLine) -> str:
     """Who owns a contribution; Inputs of the measuring machine carry its name before theirs."""
     if ": " in line.input:

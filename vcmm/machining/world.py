@@ -35,6 +35,7 @@ class Cutting:
     measuring: Measuring
     tool: ToolSide
     contacts: Contacts
+    predicts: bool = True
 
     @cached_property
     def level(self) -> Array:

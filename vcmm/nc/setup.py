@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vcmm.nc.limits import Control
 from vcmm.nc.moves import Point
 
 ZERO: Point = (0.0, 0.0, 0.0)
@@ -50,7 +51,7 @@ class Setup:
     offsets: G54 ... -> machine position of the work zero; rotations: the same -> rad about the tool axis (G10 L2 R).
     reference: machine position of G28; second_reference: of G30. stock: size of the box, None = not stated;
     stock_corner: its lowest corner in work coordinates, None = centred, top at work zero.
-    path: the set-up file, for messages.
+    path: the set-up file, for messages. control: tolerance of corners, time of a tool change; None = not stated.
     """
 
     machine: Path | None = None
@@ -66,3 +67,4 @@ class Setup:
     arc_centre: str | None = None
     block_delete: bool = False
     path: Path | None = None
+    control: Control | None = None

@@ -6,19 +6,20 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.machining.result import CutResult, Patch
+from vcmm.machining.result import CutResult, Patch, expected
 from vcmm.machining.scenario import CutScenario
-from vcmm.pages.uncertainty import characteristic_blocks, computed_table, result_table, small
+from vcmm.pages.uncertainty import STATE, characteristic_blocks, computed_table, large, small, span
+from vcmm.result import CharacteristicResult
 
 GROUP_WORDS = {
-    "machine": "machine tool", "tool": "tool", "setup": "set-up", "part": "part and temperature",
+    "machine": "machine tool", "tool": "tool", "setup": "set-up", "part": "part",
     "measurement": "measurement",
 }  # fmt: skip
 
 
 def cut_page(scenario: CutScenario, found: CutResult) -> str:
     """One self-contained HTML file."""
-    blocks = [r.heading("The finished part"), result_table(found.uncertainty), owners(found)]
+    blocks = [r.heading("The finished part"), parts_table(found), owners(found)]
     blocks += [r.note(w, "warning") for w in found.warnings]
     blocks += [r.heading("The cut surface"), surface_table(found), picture(found), *maps(found)]
     for c in found.characteristics:
@@ -36,29 +37,53 @@ def cut_page(scenario: CutScenario, found: CutResult) -> str:
     )
 
 
-def owners(found: CutResult) -> str:
-    """Deviation, what of it the machine makes, and whose uncertainty it is."""
-    names = list(GROUP_WORDS)
+def parts_table(found: CutResult) -> str:
+    """What to expect of each characteristic, and whether it will conform."""
     rows = [
         [
-            c.name, small(c.value - c.nominal, c.unit), small(c.bias, c.unit), small(c.u, c.unit),
-            *[f"{found.shares[c.name][n]:.0%}" for n in names],
-            small(found.repeats[c.name], c.unit), small(found.scatters[c.name], c.unit),
+            c.name, large(c.nominal, c.unit), small(expected(c), c.unit), small(c.bias, c.unit), small(c.expanded, c.unit),
+            span(c.interval, c), "–" if c.tolerance is None else span(c.tolerance, c), _decided(c),
+            "–" if c.decision is None or c.decision.p_conform is None else f"{c.decision.p_conform:.1%}",
         ]
         for c in found.characteristics
     ]  # fmt: skip
     columns = [
         "characteristic",
+        "nominal",
         "deviation",
-        "of it: machine",
-        "u",
-        *GROUP_WORDS.values(),
-        "u repeats",
-        "u scatters",
+        "known errors",
+        "U",
+        "interval",
+        "tolerance",
+        "decision",
+        "conforms with",
     ]
+    first = found.characteristics[0]
     caption = (
-        "Deviation from nominal and u in µm (angles in µrad); shares of u². What repeats is common to all parts of a batch "
-        "cut with this set-up; what scatters differs from part to part."
+        f"Deviation to expect, of it by the known errors of the machine, and coverage interval for p = {first.p:.0%}; lengths "
+        "in mm and µm, angles in deg and µrad."
+    )
+    return r.table(columns, rows, numeric=(1, 2, 3, 4, 5, 6, 8), caption=caption)
+
+
+def _decided(c: CharacteristicResult) -> object:
+    return "–" if c.decision is None else r.Cell(c.decision.text, kind=STATE[c.decision.text])  # type: ignore[arg-type]
+
+
+def owners(found: CutResult) -> str:
+    """Whose uncertainty it is, and what of it a batch shares."""
+    names = list(GROUP_WORDS)
+    rows = [
+        [
+            c.name, small(c.u, c.unit), *[f"{found.shares[c.name][n]:.0%}" for n in names],
+            small(found.repeats[c.name], c.unit), small(found.scatters[c.name], c.unit),
+        ]
+        for c in found.characteristics
+    ]  # fmt: skip
+    columns = ["characteristic", "u", *GROUP_WORDS.values(), "u repeats", "u scatters"]
+    caption = (
+        "Shares of u² by owner. What repeats is common to all parts cut with this set-up; what scatters differs from part to "
+        "part."
     )
     return r.table(columns, rows, numeric=tuple(range(1, len(columns))), caption=caption)
 

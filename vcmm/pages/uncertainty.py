@@ -91,11 +91,11 @@ def _row(c: CharacteristicResult) -> list[object]:
         decision = r.Cell(c.decision.text, kind=STATE[c.decision.text])  # type: ignore[arg-type]
     return [
         c.name, large(c.nominal, c.unit), large(c.value, c.unit), small(c.bias, c.unit), small(c.expanded, c.unit),
-        _span(c.interval, c), "–" if c.tolerance is None else _span(c.tolerance, c), decision,
+        span(c.interval, c), "–" if c.tolerance is None else span(c.tolerance, c), decision,
     ]  # fmt: skip
 
 
-def _span(ends: tuple[float, float], c: CharacteristicResult) -> str:
+def span(ends: tuple[float, float], c: CharacteristicResult) -> str:
     """Two ends as departures from nominal, µm or µrad."""
     scale = SMALL[c.unit][1]
     return " … ".join(r.number(_clean((x - c.nominal) * scale), 3) for x in ends)

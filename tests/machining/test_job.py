@@ -1,0 +1,135 @@
+"""Virtual machining end to end: what a known machine error does to a known part, and what bad input is told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vcmm
+import shop
+from vcmm.cli import run as command
+from vcmm.errors import VcmmError
+from vcmm.machining.job import cut, set_up, surface_map
+
+SQUARENESS = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n'
+
+
+def height(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Departure of the surface (n,) mm and angle of each point (n,)."""
+    (patch,) = surface_map(set_up(vcmm.load_cut(path)))
+    points = patch.net.points
+    return patch.height, np.arctan2(points[:, 1], points[:, 0])
+
+
+def test_a_perfect_machine_cuts_the_nominal_part(tmp_path):
+    found, _ = height(shop.write(tmp_path))
+    assert np.abs(found).max() < 1e-9
+
+
+def test_squareness_makes_an_ellipse_of_a_circle(tmp_path):
+    found, angle = height(shop.write(tmp_path, SQUARENESS))
+    # C0Y = +c shifts the tip by (-c y, 0, 0); the centre of the cutter runs on 60 mm, the work zero was set on the machine:
+    # along n = (cos, sin) the surface moves by -c 60 sin cos = -20e-6 x 60 / 2 sin 2a, 0.6 um either way
+    assert found == pytest.approx(-0.6e-3 * np.sin(2 * angle), abs=1e-8)
+
+
+def test_size_form_and_budget(tmp_path):
+    inputs = '[[inputs]]\neffect = "squareness"\npair = "C0Y"\nparameter = "angle"\nu = "5 urad"\n'
+    scenario = shop.SCENARIO.replace("[part.features]", '[cut.tools.1]\nu_radius = "3 um"\n[part.features]')
+    found = cut(vcmm.load_cut(shop.write(tmp_path, SQUARENESS + inputs, scenario)))
+    size, form = found.characteristics
+    assert size.value == pytest.approx(100.0, abs=1e-6)
+    assert size.u == pytest.approx(6e-3, rel=1e-6)  # twice the radius of the cutter; squareness leaves the size alone
+    assert form.value == pytest.approx(1.2e-3, abs=0.02e-3)  # 24 angles do not all hit the extremes of the ellipse
+    assert found.shares["diameter"]["tool"] == pytest.approx(1.0, abs=1e-6)
+    assert found.shares["form"]["machine"] == pytest.approx(1.0, abs=1e-3)
+    assert size.coverage_shown
+    assert size.decision.text == "conforms"
+    # 2 lines of 30 and 20 mm, a circle of 2 pi 60 mm and lines of 20 and 30 mm at 600 mm/min: 47.7 s, and the rapids
+    assert 47.7 < found.seconds < 60
+
+
+def test_probing_on_the_same_machine_does_not_see_its_errors(tmp_path):
+    plan = """\
+[inspection]
+machine = "same"
+[plan]
+styli.probe = { offset = "0 0 -100 mm", tip_diameter = "2 mm" }
+[[plan.steps]]
+feature = "boss"
+stylus = "probe"
+points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
+[job]
+"""
+    inputs = '[[inputs]]\neffect = "squareness"\npair = "C0Y"\nparameter = "angle"\nu = "5 urad"\n'
+    scenario = shop.SCENARIO.replace("[job]\n", plan)
+    found = cut(vcmm.load_cut(shop.write(tmp_path, SQUARENESS + inputs, scenario)))
+    form = found.characteristics[1]
+    # cut at 60 mm, probed at 51 mm from the middle: of the 1.2 um only 9/60 is seen, 0.18 um
+    assert form.value == pytest.approx(1.2e-3 * 9 / 60, rel=0.05)
+    assert form.u < 0.1e-3
+
+
+def test_another_machine_adds_its_own_errors(tmp_path):
+    plan = """\
+[inspection]
+machine = "cmm.toml"
+pose = { shift = "200 200 -100 mm" }
+[plan]
+styli.probe = { offset = "0 0 -100 mm", tip_diameter = "2 mm" }
+[[plan.steps]]
+feature = "boss"
+stylus = "probe"
+points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
+[job]
+"""
+    cmm = shop.MACHINE.replace("\"w X' Y' b Z t\"", '"w b Y X Z t"').replace("machine-tool", "cmm")
+    cmm += '[repeatability]\nu = "1 um"\n'
+    path = shop.write(tmp_path, '[repeatability]\nu = "2 um"\n', shop.SCENARIO.replace("[job]\n", plan))
+    (tmp_path / "cmm.toml").write_text(cmm)
+    found = cut(vcmm.load_cut(path))
+    size = found.characteristics[0]
+    lines = {b.input: b.u for b in size.budget}
+    # diameter of 16 points: u = 2 x 2 / sqrt(16) = 1 um from the cut, half of that from the measurement
+    assert lines["scatter.value"] == pytest.approx(1e-3, rel=1e-3)
+    assert lines["mill: scatter.value"] == pytest.approx(0.5e-3, rel=1e-3)
+    assert found.shares["diameter"]["measurement"] == pytest.approx(0.2, rel=1e-2)
+
+
+def test_json_and_files(tmp_path, capsys):
+    path = shop.write(tmp_path, SQUARENESS)
+    assert command(["cut", str(path), "--json", "--out", str(tmp_path / "out")]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "vcmm.cut/1"
+    assert set(document["surface"]) >= {"max_um", "rms_um", "uncut", "gouges"}
+    assert document["surface"]["max_um"] == pytest.approx(0.6, rel=1e-3)
+    assert document["time_s"] > 0
+    assert {"name", "value_mm", "u_mm", "budget", "groups"} <= set(document["characteristics"][0])
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+    assert (tmp_path / "out" / "surface.csv").read_text().startswith("feature,x_mm")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"setup": shop.SETUP.replace("[tools.1]", "[tools.2]")}, "tool 1"),
+        ({"setup": shop.SETUP.replace('diameter = "20 mm"\n', "")}, "diameter"),
+        ({"setup": shop.SETUP.replace('"300 mm"', '"50 mm"')}, "travel"),
+        ({"scenario": shop.SCENARIO + '[pose]\nshift = "300 250 -300 mm"\n'}, "cuts 0 of its"),
+        ({"scenario": shop.SCENARIO.replace('"part.nc"', '"parts.nc"')}, "parts.nc"),
+        ({"scenario": shop.SCENARIO.replace("[cut]", "[cut]\nfeed = 3")}, "feed"),
+        ({"scenario": shop.SCENARIO.replace('machine = "mill.toml"\n', "")}, "no machine"),
+        ({"program": shop.PROGRAM.replace("G2 X0 Y60. I0 J-60.", "G2 X0 Y60. I0 J-60. A10. ")}, "A"),
+    ],
+)  # fmt: skip
+def test_bad_input_says_what_and_where(tmp_path, change, words):
+    with pytest.raises(VcmmError, match=words):
+        cut(vcmm.load_cut(shop.write(tmp_path, **change)))
+
+
+def test_a_measuring_command_on_a_cutting_scenario_points_to_cut(tmp_path):
+    with pytest.raises(VcmmError, match="vcmm cut"):
+        vcmm.load_scenario(shop.write(tmp_path))
