@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,10 +32,7 @@ def freeform(n: int) -> list[Move]:
     z = 3.0 * np.sin(x / 6.0) * np.cos(row / 10.0)
     points = np.round(np.stack([x, 0.3 * row, z], axis=1), 3)
     where = Source(1, 1, 1)
-    return [
-        Move("line", where, tuple(a), tuple(b), feed=FEED)
-        for a, b in zip(points[:-1].tolist(), points[1:].tolist())
-    ]
+    return [Move("line", where, tuple(a), tuple(b), feed=FEED) for a, b in pairwise(points.tolist())]
 
 
 def timed(label: str, moves: list[Move], kernel: bool) -> tuple[float, Timing]:
@@ -48,7 +46,8 @@ def timed(label: str, moves: list[Move], kernel: bool) -> tuple[float, Timing]:
 def ratio_of_passes(timing: Timing) -> None:
     """The look-ahead alone, on the program and on a spiral whose curvature limit falls from element to element."""
     e = timing.elements
-    falling = replace(e, speed=np.linspace(100.0, 50.0, len(e.speed)))
+    straight = np.tile([1 / 3000.0, 0.0, 1 / 50_000.0, 0.0, 0.0], (len(e.speed), 1))
+    falling = replace(e, speed=np.linspace(100.0, 50.0, len(e.speed)), needs=straight)
     for label, elements, part in (
         ("program", e, slice(None)),
         ("falling limits, a tenth", falling, slice(0, len(e.speed) // 10)),
