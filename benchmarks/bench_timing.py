@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from vcmm.kinematics import Axis, parse_structure
 from vcmm.machine import Machine
 from vcmm.nc.moves import Move, Source
-from vcmm.nc.timing import Timing, plan_motion
+from vcmm.nc.timing import Elements, Timing, plan_motion, planned
 from vcmm.nc.toolpath import naive_seconds, toolpath
 
 MOVES, LENGTH, FEED = 100_000, 0.5, 6000.0
@@ -30,10 +32,7 @@ def freeform(n: int) -> list[Move]:
     z = 3.0 * np.sin(x / 6.0) * np.cos(row / 10.0)
     points = np.round(np.stack([x, 0.3 * row, z], axis=1), 3)
     where = Source(1, 1, 1)
-    return [
-        Move("line", where, tuple(a), tuple(b), feed=FEED)
-        for a, b in zip(points[:-1].tolist(), points[1:].tolist())
-    ]
+    return [Move("line", where, tuple(a), tuple(b), feed=FEED) for a, b in pairwise(points.tolist())]
 
 
 def timed(label: str, moves: list[Move], kernel: bool) -> tuple[float, Timing]:
@@ -44,17 +43,44 @@ def timed(label: str, moves: list[Move], kernel: bool) -> tuple[float, Timing]:
     return seconds, timing
 
 
+def ratio_of_passes(timing: Timing) -> None:
+    """The look-ahead alone, on the program and on a spiral whose curvature limit falls from element to element."""
+    e = timing.elements
+    straight = np.tile([1 / 3000.0, 0.0, 1 / 50_000.0, 0.0, 0.0], (len(e.speed), 1))
+    falling = replace(e, speed=np.linspace(100.0, 50.0, len(e.speed)), needs=straight)
+    for label, elements, part in (
+        ("program", e, slice(None)),
+        ("falling limits, a tenth", falling, slice(0, len(e.speed) // 10)),
+    ):
+        some = Elements(
+            elements.edge[: len(elements.speed[part]) + 1],
+            elements.curve[part], elements.offset[part], elements.speed[part], elements.needs[part],
+        )  # fmt: skip
+        one = np.array([0]), np.array([len(some.speed) - 1])
+        seconds = []
+        for kernel in (True, False):
+            start = time.perf_counter()
+            planned(some, *one, kernel)
+            seconds.append(time.perf_counter() - start)
+        print(
+            f"look-ahead, {label}: kernel {seconds[0]:.3f} s, twin {seconds[1]:.2f} s, ratio {seconds[1] / seconds[0]:.0f}"
+        )
+
+
 def main() -> None:
     moves = freeform(MOVES)
     plan_motion(moves[:10], machine())  # compiled, or read from the cache
     fast, kernel = timed("plan with the kernel", moves, True)
     slow, twin = timed("plan with the twin", moves, False)
     print(f"ratio {slow / fast:.1f}, cycle times differ by {abs(kernel.seconds - twin.seconds):.1e} s")
+    ratio_of_passes(kernel)
     start = time.perf_counter()
     path = toolpath(moves, machine())
     print(f"{'toolpath with servo':28s} {time.perf_counter() - start:7.2f} s for {path.n} rows")
     naive = naive_seconds(kernel)
-    print(f"cycle time {kernel.seconds:.1f} s, length over feed {naive:.1f} s: {kernel.seconds / naive:.2f} times")
+    print(
+        f"cycle time {kernel.seconds:.1f} s, length over feed {naive:.1f} s: {kernel.seconds / naive:.2f} times"
+    )
 
 
 if __name__ == "__main__":

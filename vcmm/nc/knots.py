@@ -21,6 +21,8 @@ LOOKS = 8  # parts of a rounding that are searched for a change of sign, one in 
 def knots_of(timing: Timing, step: float, chord: float) -> tuple[Array, Array, Ints]:
     """(s, time, stretch) of the knots, (n,), in order of time."""
     e = timing.elements
+    if not len(timing.first):
+        return np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.intp)
     count = _divisions(timing, step, chord)
     element = np.repeat(np.arange(len(count)), count)
     within = np.arange(len(element)) - np.repeat(np.cumsum(count) - count, count)
@@ -36,7 +38,9 @@ def knots_of(timing: Timing, step: float, chord: float) -> tuple[Array, Array, I
     order = np.lexsort((s, owner))
     s, owner = s[order], owner[order]
     time = times_at(timing, s)
-    apart = np.append(True, (np.diff(time) > NEAR) & ((np.diff(s) > NEAR) | (np.diff(owner) > 0)))
+    near = (np.diff(time) <= NEAR) | ((np.diff(s) <= NEAR) & (np.diff(owner) == 0))
+    apart = np.ones(len(s), dtype=bool)
+    apart[1:] = ~near
     return _with_ends(timing, s[apart], time[apart], owner[apart])
 
 

@@ -137,7 +137,7 @@ def plan_motion(
     own = _only(curves, moving)
     joints = joints_of(moves, moving, own, control)
     elements, all_curves, first, last = _elements([moves[i] for i in moving], own, joints, limits)
-    phase, stretch = _planned(elements, first, last, kernel)
+    phase, stretch = planned(elements, first, last, kernel)
     start = np.cumsum(phase[:, 4]) - phase[:, 4]
     held = np.concatenate([joints.pause[:1], joints.pause[1:-1][joints.stop]]) if len(first) else np.zeros(0)
     start += np.cumsum(held)[stretch]
@@ -220,7 +220,8 @@ def _ability(curves: Curves, curve: Ints, feed: Array, limits: Limits) -> tuple[
     return np.minimum(speed, feed), needs
 
 
-def _planned(elements: Elements, first: Ints, last: Ints, kernel: bool) -> tuple[Array, Ints]:
+def planned(elements: Elements, first: Ints, last: Ints, kernel: bool) -> tuple[Array, Ints]:
+    """(phases (k, 5), stretch of each phase) of stretches first..last of elements."""
     if not len(first):
         return np.zeros((0, 5)), np.zeros(0, dtype=np.intp)
     if kernel:

@@ -150,16 +150,11 @@ def _state_at_knots(
 
 
 def _taken(state: State, rows: Ints) -> State:
-    parts = (
-        state.position,
-        state.speed,
-        state.acceleration,
-        state.jerk,
-        state.s,
-        state.path_speed,
-        state.element,
+    motion = (state.position, state.speed, state.acceleration, state.jerk)
+    position, speed, acceleration, jerk = (part[rows] for part in motion)
+    return State(
+        position, speed, acceleration, jerk, state.s[rows], state.path_speed[rows], state.element[rows]
     )
-    return State(*(part[rows] for part in parts))
 
 
 def _assembled(
