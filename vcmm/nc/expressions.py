@@ -91,6 +91,8 @@ class Reader:
             raise self.fault("a comma stands in a number; decimals take a point, as in 12.5")
         if self.at < len(self.text) and self.text[self.at] == ".":
             raise self.fault("a second decimal point stands in a number; write one, as in 12.5")
+        if not math.isfinite(float(text)):
+            raise self.fault("this number is too large; correct it", match.start())
         return float(text)
 
     def bracket(self) -> float | Value:
