@@ -27,7 +27,7 @@ from vcmm.nc.setup import Setup
 from vcmm.nc.texts import Text
 from vcmm.nc.trace import Trace, WordAt
 
-_N = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_N = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)"  # no number that could overflow
 _PLAIN = re.compile(
     rf"([ \t]*(?:N\d+[ \t]*)?)(?:G0?([01])[ \t]*)?(?:X({_N})[ \t]*)?(?:Y({_N})[ \t]*)?(?:Z({_N})[ \t]*)?(?:F({_N})[ \t]*)?\Z"
 )
