@@ -45,6 +45,7 @@ def known(name: str, moves: tuple[Move, ...], events: list[Any]) -> tuple[list[S
         # retract as a move; before a further cycle of the same plane the oracle has it too, as the way to R.
         by_hand = [m for m in moves if m.source.line == 20 and m.kind == "rapid" and m.end[2] > m.start[2] + 1][-1:]
         assert len(by_hand) == 1
+        found = ours(tuple(m for m in moves if m is not by_hand[0]))
     if name == "linuxcnc_comp_g1.ngc":
         # After M6 this route of the oracle reads back a position that arcs do not update, so that it stands at the
         # start of the arc before; its next rapid (up, same Z) is therefore beside the end of the arc.
