@@ -66,7 +66,9 @@ trials = 2000
 """
 
 
-def write(folder: Path, machine: str = "", scenario: str = SCENARIO, program: str = PROGRAM, setup: str = SETUP) -> Path:
+def write(
+    folder: Path, machine: str = "", scenario: str = SCENARIO, program: str = PROGRAM, setup: str = SETUP
+) -> Path:
     """All files of the job in a folder; `machine` is added to the machine file."""
     (folder / "part.nc").write_text(program)
     (folder / "setup.toml").write_text(setup)

@@ -42,8 +42,12 @@ def test_size_form_and_budget(tmp_path):
     found = cut(vcmm.load_cut(shop.write(tmp_path, SQUARENESS + inputs, scenario)))
     size, form = found.characteristics
     assert size.value == pytest.approx(100.0, abs=1e-6)
-    assert size.u == pytest.approx(6e-3, rel=1e-6)  # twice the radius of the cutter; squareness leaves the size alone
-    assert form.value == pytest.approx(1.2e-3, abs=0.02e-3)  # 24 angles do not all hit the extremes of the ellipse
+    assert size.u == pytest.approx(
+        6e-3, rel=1e-6
+    )  # twice the radius of the cutter; squareness leaves the size alone
+    assert form.value == pytest.approx(
+        1.2e-3, abs=0.02e-3
+    )  # 24 angles do not all hit the extremes of the ellipse
     assert found.shares["diameter"]["tool"] == pytest.approx(1.0, abs=1e-6)
     assert found.shares["form"]["machine"] == pytest.approx(1.0, abs=1e-3)
     assert size.coverage_shown
@@ -118,7 +122,7 @@ def test_json_and_files(tmp_path, capsys):
         ({"setup": shop.SETUP.replace("[tools.1]", "[tools.2]")}, "tool 1"),
         ({"setup": shop.SETUP.replace('diameter = "20 mm"\n', "")}, "diameter"),
         ({"setup": shop.SETUP.replace('"300 mm"', '"50 mm"')}, "travel"),
-        ({"scenario": shop.SCENARIO + '[pose]\nshift = "300 250 -300 mm"\n'}, "cuts 0 of its"),
+        ({"scenario": shop.SCENARIO + '[pose]\nshift = "500 250 -350 mm"\n'}, "cuts 0 of its"),
         ({"scenario": shop.SCENARIO.replace('"part.nc"', '"parts.nc"')}, "parts.nc"),
         ({"scenario": shop.SCENARIO.replace("[cut]", "[cut]\nfeed = 3")}, "feed"),
         ({"scenario": shop.SCENARIO.replace('machine = "mill.toml"\n', "")}, "no machine"),
@@ -128,6 +132,15 @@ def test_json_and_files(tmp_path, capsys):
 def test_bad_input_says_what_and_where(tmp_path, change, words):
     with pytest.raises(VcmmError, match=words):
         cut(vcmm.load_cut(shop.write(tmp_path, **change)))
+
+
+def test_a_gouge_is_reported_with_its_line(tmp_path):
+    found = cut(vcmm.load_cut(shop.write(tmp_path, program=shop.PROGRAM.replace("X20. Y60.", "X20. Y50."))))
+    # the way out now leads through the part: at x = 10 to y = 55, where the circle of the cutter's centre has 59.2
+    note = next(w for w in found.warnings if "gouges" in w)
+    assert "line 11" in note
+    assert found.surface.gouges > 0
+    assert found.characteristics[0].decision.text == "does not conform"
 
 
 def test_a_measuring_command_on_a_cutting_scenario_points_to_cut(tmp_path):

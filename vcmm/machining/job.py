@@ -40,6 +40,7 @@ from vcmm.task import Task
 from vcmm.world import Measuring
 
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
+DEEPEST = 20.0  # mm, for points that are gouged deeper
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
 GOUGE = 0.01  # mm below nominal by the program alone
 
@@ -154,9 +155,35 @@ def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...
     return plan, look(shop, points, normals), tuple(notes)
 
 
+def _gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
+    """What the program itself takes away too much. Raises ModelLimit where the depth is beyond all search."""
+    if not (found.status == BEYOND).any() and not (found.contact_s[:, 0] < -GOUGE).any():
+        return []
+    worst = int(np.where(found.status == BEYOND, -np.inf, np.nan_to_num(found.contact_s[:, 0])).argmin())
+    row = int(found.row[worst, 0])
+    line = shop.program.moves[int(shop.sweep.move[row])].source.line if row >= 0 else 0
+    if (found.status == BEYOND).any():
+        raise ModelLimit(
+            f"feature {feature}: line {line} of the program cuts more than {DEEPEST:g} mm below it; check the work offset, the "
+            "pose of the part and the tool"
+        )
+    count, depth = int((found.contact_s[:, 0] < -GOUGE).sum()), -float(found.contact_s[worst, 0])
+    return [f"{feature}: the program itself gouges {count} points, by {depth:.3f} mm at most (line {line})"]
+
+
 def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
     """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes."""
-    return surface_left(shop.pose.apply(points), shop.pose.turn(normals), shop.index, DEPTH, HEIGHT)
+    at, out = shop.pose.apply(points), shop.pose.turn(normals)
+    found = surface_left(at, out, shop.index, DEPTH, HEIGHT)
+    deep = np.flatnonzero(found.status == BEYOND)
+    if not len(deep):
+        return found
+    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT)
+    names = ("status", "contact_s", "row", "t", "normal", "tests")
+    merged = {name: getattr(found, name).copy() for name in names}
+    for name in names:
+        merged[name][deep] = getattr(again, name)
+    return replace(found, **merged)
 
 
 def _inspection(shop: Shop, plan: Plan) -> Measuring:

@@ -12,6 +12,7 @@ from vcmm.machining.toolside import SETTING
 from vcmm.pose import Pose
 from vcmm.run import Array, Run
 
+GRAZING = 1e-6
 Words = np.typing.NDArray[np.str_]
 
 
@@ -22,7 +23,11 @@ def contacts_of(surface: CutSurface) -> tuple[Contacts, Ints, Ints]:
     row = np.full(surface.row.shape, -1, dtype=np.intp)
     row[point, candidate] = np.arange(len(point))
     height = np.where(known, surface.contact_s, np.inf)
-    cutter = np.where(known[:, :, None], surface.normal, surface.normals[:, None, :])
+    along = np.einsum("pki,pi->pk", np.where(known[:, :, None], surface.normal, 0.0), surface.normals)
+    steep = (
+        np.abs(along) < GRAZING
+    )  # the ray leaves a gouge through its side: moving the tool does not move that end
+    cutter = np.where((known & ~steep)[:, :, None], surface.normal, surface.normals[:, None, :])
     return Contacts(height, cutter, surface.normals, row), point, candidate
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.nc.curves import Curves, Ints
+from vcmm.nc.limits import Limits
 from vcmm.run import Array
 
 ROTARY_ARM = 100.0  # mm: a rotary axis may deviate by the tolerance at this radius
@@ -54,6 +55,20 @@ def reach_of_blends(curves: Curves, first: Ints, second: Ints, tolerance: Array)
     curved = np.flatnonzero(~lines & ~straight & (tolerance > 0))
     reach[curved] = _fitted(curves, first[curved], second[curved], room[curved], tolerance[curved])
     return np.where(straight | (tolerance <= 0), 0.0, reach)
+
+
+def needed_reach(turn: Array, bend: Array, speed: Array, limits: Limits) -> Array:
+    """d (k,) mm with which joints are passed at `speed` (k,) mm/s within acceleration and jerk; more would only cut corners.
+
+    A change of direction u asks for a second derivative of 3/4 u / d and a third of 3/2 u / d^2, a change of curvature c
+    alone for a third of at most 3 c / 2d; speed^2 times the second may take 0.6 of the acceleration, speed^3 times the
+    third half of the jerk (vcmm.nc.timing).
+    """
+    v = np.where(np.isfinite(speed), speed, 1e9)[:, None]
+    a, j = 0.6 * limits.acceleration, 0.5 * limits.jerk
+    u, c = np.abs(turn), np.abs(bend)
+    wanted = np.maximum(0.75 * u * v**2 / a, np.sqrt(1.5 * u * v**3 / j)) + 1.5 * c * v**3 / j
+    return np.asarray(1.1 * wanted.max(axis=1))
 
 
 def _room(curves: Curves, which: Ints) -> Array:

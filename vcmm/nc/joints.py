@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.nc.blend import STRAIGHT, direction_jump, reach_of_blends, turns_back
+from vcmm.nc.blend import STRAIGHT, direction_jump, needed_reach, reach_of_blends, turns_back
 from vcmm.nc.curves import TINY, Curves, Ints
-from vcmm.nc.limits import LEAST_PAUSE, Control
+from vcmm.nc.limits import LEAST_PAUSE, Control, Limits
 from vcmm.nc.moves import Move
 from vcmm.run import Array
 
@@ -31,8 +31,10 @@ class Joints:
     tool_changes: int
 
 
-def joints_of(moves: Sequence[Move], moving: Ints, curves: Curves, control: Control) -> Joints:
-    """curves: those of the moving moves only, in order."""
+def joints_of(
+    moves: Sequence[Move], moving: Ints, curves: Curves, control: Control, limits: Limits | None = None
+) -> Joints:
+    """curves: those of the moving moves only, in order. limits: no corner is rounded more than its feed asks for."""
     pause, changes, apart = _pauses(moves, moving, control)
     between = pause[1:-1] if len(moving) else np.zeros(0)
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
@@ -45,9 +47,17 @@ def joints_of(moves: Sequence[Move], moving: Ints, curves: Curves, control: Cont
     tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]])
     reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
     turn, bend = direction_jump(curves, first, second)
+    if limits is not None:
+        reach = np.minimum(reach, needed_reach(turn, bend, _feed(kept), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
     stop |= ~straight & (reach < TINY)
     return Joints(np.where(stop, 0.0, reach), stop, pause, changes)
+
+
+def _feed(moves: Sequence[Move]) -> Array:
+    """Speed (n-1,) mm/s at which each joint is to be passed; infinite between rapids."""
+    feed = np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
+    return np.minimum(feed[:-1], feed[1:])
 
 
 def _pauses(moves: Sequence[Move], moving: Ints, control: Control) -> tuple[Array, int, Bools]:

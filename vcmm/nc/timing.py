@@ -135,7 +135,7 @@ def plan_motion(
     _check(moves, curves, limits)
     moving = np.flatnonzero(curves.length > TINY)
     own = _only(curves, moving)
-    joints = joints_of(moves, moving, own, control)
+    joints = joints_of(moves, moving, own, control, limits)
     elements, all_curves, first, last = _elements([moves[i] for i in moving], own, joints, limits)
     phase, stretch = planned(elements, first, last, kernel)
     start = np.cumsum(phase[:, 4]) - phase[:, 4]
