@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shop
 
 import vcmm
-import shop
 from vcmm.cli import run as command
 from vcmm.errors import VcmmError
 from vcmm.machining.job import cut, set_up, surface_map

@@ -141,11 +141,7 @@ def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...
             notes.append(
                 f"{step.feature}: {len(step.points) - len(kept)} of {len(step.points)} points are not cut and left out"
             )
-        deep = int((found.status == BEYOND).sum())
-        if deep:
-            notes.append(
-                f"{step.feature}: {deep} points are gouged deeper than {DEPTH:g} mm by the program itself"
-            )
+        notes += _gouges(shop, step.feature, found)
         approach = None if step.approach is None else step.approach[kept]
         steps.append(replace(step, points=step.points[kept], normals=step.normals[kept], approach=approach))
     plan = replace(plan, steps=tuple(steps))
