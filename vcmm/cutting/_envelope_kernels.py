@@ -22,6 +22,10 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 FLAT, BALL, BULL, CONE = 0, 1, 2, 3
 NONE, ROUND = 1e300, 2e-15
+SMALL, THIN = (
+    1e-5,
+    1e-6,
+)  # mm: from where Newton is trusted on arcs, and the thinnest stretch surely found on them
 
 
 @njit(cache=True, nogil=True, inline="never")
@@ -178,7 +182,7 @@ def first_contact(
     convex = item[21] == 0.0
     s, bracket, u, good, kept, pace = s0, NONE, 0.0, s0, 0.0, 0.0
     scale = ROUND * (abs(p[0]) + abs(p[1]) + abs(p[2]) + abs(item[0]) + abs(item[1]) + abs(item[2]) + 1.0)
-    for k in range(1000):
+    for k in range(20000):
         for i in range(3):
             q[i] = p[i] + sign * s * n[i]
         f, u = nearest(item, tool, q, out)
@@ -200,9 +204,11 @@ def first_contact(
             step = f / -rate if rate < 0.0 else NONE
             s = good + step if good + step < bracket else 0.5 * (good + bracket)
         else:
-            s += 1.0001 * f / -rate if rate < -0.3 else max(f, 1e-9)
+            s += 1.0001 * f / -rate if rate < -0.3 and f < SMALL else max(f, THIN)
         if s > s1 and bracket == NONE:
-            return False, s, u
+            if convex or good >= s1:
+                return False, s, u
+            s = s1  # a longer step than F proves nothing beyond the end
         if s == good:
             return True, s, u
     return bracket < NONE, bracket, u
@@ -233,7 +239,11 @@ def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple
             s = -b / a - math.sqrt(rest / a)
             u = j + s * k
             if 0.0 <= u <= 1.0:
-                out[0], out[1], out[2] = (mx + s * nx) / radius, (my + s * ny) / radius, (mz + s * nz) / radius
+                out[0], out[1], out[2] = (
+                    (mx + s * nx) / radius,
+                    (my + s * ny) / radius,
+                    (mz + s * nz) / radius,
+                )
                 return True, s, u
             u = 0.0 if u < 0.0 else 1.0
         else:
