@@ -34,13 +34,17 @@ def raster(tool: Tool, wavy: bool) -> Sweep:
     y = np.repeat(across, len(along))
     centre = np.stack([x, y, height(x, y) * wavy], axis=1)
     if wavy:
-        centre = centre + tool.radius * normals(x, y) - [0.0, 0.0, tool.radius]
+        n = normals(x, y)
+        flat_part = n * [1.0, 1.0, 0.0] / np.maximum(np.hypot(n[:, 0], n[:, 1]), 1e-12)[:, None]
+        centre = centre + tool.corner * (n - [0, 0, 1.0]) + (tool.radius - tool.corner) * flat_part
     return path(centre, (tool,))
 
 
 def normals(x: Array, y: Array) -> Array:
     """Unit normals of the wavy surface."""
-    n = np.stack([-np.cos(x / 16) * np.cos(y / 16) / 8, np.sin(x / 16) * np.sin(y / 16) / 8, np.ones_like(x)], axis=1)
+    n = np.stack(
+        [-np.cos(x / 16) * np.cos(y / 16) / 8, np.sin(x / 16) * np.sin(y / 16) / 8, np.ones_like(x)], axis=1
+    )
     return np.asarray(n / np.linalg.norm(n, axis=1)[:, None])
 
 
@@ -90,7 +94,9 @@ def main() -> None:
             slow = np.array([brute(p[i], n[i], sweep, tool.radius) for i in range(BRUTE)])
             rate = BRUTE / (time.thread_time() - start)
             worst = np.abs(slow - left.s[:BRUTE]).max()
-            print(f"{'':24s} numpy brute force {rate:9.0f} points/s, ratio {points / took / rate:.0f}, largest difference {worst:.1e} mm")
+            print(
+                f"{'':24s} numpy brute force {rate:9.0f} points/s, ratio {points / took / rate:.0f}, largest difference {worst:.1e} mm"
+            )
 
 
 if __name__ == "__main__":

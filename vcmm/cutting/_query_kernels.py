@@ -57,17 +57,18 @@ def test_item(
     lists: tuple,
     below: Array,
     count: int,
+    scratch: Array,
 ) -> int:
     """One move against one ray; returns the number of stretches found below so far."""
     s, which, t, normal = lists
-    grad, out = np.empty(6), np.empty(6)
+    grad, out, q = scratch[0], scratch[1], scratch[2]
     if item[21] == 0.0:
-        kind = straight(item, tool, p, n, depth, cut, grad, out)
+        kind = straight(item, tool, p, n, depth, cut, grad, out, q)
         if kind == 2:
             out[3], out[4], out[5] = out[0], out[1], out[2]
             grad[3], grad[4], grad[5] = grad[0], grad[1], grad[2]
     else:
-        kind = curved(item, tool, p, n, depth, cut, grad, out)
+        kind = curved(item, tool, p, n, depth, cut, grad, out, q)
     if kind & 1 and out[0] <= cut:
         insert(out[0], i, out[2], grad, s, which, t, normal)
     if kind & 2:
@@ -94,12 +95,19 @@ def connect(lists: tuple, below: Array, count: int) -> None:
 
 @njit(cache=True, nogil=True)
 def search_ray(
-    point: Array, normal: Array, trees: tuple, depth: float, height: float, band: float, lists: tuple, work: tuple
+    point: Array,
+    normal: Array,
+    trees: tuple,
+    depth: float,
+    height: float,
+    band: float,
+    lists: tuple,
+    work: tuple,
 ) -> tuple[int, int]:
     """All moves that may meet one ray between -depth and height. Stretches found below, exact tests made."""
     frames, roots, group_tool, boxes, child, items, tools, shells = trees
     s, _, _, _ = lists
-    stack, below, p, n = work
+    stack, below, p, n, scratch = work
     count, tests, last = 0, 0, s.shape[0] - 1
     for group in range(roots.shape[0]):
         for i in range(3):
@@ -122,7 +130,7 @@ def search_ray(
                 first = -child[node, 0] - 1
                 for i in range(first, first + child[node, 1]):
                     cut = min(height, s[0] + band, s[last])
-                    count = test_item(i, items[i], tool, p, n, depth, cut, lists, below, count)
+                    count = test_item(i, items[i], tool, p, n, depth, cut, lists, below, count, scratch)
                 tests += child[node, 1]
             else:
                 left, right = child[node, 0], child[node, 1]
@@ -159,7 +167,7 @@ def search(
     """
     depth, height, band = limits[0], limits[1], limits[2]
     over = 0
-    work = (np.empty(128, np.int64), np.empty((BELOW, 7)), np.empty(3), np.empty(3))
+    work = (np.empty(128, np.int64), np.empty((BELOW, 7)), np.empty(3), np.empty(3), np.empty((3, 6)))
     shells = tools.copy()
     shells[:, 6] = NONE
     trees = (frames, roots, group_tool, boxes, child, items, tools, shells)
