@@ -22,6 +22,10 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 FLAT, BALL, BULL, CONE = 0, 1, 2, 3
 NONE, ROUND = 1e300, 2e-15
+SMALL, THIN = (
+    1e-5,
+    1e-6,
+)  # mm: from where Newton is trusted on arcs, and the thinnest stretch surely found on them
 
 
 @njit(cache=True, nogil=True, inline="never")
@@ -171,14 +175,13 @@ def nearest_general(item: Array, tool: Array, p: Array, out: Array) -> tuple[flo
 
 @njit(cache=True, nogil=True)
 def first_contact(
-    item: Array, tool: Array, p: Array, n: Array, sign: float, s0: float, s1: float, out: Array
+    item: Array, tool: Array, p: Array, n: Array, sign: float, s0: float, s1: float, out: Array, q: Array
 ) -> tuple[bool, float, float]:
     """First s in [s0, s1], walking along sign * n from s0 outside, where F = 0; out: gradient there. (found, s, u)."""
-    q = np.empty(3)
     convex = item[21] == 0.0
     s, bracket, u, good, kept, pace = s0, NONE, 0.0, s0, 0.0, 0.0
     scale = ROUND * (abs(p[0]) + abs(p[1]) + abs(p[2]) + abs(item[0]) + abs(item[1]) + abs(item[2]) + 1.0)
-    for k in range(1000):
+    for k in range(20000):
         for i in range(3):
             q[i] = p[i] + sign * s * n[i]
         f, u = nearest(item, tool, q, out)
@@ -200,9 +203,11 @@ def first_contact(
             step = f / -rate if rate < 0.0 else NONE
             s = good + step if good + step < bracket else 0.5 * (good + bracket)
         else:
-            s += 1.0001 * f / -rate if rate < -0.3 else max(f, 1e-9)
+            s += 1.0001 * f / -rate if rate < -0.3 and f < SMALL else max(f, THIN)
         if s > s1 and bracket == NONE:
-            return False, s, u
+            if convex or good >= s1:
+                return False, s, u
+            s = s1  # a longer step than F proves nothing beyond the end
         if s == good:
             return True, s, u
     return bracket < NONE, bracket, u
@@ -233,7 +238,11 @@ def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple
             s = -b / a - math.sqrt(rest / a)
             u = j + s * k
             if 0.0 <= u <= 1.0:
-                out[0], out[1], out[2] = (mx + s * nx) / radius, (my + s * ny) / radius, (mz + s * nz) / radius
+                out[0], out[1], out[2] = (
+                    (mx + s * nx) / radius,
+                    (my + s * ny) / radius,
+                    (mz + s * nz) / radius,
+                )
                 return True, s, u
             u = 0.0 if u < 0.0 else 1.0
         else:
@@ -250,9 +259,8 @@ def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple
 
 
 @njit(cache=True, nogil=True)
-def inside_at(item: Array, tool: Array, p: Array, n: Array, s: float, out: Array) -> float:
+def inside_at(item: Array, tool: Array, p: Array, n: Array, s: float, out: Array, q: Array) -> float:
     """F at p + s n."""
-    q = np.empty(3)
     for i in range(3):
         q[i] = p[i] + s * n[i]
     return nearest(item, tool, q, out)[0]
@@ -260,29 +268,28 @@ def inside_at(item: Array, tool: Array, p: Array, n: Array, s: float, out: Array
 
 @njit(cache=True, nogil=True)
 def lower_end(
-    item: Array, tool: Array, p: Array, n: Array, s: float, depth: float, out: Array
+    item: Array, tool: Array, p: Array, n: Array, s: float, depth: float, out: Array, q: Array
 ) -> tuple[float, float]:
     """Lower end (s, u) of the removed stretch of the ray around s, for any path; -depth if it reaches that far."""
     top = s
     while s > -depth:
-        f = inside_at(item, tool, p, n, s, out)
+        f = inside_at(item, tool, p, n, s, out, q)
         if f > 0.0:
-            _, a, u = first_contact(item, tool, p, n, 1.0, s, top, out)
+            _, a, u = first_contact(item, tool, p, n, 1.0, s, top, out, q)
             return a, u
         s -= max(-f, 1e-7)
-    q = np.empty(3)
     for i in range(3):
         q[i] = p[i] - depth * n[i]
     f, u = nearest(item, tool, q, out)
     if f > 0.0:
-        _, a, u = first_contact(item, tool, p, n, 1.0, -depth, top, out)
+        _, a, u = first_contact(item, tool, p, n, 1.0, -depth, top, out, q)
         return a, u
     return -depth, u
 
 
 @njit(cache=True, nogil=True)
 def straight(
-    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array
+    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
 ) -> int:
     """Removed stretch of one straight move. out: lower end, upper end if below, u. 0 nothing, 1 main, 2 below nominal."""
     found = False
@@ -292,41 +299,41 @@ def straight(
         if found and a > cut:
             return 0
     if not found:
-        f = inside_at(item, tool, p, n, cut, grad)
+        f = inside_at(item, tool, p, n, cut, grad, q)
         if f > 0.0 and grad[0] * n[0] + grad[1] * n[1] + grad[2] * n[2] < 0.0:
             return 0
-        found, a, u = first_contact(item, tool, p, n, 1.0, -depth, cut, grad)
+        found, a, u = first_contact(item, tool, p, n, 1.0, -depth, cut, grad, q)
         if not found:
             return 0
     out[0], out[1], out[2] = a, 0.0, u
     if a >= 0.0:
         return 1
-    other = np.empty(3)
-    if inside_at(item, tool, p, n, 0.0, other) <= 1e-12:
+    other = grad[3:]
+    if inside_at(item, tool, p, n, 0.0, other, q) <= 1e-12:
         return 1
-    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other)
+    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other, q)
     out[1] = -b
     return 2 if found else 0
 
 
 @njit(cache=True, nogil=True)
 def curved(
-    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array
+    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
 ) -> int:
     """The same for an arc; 3: one stretch below nominal (in out 3:6, gradient of it in grad 3:6) and one above it."""
-    f = inside_at(item, tool, p, n, 0.0, grad)
+    f = inside_at(item, tool, p, n, 0.0, grad, q)
     if f <= 1e-12:
-        out[0], out[2] = lower_end(item, tool, p, n, 0.0, depth, grad)
+        out[0], out[2] = lower_end(item, tool, p, n, 0.0, depth, grad, q)
         return 1
     result = 0
     if cut > 0.0:
-        found, a, u = first_contact(item, tool, p, n, 1.0, 0.0, cut, grad)
+        found, a, u = first_contact(item, tool, p, n, 1.0, 0.0, cut, grad, q)
         if found:
             out[0], out[1], out[2] = a, 0.0, u
             result = 1
-    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, grad[3:])
+    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, grad[3:], q)
     if found:
-        out[3], out[5] = lower_end(item, tool, p, n, -b - 1e-9, depth, grad[3:])
+        out[3], out[5] = lower_end(item, tool, p, n, -b - 1e-9, depth, grad[3:], q)
         out[4] = -b
         result += 2
     return result

@@ -15,6 +15,7 @@ from vcmm.cutting._envelope_kernels import NONE, curved, implicit, straight
 
 Array = NDArray[Any]
 BELOW = 64  # stretches below nominal that are kept for the question whether they connect
+NEAR = 0.05  # mm, half width of the window that is tried first
 TOUCH = 1e-9  # mm, gap that still counts as connected
 
 
@@ -46,18 +47,28 @@ def insert(a: float, item: int, u: float, g: Array, s: Array, which: Array, t: A
 
 @njit(cache=True, nogil=True)
 def test_item(
-    i: int, item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, lists: tuple, below: Array, count: int
+    i: int,
+    item: Array,
+    tool: Array,
+    p: Array,
+    n: Array,
+    depth: float,
+    cut: float,
+    lists: tuple,
+    below: Array,
+    count: int,
+    scratch: Array,
 ) -> int:
     """One move against one ray; returns the number of stretches found below so far."""
     s, which, t, normal = lists
-    grad, out = np.empty(6), np.empty(6)
+    grad, out, q = scratch[0], scratch[1], scratch[2]
     if item[21] == 0.0:
-        kind = straight(item, tool, p, n, depth, cut, grad, out)
+        kind = straight(item, tool, p, n, depth, cut, grad, out, q)
         if kind == 2:
             out[3], out[4], out[5] = out[0], out[1], out[2]
             grad[3], grad[4], grad[5] = grad[0], grad[1], grad[2]
     else:
-        kind = curved(item, tool, p, n, depth, cut, grad, out)
+        kind = curved(item, tool, p, n, depth, cut, grad, out, q)
     if kind & 1 and out[0] <= cut:
         insert(out[0], i, out[2], grad, s, which, t, normal)
     if kind & 2:
@@ -83,6 +94,54 @@ def connect(lists: tuple, below: Array, count: int) -> None:
 
 
 @njit(cache=True, nogil=True)
+def search_ray(
+    point: Array,
+    normal: Array,
+    trees: tuple,
+    depth: float,
+    height: float,
+    band: float,
+    lists: tuple,
+    work: tuple,
+) -> tuple[int, int]:
+    """All moves that may meet one ray between -depth and height. Stretches found below, exact tests made."""
+    frames, roots, group_tool, boxes, child, items, tools, shells = trees
+    s, _, _, _ = lists
+    stack, below, p, n, scratch = work
+    count, tests, last = 0, 0, s.shape[0] - 1
+    for group in range(roots.shape[0]):
+        for i in range(3):
+            f = frames[group, i]
+            p[i] = f[0] * point[0] + f[1] * point[1] + f[2] * point[2]
+            n[i] = f[0] * normal[0] + f[1] * normal[1] + f[2] * normal[2]
+        tool, shell = tools[group_tool[group]], shells[group_tool[group]]
+        stack[0], top = roots[group], 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            cut = min(height, s[0] + band, s[last])
+            mid, half = 0.5 * (cut - depth), 0.5 * (cut + depth)
+            x, y, z = p[0] + mid * n[0], p[1] + mid * n[1], p[2] + mid * n[2]
+            if half < 0.0 or bound(boxes[node], shell, x, y, z) > half:
+                continue
+            if n[2] > 0.0 and boxes[node, 2] - p[2] >= (s[last] - 1e-12) * n[2]:
+                continue  # the lowest tip is no lower than the contacts known
+            if child[node, 0] < 0:
+                first = -child[node, 0] - 1
+                for i in range(first, first + child[node, 1]):
+                    cut = min(height, s[0] + band, s[last])
+                    count = test_item(i, items[i], tool, p, n, depth, cut, lists, below, count, scratch)
+                tests += child[node, 1]
+            else:
+                left, right = child[node, 0], child[node, 1]
+                if bound(boxes[left], shell, x, y, z) < bound(boxes[right], shell, x, y, z):
+                    left, right = right, left
+                stack[top], stack[top + 1] = left, right
+                top += 2
+    return count, tests
+
+
+@njit(cache=True, nogil=True)
 def search(
     points: Array,
     normals: Array,
@@ -103,47 +162,29 @@ def search(
     """Fill s, which, t (n, K) and contact (n, K, 3) for rays (n, 3); returns how many lists of stretches ran over.
 
     frames (G, 3, 3): rows are the axes of the frame of each tree; child (nodes, 2): two nodes, or -first - 1 and count.
-    limits: depth, height, band. tests (n,): exact tests made.
+    limits: depth, height, band. tests (n,): exact tests made. A narrow window about nominal is tried first: where the
+    surface and the band above it lie inside, a wider window cannot change the answer.
     """
     depth, height, band = limits[0], limits[1], limits[2]
-    last, over = s.shape[1] - 1, 0
-    stack, below = np.empty(128, np.int64), np.empty((BELOW, 7))
-    p, n, bare = np.empty(3), np.empty(3), tools.copy()
-    bare[:, 6] = NONE
+    over = 0
+    work = (np.empty(128, np.int64), np.empty((BELOW, 7)), np.empty(3), np.empty(3), np.empty((3, 6)))
+    shells = tools.copy()
+    shells[:, 6] = NONE
+    trees = (frames, roots, group_tool, boxes, child, items, tools, shells)
     for row in range(points.shape[0]):
-        count = 0
         lists = (s[row], which[row], t[row], contact[row])
-        for group in range(roots.shape[0]):
-            for i in range(3):
-                f = frames[group, i]
-                p[i] = f[0] * points[row, 0] + f[1] * points[row, 1] + f[2] * points[row, 2]
-                n[i] = f[0] * normals[row, 0] + f[1] * normals[row, 1] + f[2] * normals[row, 2]
-            tool, shell = tools[group_tool[group]], bare[group_tool[group]]
-            stack[0], top = roots[group], 1
-            while top > 0:
-                top -= 1
-                node = stack[top]
-                cut = min(height, s[row, 0] + band, s[row, last])
-                mid, half = 0.5 * (cut - depth), 0.5 * (cut + depth)
-                x, y, z = p[0] + mid * n[0], p[1] + mid * n[1], p[2] + mid * n[2]
-                if half < 0.0 or bound(boxes[node], shell, x, y, z) > half:
-                    continue
-                if n[2] > 0.0 and boxes[node, 2] - p[2] >= (s[row, last] - 1e-12) * n[2]:
-                    continue  # the lowest tip is no lower than the contacts known
-                if child[node, 0] < 0:
-                    first = -child[node, 0] - 1
-                    for i in range(first, first + child[node, 1]):
-                        cut = min(height, s[row, 0] + band, s[row, last])
-                        count = test_item(i, items[i], tool, p, n, depth, cut, lists, below, count)
-                    tests[row] += child[node, 1]
-                else:
-                    left, right = child[node, 0], child[node, 1]
-                    if bound(boxes[left], shell, x, y, z) < bound(boxes[right], shell, x, y, z):
-                        left, right = right, left
-                    stack[top], stack[top + 1] = left, right
-                    top += 2
-        if count > BELOW:
-            over += 1
-        if s[row, 0] <= 0.0 and count > 0:
-            connect(lists, below, min(count, BELOW))
+        for stage in range(2):
+            near, far = min(depth, NEAR), min(height, band + NEAR)
+            if stage == 1:
+                near, far = depth, height
+            count, done = search_ray(points[row], normals[row], trees, near, far, band, lists, work)
+            tests[row] += done
+            if s[row, 0] <= 0.0 and count > 0:
+                connect(lists, work[1], min(count, BELOW))
+            if stage == 1:
+                over += 1 if count > BELOW else 0
+            elif -near < s[row, 0] <= far - band and count <= BELOW:
+                break
+            else:
+                s[row, :], which[row, :] = np.inf, -1
     return over

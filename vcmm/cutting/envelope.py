@@ -58,7 +58,7 @@ def surface_left(
     sweep: Sweep | Index,
     depth: float = 0.5,
     height: float = 2.0,
-    band: float = 0.2,
+    band: float = 0.1,
     candidates: int = 4,
     threads: int = 1,
 ) -> CutSurface:
@@ -69,7 +69,9 @@ def surface_left(
     """
     p, n = _rays(points, normals)
     if not (depth > 0.0 and height > 0.0 and band >= 0.0 and candidates >= 1):
-        raise UsageError("surface_left: depth and height must be positive, band not negative, candidates at least 1")
+        raise UsageError(
+            "surface_left: depth and height must be positive, band not negative, candidates at least 1"
+        )
     index = sweep if isinstance(sweep, Index) else build(sweep)
     shape = (len(p), candidates)
     s, which = np.full(shape, np.inf), np.full(shape, -1, np.int64)
@@ -86,10 +88,14 @@ def surface_left(
 def _rays(points: Array, normals: Array) -> tuple[Array, Array]:
     p, n = (np.ascontiguousarray(np.atleast_2d(np.asarray(a, float))) for a in (points, normals))
     if p.shape != n.shape or p.shape[1] != 3:
-        raise UsageError(f"surface_left: points {p.shape} and normals {n.shape} must both have the shape (n, 3)")
+        raise UsageError(
+            f"surface_left: points {p.shape} and normals {n.shape} must both have the shape (n, 3)"
+        )
     bad = np.flatnonzero(~(np.abs(np.linalg.norm(n, axis=1) - 1.0) < 1e-9) | ~np.isfinite(p).all(axis=1))
     if len(bad):
-        raise UsageError(f"surface_left: point {bad[0]} has no unit normal or is not finite: {p[bad[0]]}, {n[bad[0]]}")
+        raise UsageError(
+            f"surface_left: point {bad[0]} has no unit normal or is not finite: {p[bad[0]]}, {n[bad[0]]}"
+        )
     return p, n
 
 
@@ -100,7 +106,15 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
 
     def part(at: int) -> int:
         rows = slice(at, at + CHUNK)
-        fixed = (index.frames, index.roots, index.group_tool, index.boxes, index.child, index.items, index.tools)
+        fixed = (
+            index.frames,
+            index.roots,
+            index.group_tool,
+            index.boxes,
+            index.child,
+            index.items,
+            index.tools,
+        )
         return int(kernels.search(p[rows], n[rows], *fixed, limits, *(a[rows] for a in out)))
 
     starts = range(0, len(p), CHUNK)

@@ -50,7 +50,9 @@ class Sweep:
         return replace(self, **picked)
 
 
-def lines(start: Array, end: Array, tools: tuple[Tool, ...], tool: Array | int = 0, axis: Array = UP) -> Sweep:  # type: ignore[assignment]
+def lines(
+    start: Array, end: Array, tools: tuple[Tool, ...], tool: Array | int = 0, axis: Array = UP
+) -> Sweep:  # type: ignore[assignment]
     """Straight moves (m, 3) -> (m, 3)."""
     start, end = np.atleast_2d(np.asarray(start, float)), np.atleast_2d(np.asarray(end, float))
     m = len(start)
@@ -112,13 +114,17 @@ def checked(sweep: Sweep) -> Sweep:
     for name in ("start", "end", "axis"):
         bad = np.flatnonzero(~np.isfinite(getattr(sweep, name)).all(axis=1))
         if len(bad):
-            raise UsageError(f"sweep: {name} of row {bad[0]} is not a number; every tip position must be known")
+            raise UsageError(
+                f"sweep: {name} of row {bad[0]} is not a number; every tip position must be known"
+            )
     if np.any((sweep.tool < 0) | (sweep.tool >= len(sweep.tools))):
         raise UsageError(f"sweep: tool must be an index into the {len(sweep.tools)} tools given")
     for name, wanted in (("axis", np.ones(len(sweep), bool)), ("normal", sweep.kind != LINE)):
         lengths = np.linalg.norm(getattr(sweep, name)[wanted], axis=1)
         if np.any(np.abs(lengths - 1.0) > 1e-9):
-            raise UsageError(f"sweep: {name} must hold unit vectors; row {np.argmax(abs(lengths - 1.0))} has not")
+            raise UsageError(
+                f"sweep: {name} must hold unit vectors; row {np.argmax(abs(lengths - 1.0))} has not"
+            )
     _check_arcs(sweep)
     return sweep
 

@@ -75,7 +75,9 @@ def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: flo
             f"cone: the point angle must lie between 0 and pi rad (180 deg), not {point_angle} rad"
         )
     if not 0.0 <= tip_radius < radius:
-        raise UsageError(f"cone: the tip radius must be at least 0 and below {radius} mm, not {tip_radius} mm")
+        raise UsageError(
+            f"cone: the tip radius must be at least 0 and below {radius} mm, not {tip_radius} mm"
+        )
     return _checked(Tool("cone", radius, tip_radius=tip_radius, half_angle=point_angle / 2, length=length))
 
 

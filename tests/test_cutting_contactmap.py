@@ -1,0 +1,139 @@
+"""Contact map: hand-computed projections, and the map against cutting again with the displaced tool."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vcmm.cutting.contactmap import audit, contact_map
+from vcmm.cutting.displaced import Field, displaced, indexed
+from vcmm.cutting.envelope import surface_left
+from vcmm.cutting.sweeps import Sweep, arcs, join, lines, path, position
+from vcmm.cutting.tools import ball, flat, grown
+from vcmm.errors import ModelLimit, UsageError
+from vcmm.run import Array
+
+UP = np.array([[0.0, 0.0, 1.0]])
+
+
+def raster(z: float = 0.0) -> Sweep:
+    """Ball R 5, lines along x every 0.5 mm, cut into moves of 2 mm."""
+    x = np.arange(0.0, 30.1, 2.0)
+    y = np.arange(0.0, 20.1, 0.5)
+    xs = np.concatenate([x if k % 2 == 0 else x[::-1] for k in range(len(y))])
+    ys = np.repeat(y, len(x))
+    return path(np.stack([xs, ys, np.full(len(xs), z)], axis=1), (ball(5.0),))
+
+
+def smooth(amplitude: float, seed: int) -> Field:
+    """Random smooth field of three waves of 40 to 120 mm per component, its largest value over the raster as stated."""
+    rng = np.random.default_rng(seed)
+    k = rng.normal(size=(3, 3, 3))
+    k *= 2 * np.pi / rng.uniform(40.0, 120.0, (3, 3, 1)) / np.linalg.norm(k, axis=2)[..., None]
+    phase = rng.uniform(0, 6.28, (3, 3))
+
+    def raw(x: Array) -> Array:
+        return np.sin(np.einsum("mj,cwj->mcw", x, k) + phase).sum(axis=2)
+
+    inside = rng.uniform([0, 0, 0], [30, 20, 0], (3000, 3))
+    scale = amplitude / np.linalg.norm(raw(inside), axis=1).max()
+    return lambda x, row, t: scale * raw(x)
+
+
+def one(e: list[float], p: list[float], n: list[float], sweep: Sweep, **more: float) -> float:
+    m = contact_map(surface_left(np.array([p]), np.array([n]), sweep), sweep)
+    return float(m.apply(np.broadcast_to(np.array(e), (1, *m.gain.shape)), **more)[0, 0])
+
+
+def test_floor_wall_and_slope_by_hand() -> None:
+    """Floor: tool 3 um high leaves 3 um. Wall facing +y: tool 2 um towards the wall (-y) cuts 2 um deep.
+
+    Flank of a ball cut at 60 deg: N = -n there, so e along x of 4 um gives 4 sin 60 = 3.4641 um towards the material.
+    """
+    f, b = lines([[-9, 0, 0]], [[9, 0, 0]], (flat(5.0),)), lines([[0, -9, 0]], [[0, 9, 0]], (ball(5.0),))
+    assert one([0.001, 0.002, 0.003], [0, 0, 0], [0, 0, 1], f) == pytest.approx(0.003, abs=1e-15)
+    assert one([0.001, -0.002, 0.003], [0, -5, 2], [0, 1, 0], f) == pytest.approx(-0.002, abs=1e-15)
+    c, s = math.cos(math.radians(60)), math.sin(math.radians(60))
+    p, n = [5 * s, 0, 5 - 5 * c], [-s, 0, c]
+    assert one([0.004, 0, 0], p, n, b) == pytest.approx(-0.004 * s, abs=1e-14)
+
+
+def test_tilt_and_radius_by_hand() -> None:
+    """Flat R 5, wall 2 mm above the tip: 50 urad about x moves the edge there by 50e-6 x 2 = 0.1 um along -y.
+
+    theta x r = (5e-5, 0, 0) x (0, -5, 2) = (0, -1e-4, -2.5e-4) mm: towards the wall at y = -5, so s = -0.1 um.
+    Runout of 5 um on the wall: -5 um; on the floor: nothing.
+    """
+    f = lines([[-9, 0, 0]], [[9, 0, 0]], (flat(5.0),))
+    tilt = np.zeros((1, 1, 4, 3))
+    tilt[..., 0] = 5e-5
+    assert one([0, 0, 0], [0, -5, 2], [0, 1, 0], f, tilt=tilt) == pytest.approx(-1e-4, abs=1e-15)  # type: ignore[arg-type]
+    assert one([0, 0, 0], [0, -5, 2], [0, 1, 0], f, radius=0.005) == pytest.approx(-0.005, abs=1e-15)
+    assert one([0, 0, 0], [0, 0, 0], [0, 0, 1], f, radius=0.005) == pytest.approx(0.0, abs=1e-15)
+    # and the tool grown for good, cut again
+    wide = lines([[-9, 0, 0]], [[9, 0, 0]], (grown(flat(5.0), 0.005),))
+    again = surface_left(np.array([[0, -5, 2.0]]), np.array([[0, 1.0, 0]]), wide)
+    assert again.s[0] == pytest.approx(-0.005, abs=1e-14)
+
+
+def test_wear_of_a_ball_by_hand() -> None:
+    """Worn by 2 um along its normal, a ball leaves 2 um at the bottom of its groove."""
+    b = lines([[0, -9, 0]], [[0, 9, 0]], (ball(5.0),))
+    assert one([0, 0, 0], [0, 0, 0], [0, 0, 1], b, growth=-0.002) == pytest.approx(0.002, abs=1e-15)
+
+
+@pytest.mark.parametrize("amplitude", [0.0075, 0.02])
+def test_the_map_against_cutting_again(amplitude: float) -> None:
+    """Scallops of a ball mill under a smooth field: right to the second-order term e^2 / 2R (40 nm at 20 um and R 5).
+
+    One contact alone errs by far more where a cusp moves sideways. The chord of the field is kept to 1 nm.
+    """
+    sweep = raster()
+    rng = np.random.default_rng(8)
+    p = np.column_stack([rng.uniform(5, 25, 800), rng.uniform(5, 15, 800), np.zeros(800)])
+    surface = surface_left(p, UP.repeat(800, axis=0), sweep)
+    for seed in range(3):
+        field = smooth(amplitude, seed)
+        found = audit(surface, sweep, field, 1e-6)
+        assert found.compared == 800
+        assert 0.7 * amplitude < found.amplitude < 1.01 * amplitude
+        assert found.largest < amplitude**2 / 10 + 2e-6
+        assert found.single > 10 * found.largest
+
+
+def test_displaced_lines_and_arcs_by_hand() -> None:
+    """A constant displacement moves everything; one that grows with the angle leaves an arc an arc plus a drift."""
+    circle = arcs([[20, 0, 0]], [[20, 0, 0]], [[0, 0, 0]], 2 * np.pi, (flat(5.0),))
+    moved = displaced(circle, lambda x, row, t: np.tile([0.01, 0.0, 0.0], (len(x), 1)))
+    assert len(moved) == 1
+    out = np.array([[1.0, 0, 0]])
+    assert surface_left(25 * out + [0, 0, 1], -out, moved).s[0] == pytest.approx(-0.01, abs=1e-12)
+    grows = displaced(circle, lambda x, row, t: np.outer(t, [0.0, 0.0, 0.01]))
+    assert len(grows) == 1
+    assert position(grows, np.array([0.5]))[0] == pytest.approx([-20, 0, 0.005], abs=1e-12)
+    wavy = displaced(lines([[0, 0, 0]], [[40, 0, 0]], (flat(5.0),)), lambda x, r, t: 0.01 * np.sin(x / 5.0))
+    assert 20 < len(wavy) < 60  # chord A L^2 k^2 / 8 = 5e-5: L = sqrt(8 x 5e-5 x 25 / 0.01) = 1 mm, 40 pieces
+    with pytest.raises(ModelLimit, match="pieces"):
+        displaced(wavy, lambda x, r, t: 1.0 * (x > 13.0))
+
+
+def test_what_tilts_is_refused_or_cut_into_indexed_pieces() -> None:
+    line = lines([[0, 0, 0]], [[40, 0, 0]], (flat(5.0),))
+    from dataclasses import replace
+
+    tilting = replace(line, axis_end=np.array([[0.0, math.sin(0.01), math.cos(0.01)]]))
+    with pytest.raises(ModelLimit, match="indexed"):
+        surface_left(np.zeros((1, 3)), UP, tilting)
+    parts = indexed(tilting, 0.005)  # 0.01 rad x hypot(5, 10) / (2 x 0.005) = 11.18: 12 pieces
+    assert len(parts) == 12
+    assert parts.axis[0] @ line.axis[0] == pytest.approx(math.cos(0.01 / 24), abs=1e-12)
+
+
+def test_shapes_are_checked() -> None:
+    sweep = join([lines([[-9, 0, 0]], [[9, 0, 0]], (flat(5.0),))])
+    m = contact_map(surface_left(np.array([[0, 0, 0], [0, 50.0, 0]]), UP.repeat(2, axis=0), sweep), sweep)
+    assert np.isnan(m.apply(np.zeros((2, 2, 4, 3)))[:, 1]).all()  # uncut stays uncut
+    with pytest.raises(UsageError, match="shape"):
+        m.apply(np.zeros((2, 2, 3)))
