@@ -29,10 +29,11 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "contact", "strategies", "plan", "qualification", "task", "scenario", "recording", "nuisance", "observe", "instruments",
         "influence", "trials", "world", "linear", "exact",
     ),
-    "files": ("files", "library", "nc"),
+    "programs": ("nc", "cutting", "machining.scenario"),
+    "files": ("files", "library"),
     "jobs": (
         "result", "budget", "machining", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "placing", "calibrate", "compensating",
-        "diagnosis", "cutting",
+        "diagnosis",
     ),
     "twins": ("twins",),
     "pages": ("pages", "view", "serve"),

@@ -31,7 +31,7 @@ def cut_command(
     json
         Print one JSON document.
     out
-        Folder for report.html, cut.json, surface.csv.
+        Folder for report.html, cut.json, surface.csv and, where the set-up states a stock, stock.stl.
     """
     from vcmm.cli.common import about, document, output_folder, print_json, progress, sources
     from vcmm.files.cut_scenario import load_cut
@@ -78,6 +78,10 @@ def cut_json(found: Any) -> dict[str, Any]:
             "gouge_depth_um": s.deep_um,
         },
         "time_s": found.seconds,
+        "stock": None if found.blank is None else {
+            "removed_mm3": found.blank.removed,
+            "collisions": [{"line": line, "depth_mm": depth} for line, depth in found.blank.collisions],
+        },
     }  # fmt: skip
 
 
@@ -139,6 +143,10 @@ def show(found: Any) -> None:
         f"{s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
         f"cycle time: {minutes:.0f} min {seconds:.1f} s"
     )
+    if found.blank is not None:
+        print(
+            f"stock: {found.blank.removed / 1e3:.1f} cm³ removed, {len(found.blank.collisions)} rapids through material"
+        )
     for warning in found.warnings:
         say(f"note: {warning}")
 
@@ -155,7 +163,11 @@ def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> 
         "report.html": cut_page(scenario, found),
     }
     write_files(folder, texts)
-    say(f"wrote {folder}/report.html, cut.json, surface.csv")
+    if found.blank is not None:
+        from vcmm.cutting.solid import write_stl
+
+        write_stl(found.blank.after, folder / "stock.stl")
+    say(f"wrote {folder}/report.html, cut.json, surface.csv{', stock.stl' if found.blank else ''}")
 
 
 def _surface_csv(found: Any) -> str:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from vcmm.cutting.force import LINEAR_EDGE
 from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Angle, Point, Size, Table, checked_model
@@ -30,11 +31,14 @@ class ToolTable(Table):
     offset_x: Offset = 0.0
     offset_y: Offset = 0.0
     name: str = ""
+    teeth: Annotated[int, Field(ge=1)] | None = Field(default=None, examples=["3"])
+    stick_out: Size | None = None
 
 
 class StockTable(Table):
     box: Point = Field(examples=['["100 mm", "60 mm", "30 mm"]'])
     corner: Point | None = None
+    material: str | None = Field(default=None, examples=['"Al7075"'])
 
 
 class SetupFile(Table):
@@ -76,6 +80,7 @@ def load_setup(path: str | Path) -> Setup:
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
         control=control,
+        material=model.stock.material if model.stock else None,
     )  # fmt: skip
 
 
@@ -91,6 +96,9 @@ def _check_names(model: SetupFile, problems: Problems) -> None:
                 )
     if model.stock is not None and min(model.stock.box) <= 0:
         problems.add(("stock", "box"), "the sizes of the stock must be positive")
+    if model.stock is not None and model.stock.material not in (None, *LINEAR_EDGE):
+        text = f'no cutting forces are known of "{model.stock.material}".{choose_from(str(model.stock.material), LINEAR_EDGE)}'
+        problems.add(("stock", "material"), text)
 
 
 def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:
@@ -118,5 +126,5 @@ def _tool(key: str, t: ToolTable) -> Tool:
         )
     return Tool(
         int(key), t.length, t.diameter, t.shape, t.corner_radius or 0.0, t.nose_radius, t.orientation, t.offset_x,
-        t.offset_y, t.name,
+        t.offset_y, t.name, t.teeth, t.stick_out,
     )  # fmt: skip

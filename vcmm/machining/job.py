@@ -18,6 +18,8 @@ from vcmm.evaluation import evaluate
 from vcmm.fit.elements import MINIMUM_POINTS
 from vcmm.inputs import Input
 from vcmm.machine import Machine
+from vcmm.machining.blank import Blank, machined_blank
+from vcmm.machining.blank import notes as blank_notes
 from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.maps import Net, net
@@ -56,6 +58,7 @@ class Shop:
     index: Index
     pose: Pose
     machine: Machine
+    blank: Blank | None
 
     @property
     def seconds(self) -> float:
@@ -85,7 +88,7 @@ def cut(
     halves = {c.name: batch(c) for c in found.characteristics}
     return CutResult(
         found, extremes(patches, GOUGE), patches, shop.seconds, {c.name: grouped(c) for c in found.characteristics},
-        {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings,
+        {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings, shop.blank,
     )  # fmt: skip
 
 
@@ -96,14 +99,18 @@ def set_up(scenario: CutScenario) -> Shop:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     sweep = swept(program.moves, scenario.setup.tools)
-    pose = scenario.pose or _pose_of_offset(scenario, program)
-    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine)
+    zero = _work_zero(scenario, program)
+    blank = machined_blank(scenario.setup, program, sweep, zero)
+    pose = scenario.pose or Pose(
+        np.eye(3), zero
+    )  # the drawing frame is the work coordinate system of the first cut
+    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank)
 
 
-def _pose_of_offset(scenario: CutScenario, program: Program) -> Pose:
-    """Without [pose] the drawing frame is the work coordinate system of the first cut."""
+def _work_zero(scenario: CutScenario, program: Program) -> Array:
+    """Work offset of the first cut (3,), workpiece axes."""
     first = next((m.offset for m in program.moves if m.kind != "rapid"), program.moves[0].offset)
-    return Pose(np.eye(3), np.array(scenario.setup.offsets.get(first, (0.0, 0.0, 0.0))))
+    return np.array(scenario.setup.offsets.get(first, (0.0, 0.0, 0.0)))
 
 
 def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
@@ -211,6 +218,9 @@ def tool_side(
     states, known = states_at(
         shop.path, shop.sweep.move[row], surface.t[point, candidate], at[point, candidate]
     )
+    if shop.blank is not None and shop.blank.forces is not None:
+        force = shop.blank.forces[row]
+        states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
     run = cut_run(states, surface, point, candidate, touch, feature, shop.pose, at, shop.scenario.constants)
     full, setting = _with_setting(shop, run)
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
@@ -268,4 +278,4 @@ def remarks(shop: Shop) -> tuple[str, ...]:
     program = [f"{shop.scenario.program.name}:{w.line}: {w.text}" for w in shop.program.warnings]
     idle = cutting_effects(shop.machine)[2]
     said = [f"{', '.join(idle)} act on measuring, not on cutting"] if idle else []
-    return (*program, *shop.path.assumptions, *said)
+    return (*program, *shop.path.assumptions, *blank_notes(shop.blank), *said)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
 from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.run import Array
@@ -63,6 +64,7 @@ class CutResult:
     repeats: Mapping[str, float]
     scatters: Mapping[str, float]
     warnings: tuple[str, ...] = ()
+    blank: Blank | None = None
 
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:

@@ -30,6 +30,8 @@ class Tool:
     offset_x: float = 0.0
     offset_y: float = 0.0
     name: str = ""
+    teeth: int | None = None
+    stick_out: float | None = None
 
     @property
     def radius(self) -> float | None:
@@ -51,6 +53,7 @@ class Setup:
     offsets: G54 ... -> machine position of the work zero; rotations: the same -> rad about the tool axis (G10 L2 R).
     reference: machine position of G28; second_reference: of G30. stock: size of the box, None = not stated;
     stock_corner: its lowest corner in work coordinates, None = centred, top at work zero.
+    material of the stock: for cutting forces, None = none are computed.
     path: the set-up file, for messages. control: tolerance of corners, time of a tool change; None = not stated.
     """
 
@@ -63,6 +66,7 @@ class Setup:
     second_reference: Point = ZERO
     stock: Point | None = None
     stock_corner: Point | None = None
+    material: str | None = None
     decimal_point: str | None = None
     arc_centre: str | None = None
     block_delete: bool = False

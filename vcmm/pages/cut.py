@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.cutting.solid import triangles
 from vcmm.machining.result import CutResult, Patch, expected
 from vcmm.machining.scenario import CutScenario
 from vcmm.pages.uncertainty import STATE, characteristic_blocks, computed_table, large, small, span
@@ -21,7 +24,13 @@ def cut_page(scenario: CutScenario, found: CutResult) -> str:
     """One self-contained HTML file."""
     blocks = [r.heading("The finished part"), parts_table(found), owners(found)]
     blocks += [r.note(w, "warning") for w in found.warnings]
-    blocks += [r.heading("The cut surface"), surface_table(found), picture(found), *maps(found)]
+    blocks += [
+        r.heading("The cut surface"),
+        surface_table(found),
+        picture(found),
+        *stock_picture(found),
+        *maps(found),
+    ]
     for c in found.characteristics:
         blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
     blocks += [r.heading("How it was computed"), computed_table(found.uncertainty)]
@@ -125,6 +134,23 @@ def picture(found: CutResult) -> str:
         title="Departure of the surface",
         caption="Drawing frame; along the outward normal, red is material left.",
     )
+
+
+MOST_NODES = 100  # along the longer side, in the picture of the stock
+
+
+def stock_picture(found: CutResult) -> list[str]:
+    """What is left of the blank; every few nodes of the map of heights."""
+    if found.blank is None:
+        return []
+    after = found.blank.after
+    every = max(1, max(after.height.shape) // MOST_NODES)
+    coarse = replace(after, height=after.height[::every, ::every], cell=after.cell * every)
+    vertices, faces = triangles(coarse)
+    removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; workpiece axes of the machine."
+    return [
+        r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
+    ]
 
 
 def maps(found: CutResult) -> list[str]:
