@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 Point = tuple[float, float, float]
 PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # first axis, second axis, normal: right-handed
@@ -74,3 +74,5 @@ class Program:
     moves: tuple[Move, ...]
     warnings: tuple[Remark, ...] = ()
     tools: Mapping[int, str] = field(default_factory=dict)  # numbers called and what the program calls them
+    traces: tuple[Any, ...] = ()  # vcmm.nc.trace.Trace of each move, on request
+    dialect_reason: str = ""  # why this dialect was taken, where it was guessed

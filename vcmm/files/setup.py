@@ -1,0 +1,116 @@
+"""Set-up files: setup/1 TOML to a Setup (machine, dialect, work offsets, tools, stock)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vcmm.errors import UsageError, choose_from
+from vcmm.files.problems import Problems
+from vcmm.files.schema import Angle, Point, Size, Table, checked_model
+from vcmm.files.schema import Deviation as Offset
+from vcmm.files.toml import check_version, read_toml
+from vcmm.nc.dialects import names
+from vcmm.nc.setup import ZERO, Setup, Tool
+
+_OFFSET = re.compile(r"G5[4-9]|G59\.[123]|G54\.1 P[1-9]\d*|G505|G5[1-9]\d")
+
+
+class ToolTable(Table):
+    length: Offset = 0.0
+    diameter: Size | None = None
+    shape: Literal["flat", "ball", "bull", "drill", "turning"] = "flat"
+    corner_radius: Size | None = None
+    nose_radius: Size | None = None
+    orientation: Annotated[int, Field(ge=0, le=9)] = 0
+    offset_x: Offset = 0.0
+    offset_y: Offset = 0.0
+    name: str = ""
+
+
+class StockTable(Table):
+    box: Point = Field(examples=['["100 mm", "60 mm", "30 mm"]'])
+    corner: Point | None = None
+
+
+class SetupFile(Table):
+    """setup/1"""
+
+    vcmm: str
+    machine: str | None = None
+    dialect: str | None = None
+    decimal_point: Literal["calculator", "increment"] | None = None
+    arc_centre: Literal["incremental", "absolute"] | None = None
+    block_delete: bool = False
+    offsets: dict[str, Point] = Field(default_factory=dict)
+    rotations: dict[str, Angle] = Field(default_factory=dict)
+    reference: Point = ZERO
+    second_reference: Point = ZERO
+    tools: dict[str, ToolTable] = Field(default_factory=dict)
+    stock: StockTable | None = None
+
+
+def load_setup(path: str | Path) -> Setup:
+    """Read a set-up file. Raises DataError with every problem of the file, each with its line."""
+    document = read_toml(path)
+    check_version(document, "setup")
+    problems = Problems(document)
+    model = checked_model(SetupFile, document.data, problems)
+    if model is not None:
+        _check_names(model, problems)
+    tools = {} if model is None else _tools(model, problems)
+    problems.raise_if_any()
+    assert model is not None
+    folder = Path(path).parent
+    return Setup(
+        machine=folder / model.machine if model.machine else None, dialect=model.dialect, offsets=dict(model.offsets),
+        rotations=dict(model.rotations), tools=tools, reference=model.reference, second_reference=model.second_reference,
+        stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
+        decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
+    )  # fmt: skip
+
+
+def _check_names(model: SetupFile, problems: Problems) -> None:
+    if model.dialect is not None and model.dialect not in names():
+        problems.add(("dialect",), f'unknown dialect "{model.dialect}".{choose_from(model.dialect, names())}')
+    for table in ("offsets", "rotations"):
+        for name in getattr(model, table):
+            if not _OFFSET.fullmatch(name):
+                problems.add(
+                    (table, name),
+                    f'"{name}" is no work offset; write G54 to G59, G59.1 to G59.3, or "G54.1 P1"',
+                )
+    if model.stock is not None and min(model.stock.box) <= 0:
+        problems.add(("stock", "box"), "the sizes of the stock must be positive")
+
+
+def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:
+    out = {}
+    for key, table in model.tools.items():
+        tool = problems.attempt(("tools", key), lambda key=key, table=table: _tool(key, table))  # type: ignore[misc]
+        if tool is not None:
+            out[tool.number] = tool
+    return out
+
+
+def _tool(key: str, t: ToolTable) -> Tool:
+    """One tool, its shape and sizes checked against each other."""
+    if not key.isdigit() or int(key) < 1:
+        raise UsageError(f'"{key}" is no tool number; write for example [tools.1]')
+    if t.shape == "bull" and t.corner_radius is None:
+        raise UsageError('a bull-nosed cutter needs corner_radius, for example corner_radius = "1 mm"')
+    if t.corner_radius is not None and t.shape != "bull":
+        raise UsageError('corner_radius belongs to shape = "bull"')
+    if t.nose_radius is not None and t.shape != "turning":
+        raise UsageError('nose_radius belongs to shape = "turning"')
+    if t.corner_radius and t.diameter is not None and 2.0 * t.corner_radius > t.diameter:
+        raise UsageError(
+            f"corner_radius of {t.corner_radius:g} mm is more than half the diameter of {t.diameter:g} mm"
+        )
+    return Tool(
+        int(key), t.length, t.diameter, t.shape, t.corner_radius or 0.0, t.nose_radius, t.orientation, t.offset_x,
+        t.offset_y, t.name,
+    )  # fmt: skip

@@ -1,0 +1,284 @@
+"""One line of a G-code program as a Block: words, assignments, flow control. Read once, executed as often as need be."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from vcmm.nc.dialects import Dialect
+from vcmm.nc.expressions import Reader, Value
+from vcmm.nc.faults import BlockFault
+
+O_WORDS = (
+    "endsub", "sub", "call", "return", "elseif", "endif", "else", "if", "endwhile", "while", "do", "endrepeat", "repeat",
+    "break", "continue",
+)  # fmt: skip
+_MACRO = re.compile(r"(IF|WHILE|GOTO|END|DO)(?![A-Z])", re.IGNORECASE)
+_KEYWORD = re.compile(r"[ \t]*([A-Za-z]+)")
+_LETTERS = "ABCDEFGHIJKLMNPQRSTUVWXYZ"
+
+
+class Word(NamedTuple):
+    """A letter and its value; columns from 1: of the letter, one past the last character. `text` is the value as written."""
+
+    letter: str
+    value: float | Value
+    first: int
+    last: int
+    text: str
+
+    @property
+    def pointed(self) -> bool:
+        """Written with a decimal point, or computed."""
+        return "." in self.text or callable(self.value)
+
+
+class Assign(NamedTuple):
+    """#target = value."""
+
+    target: str | float | Value
+    value: float | Value
+    column: int
+
+
+class Flow(NamedTuple):
+    """Flow control. kind: an O-word, or of macro B: goto, if-goto, if-then, while, end, program.
+
+    label: of an O-word (a name, a number as text, or a function that gives the number); else the number of DO or END.
+    """
+
+    kind: str
+    label: str | Value
+    column: int
+    values: tuple[float | Value, ...] = ()
+    then: tuple[Assign, ...] = ()
+
+
+@dataclass(slots=True)
+class Block:
+    """A line that has been read. `n` is its N number."""
+
+    line: int
+    text: str
+    words: list[Word] = field(default_factory=list)
+    assigns: list[Assign] = field(default_factory=list)
+    flow: Flow | None = None
+    n: int | None = None
+    percent: bool = False
+    deleted: bool = False
+    spaced: int = 0  # column of a number with blanks inside
+
+
+def parse_block(text: str, line: int, dialect: Dialect) -> Block:
+    """Read one line. Raises BlockFault with the column."""
+    block = Block(line, text)
+    clean = without_comments(text, dialect)
+    _check_characters(clean)
+    if clean.strip() == "%":
+        block.percent = True
+        return block
+    reader = Reader(clean, dialect.words)
+    if reader.accept("/"):
+        block.deleted = True
+        if clean[reader.at : reader.at + 1].isdigit():  # /2: one of nine switches
+            reader.at += 1
+    while reader.skip():
+        _item(reader, block, dialect)
+    return block
+
+
+def without_comments(text: str, dialect: Dialect) -> str:
+    """The line with every comment blanked, so that columns stay. Raises BlockFault: never closed, nested, stray ')'."""
+    if "(" not in text and ";" not in text and ")" not in text:
+        return text
+    out = list(text)
+    at = 0
+    while at < len(text):
+        if text[at] == "(":
+            end = _comment_end(text, at, dialect)
+            out[at:end] = " " * (end - at)
+            at = end
+        elif text[at] == ")":
+            raise BlockFault(at + 1, '")" without "(": remove it, or open the comment with "("')
+        elif text[at] == ";":
+            if (
+                not dialect.semicolon_comment
+                and text[at + 1 :].strip()
+                and not text[at + 1 :].lstrip().startswith(("(", ";"))
+            ):
+                raise BlockFault(
+                    at + 2, 'a second block follows ";" on the same line; write it on a line of its own'
+                )
+            if not dialect.semicolon_comment:
+                out[at] = " "
+                at += 1
+                continue
+            out[at:] = " " * (len(text) - at)
+            break
+        else:
+            at += 1
+    return "".join(out)
+
+
+def _comment_end(text: str, begin: int, dialect: Dialect) -> int:
+    depth = 0
+    for at in range(begin, len(text)):
+        if text[at] == "(":
+            depth += 1
+            if depth > 1 and not dialect.nested_comments:
+                raise BlockFault(
+                    at + 1, "a comment inside a comment; close the first one before, or use other brackets"
+                )
+        elif text[at] == ")":
+            depth -= 1
+            if depth == 0:
+                return at + 1
+    raise BlockFault(begin + 1, 'the comment is never closed; add ")" on the same line')
+
+
+def _check_characters(clean: str) -> None:
+    if clean.isascii() and clean.replace("\t", " ").isprintable():
+        return
+    for at, character in enumerate(clean):
+        if not (character == "\t" or (character.isascii() and character.isprintable())):
+            raise BlockFault(
+                at + 1,
+                f"the character {character!r} (U+{ord(character):04X}) is not allowed outside comments; remove it",
+            )
+
+
+def _item(reader: Reader, block: Block, dialect: Dialect) -> None:
+    """One word, assignment or piece of flow control."""
+    here = reader.skip()
+    if here == "#":
+        block.assigns.append(_assignment(reader))
+        return
+    if dialect.words == "macro" and (match := _MACRO.match(reader.text, reader.at)):
+        block.flow = _macro(reader, match[1].upper(), block)
+        return
+    if here in "oO":
+        _o_word(reader, block, dialect)
+        return
+    if here == ",":
+        raise reader.fault(
+            "corner rounding and chamfers (,R ,C) are not understood; program the arc or the line itself"
+        )
+    if here.upper() not in _LETTERS:
+        raise reader.fault(
+            f"{here!r} cannot be understood here; words are a letter and a number, as in X12.5"
+        )
+    _word(reader, block)
+
+
+def _word(reader: Reader, block: Block) -> None:
+    first = reader.at
+    letter = reader.text[first].upper()
+    reader.at += 1
+    before = reader.at
+    try:
+        value = reader.value()
+    except BlockFault as fault:
+        text = f'the word "{letter}" has no number that can be read: {fault.text}'
+        raise BlockFault(fault.column, text) from None
+    text = reader.text[before : reader.at].strip()
+    last = before + len(reader.text[before : reader.at].rstrip()) + 1
+    if letter == "N":
+        if block.words or block.n is not None:
+            raise BlockFault(
+                first + 1, "N must be the first word of a block; move it to the start of the line"
+            )
+        if callable(value) or value < 0:
+            raise BlockFault(first + 1, f"N{text} is no block number; write a plain positive number")
+        block.n = int(value)
+        return
+    if not callable(value) and re.search(r"\d[ \t]+[\d.]|\.[ \t]+\d", text):
+        block.spaced = first + 1
+    block.words.append(Word(letter, value, first + 1, last, text))
+
+
+def _assignment(reader: Reader) -> Assign:
+    column = reader.at + 1
+    target = reader.target()
+    reader.expect("=", "after the parameter to be set")
+    value = reader.value() if reader.words == "o" else reader.expression(0)
+    return Assign(target, value, column)
+
+
+def _o_word(reader: Reader, block: Block, dialect: Dialect) -> None:
+    column = reader.at + 1
+    reader.at += 1
+    label = _label(reader, column)
+    match = _KEYWORD.match(reader.text, reader.at)
+    word = match[1].lower() if match else ""
+    kind = next((k for k in O_WORDS if word.startswith(k)), "")
+    if dialect.words == "o" and kind:
+        assert match is not None
+        reader.at = match.start(1) + len(kind)
+        block.flow = _o_flow(reader, kind, label, column)
+        return
+    if callable(label):
+        raise BlockFault(column, "the number of a program must be a plain number")
+    block.flow = Flow("program", label, column)
+
+
+def _label(reader: Reader, column: int) -> str | Value:
+    here = reader.skip()
+    if here == "<":
+        end = reader.text.find(">", reader.at)
+        if end < 0:
+            raise BlockFault(column, 'the name of an O-word is never closed; add ">"')
+        name = "".join(reader.text[reader.at + 1 : end].split()).lower()
+        reader.at = end + 1
+        return name
+    if here.isdigit():
+        digits = re.match(r"\d+", reader.text[reader.at :])
+        assert digits is not None
+        reader.at += digits.end()
+        return str(int(digits[0]))
+    value = reader.value()
+    if not callable(value):
+        raise BlockFault(column, "an O-word takes a number or <name>; write for example o100 sub")
+    return value
+
+
+def _o_flow(reader: Reader, kind: str, label: str | Value, column: int) -> Flow:
+    values: list[float | Value] = []
+    while reader.skip() == "[":
+        values.append(reader.bracket())
+    if reader.skip():
+        raise reader.fault(
+            f"nothing but expressions in [ ] may follow o{'' if callable(label) else label} {kind}"
+        )
+    if kind in ("if", "elseif", "while", "repeat") and len(values) != 1:
+        raise BlockFault(column, f"{kind} takes one expression; write for example o100 {kind} [#1 GT 0]")
+    return Flow(kind, label, column, tuple(values))
+
+
+def _macro(reader: Reader, word: str, block: Block) -> Flow:
+    column = reader.at + 1
+    reader.at += len(word)
+    if word == "GOTO":
+        return Flow("goto", "", column, (reader.value(),))
+    if word in ("END", "DO"):
+        kind = "end" if word == "END" else "do"
+        return Flow(kind, _loop_number(reader, word), column)
+    condition = reader.bracket()
+    if word == "WHILE":
+        reader.expect("DO", "after WHILE[...]; write WHILE[#1 LT 5] DO1")
+        return Flow("while", _loop_number(reader, "DO"), column, (condition,))
+    if reader.accept("GOTO"):
+        return Flow("if-goto", "", column, (condition, reader.value()))
+    reader.expect("THEN", "after IF[...]; write IF[...] GOTO 10 or IF[...] THEN #1=2")
+    then = [_assignment(reader)]
+    while reader.skip() == "#":
+        then.append(_assignment(reader))
+    return Flow("if-then", "", column, (condition,), tuple(then))
+
+
+def _loop_number(reader: Reader, word: str) -> str:
+    here = reader.skip()
+    if here not in ("1", "2", "3"):
+        raise reader.fault(f"{word} takes the number 1, 2 or 3, as in {word}1")
+    reader.at += 1
+    return here

@@ -1,0 +1,83 @@
+"""Dialects as data: what a control understands, and how it reads numbers. The registry is open to other front-ends.
+
+A dialect of the G-code family is a `Dialect` value and is read by vcmm.nc.interpret. Any other language registers a
+function text -> Program with `register`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from vcmm.errors import UsageError, choose_from
+
+if TYPE_CHECKING:
+    from vcmm.nc.moves import Program
+    from vcmm.nc.setup import Setup
+
+FrontEnd = Callable[[str, str, "Setup"], "Program"]  # text, name of the file for messages, set-up
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """One member of the G-code family.
+
+    decimal_point: "calculator" (X10 is 10 mm) or "increment" (X10 without a point is 10 increments).
+    dwell: seconds per unit of P in G4 and cycles. words: "o" O-words and named parameters, "macro" Fanuc macro B.
+    unused: what a word means that no code of its block uses: "refuse" or "remark".
+    length_follows: a block with G43 and an axis word counts increments from the programmed point (Fanuc), not from the
+    point the new tool stands at (LinuxCNC).
+    """
+
+    name: str
+    words: str
+    unit_codes: Mapping[str, float]
+    decimal_point: str = "calculator"
+    increment: tuple[float, float] = (0.001, 0.0001)  # mm, inch
+    dwell: float = 1.0
+    nested_comments: bool = False
+    semicolon_comment: bool = True
+    sharing: bool = False  # G28 and a motion code in one block
+    arc_centre: str = "incremental"
+    unused: str = "refuse"
+    needs_end: bool = True
+    default_motion: str | None = None
+    length_follows: bool = False
+    lathe: bool = False
+    peck_clearance: float = 0.254  # mm; G73 retract and G83 re-entry distance
+    fix_is_floor: bool = True
+
+
+LINUXCNC = Dialect("linuxcnc", "o", {"G20": 25.4, "G21": 1.0})
+FANUC = Dialect(
+    "fanuc", "macro", {"G20": 25.4, "G21": 1.0, "G70": 25.4, "G71": 1.0}, dwell=0.001, nested_comments=True,
+    semicolon_comment=False, sharing=True, unused="remark", needs_end=False, default_motion="G0",
+    length_follows=True, peck_clearance=0.5, fix_is_floor=False,
+)  # fmt: skip
+FANUC_LATHE = Dialect(
+    "fanuc-lathe", "macro", {"G20": 25.4, "G21": 1.0}, dwell=0.001, nested_comments=True, semicolon_comment=False,
+    sharing=True, unused="remark", needs_end=False, default_motion="G0", length_follows=True, lathe=True,
+    peck_clearance=0.5, fix_is_floor=False,
+)  # fmt: skip
+G_CODE: dict[str, Dialect] = {d.name: d for d in (FANUC, LINUXCNC, FANUC_LATHE)}
+FRONT_ENDS: dict[str, FrontEnd] = {}
+EXTENSIONS: dict[str, str] = {"ngc": "linuxcnc", "mpf": "sinumerik", "spf": "sinumerik", "h": "heidenhain"}
+
+
+def register(name: str, front_end: FrontEnd, extensions: tuple[str, ...] = ()) -> None:
+    """Add a language that is no member of the G-code family: a function (text, file name, set-up) -> Program."""
+    FRONT_ENDS[name] = front_end
+    EXTENSIONS.update(dict.fromkeys(extensions, name))
+
+
+def names() -> list[str]:
+    """All dialects that can be read."""
+    return [*G_CODE, *FRONT_ENDS]
+
+
+def check_name(name: str) -> str:
+    """The name itself. Raises UsageError with the closest one."""
+    if name not in G_CODE and name not in FRONT_ENDS:
+        raise UsageError(f'unknown dialect "{name}".{choose_from(name, names())}')
+    return name

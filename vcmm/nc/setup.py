@@ -1,0 +1,68 @@
+"""Setup: what a program does not say. Machine, dialect, work offsets, tools, stock, reference points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vcmm.nc.moves import Point
+
+ZERO: Point = (0.0, 0.0, 0.0)
+SHAPES = ("flat", "ball", "bull", "drill", "turning")
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A tool, mm. shape bull has a corner_radius, turning a nose_radius and an orientation 0 to 9 of its imaginary tip.
+
+    The radius that cutter radius compensation uses is `radius`; diameter None = not known.
+    """
+
+    number: int
+    length: float = 0.0
+    diameter: float | None = None
+    shape: str = "flat"
+    corner_radius: float = 0.0
+    nose_radius: float | None = None
+    orientation: int = 0
+    offset_x: float = 0.0
+    offset_y: float = 0.0
+    name: str = ""
+
+    @property
+    def radius(self) -> float | None:
+        """mm; None = not known."""
+        if self.shape == "turning" and self.nose_radius is not None:
+            return self.nose_radius
+        return None if self.diameter is None else self.diameter / 2.0
+
+    @property
+    def offset(self) -> Point:
+        """What the axes stand off from the tip, mm."""
+        return (self.offset_x, self.offset_y, self.length)
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """How the program is run. Points in mm, machine frame.
+
+    offsets: G54 ... -> machine position of the work zero; rotations: the same -> rad about the tool axis (G10 L2 R).
+    reference: machine position of G28; second_reference: of G30. stock: size of the box, None = not stated;
+    stock_corner: its lowest corner in work coordinates, None = centred, top at work zero.
+    path: the set-up file, for messages.
+    """
+
+    machine: Path | None = None
+    dialect: str | None = None
+    offsets: Mapping[str, Point] = field(default_factory=dict)
+    rotations: Mapping[str, float] = field(default_factory=dict)
+    tools: Mapping[int, Tool] = field(default_factory=dict)
+    reference: Point = ZERO
+    second_reference: Point = ZERO
+    stock: Point | None = None
+    stock_corner: Point | None = None
+    decimal_point: str | None = None
+    arc_centre: str | None = None
+    block_delete: bool = False
+    path: Path | None = None

@@ -1,0 +1,47 @@
+"""Trace: for each move, which words made it and what was in force; for whoever rewrites the program.
+
+Made only on request (interpret(..., trace=True)), parallel to Program.moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from vcmm.nc.control import Affine, Modal
+
+
+class WordAt(NamedTuple):
+    """A word of the block. Columns from 1, one past the last: line[first - 1 : last - 1] is the word as written.
+
+    text: the value as written; plain: a number, no expression; decimals: digits after the point, None without a point.
+    """
+
+    letter: str
+    first: int
+    last: int
+    text: str
+    plain: bool
+    decimals: int | None
+
+
+class Trace(NamedTuple):
+    """What one move came from.
+
+    file and line: the block; words: its words by letter (G and M words are not in it); before and after: modal state
+    around the block; programmed: start and end in programmed coordinates (mm, before rotation and shifts);
+    transformation: programmed point -> tip point at the end of the move; runs: how often the block was executed in
+    the whole program; cycle: the canned cycle that made the move, "" for a move of its own; call: how many subprograms
+    are under way.
+    """
+
+    file: str
+    line: int
+    words: Mapping[str, WordAt]
+    before: Modal
+    after: Modal
+    programmed: tuple[tuple[float, float, float], tuple[float, float, float]]
+    transformation: Affine
+    runs: int
+    cycle: str
+    call: int
