@@ -21,10 +21,7 @@ def read(text: str, file: str, setup: Setup) -> Program:
     sections = sections_of(text, file)
     recorder = Recorder(file, setup, "sinumerik")
     by_m6 = any(
-        item.name == "M" and item.text in ("6", "06")
-        for s in sections
-        for b in s.blocks
-        for item in b.items
+        item.name == "M" and item.text in ("6", "06") for s in sections for b in s.blocks for item in b.items
     )
     interpreter = Interpreter(recorder, by_m6)
     runner = Runner(recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work)

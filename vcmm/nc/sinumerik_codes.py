@@ -10,9 +10,52 @@ from vcmm.nc.sinumerik_state import Control
 
 MITRE = Style("perpendicular", "lines")  # G451
 IDLE = frozenset(
-    "SOFT BRISK BRISKA SOFTA DRIVE FFWON FFWOF STOPRE NORM CDOF CDOF2 COMPOF TRAFOOF WALIMON WALIMOF CFC CFTCP CFIN DYNNORM DYNROUGH "
-    "DYNSEMIFIN DYNFINISH DYNPOS FIFOCTRL STARTFIFO STOPFIFO FENDNORM SBLOF SBLON DISPLOF DISPLON RTLION RTLIOF UPATH SPATH ORIWKS "
-    "ORIMKS MSG WORKPIECE GROUP_BEGIN GROUP_END CPRECOF CPRECON FNORM".split()  # noqa: SIM905 - a list of words reads better
+    [
+        "SOFT",
+        "BRISK",
+        "BRISKA",
+        "SOFTA",
+        "DRIVE",
+        "FFWON",
+        "FFWOF",
+        "STOPRE",
+        "NORM",
+        "CDOF",
+        "CDOF2",
+        "COMPOF",
+        "TRAFOOF",
+        "WALIMON",
+        "WALIMOF",
+        "CFC",
+        "CFTCP",
+        "CFIN",
+        "DYNNORM",
+        "DYNROUGH",
+        "DYNSEMIFIN",
+        "DYNFINISH",
+        "DYNPOS",
+        "FIFOCTRL",
+        "STARTFIFO",
+        "STOPFIFO",
+        "FENDNORM",
+        "SBLOF",
+        "SBLON",
+        "DISPLOF",
+        "DISPLON",
+        "RTLION",
+        "RTLIOF",
+        "UPATH",
+        "SPATH",
+        "ORIWKS",
+        "ORIMKS",
+        "MSG",
+        "WORKPIECE",
+        "GROUP_BEGIN",
+        "GROUP_END",
+        "CPRECOF",
+        "CPRECON",
+        "FNORM",
+    ]
 )
 IDLE_G = frozenset(("G601", "G602", "G603", "G290", "G460", "G148"))
 LATER = "; it is not among what is understood (docs/nc_sinumerik_heidenhain.md), rewrite it with G0 to G3"

@@ -271,4 +271,3 @@ class Interpreter(Paths):
                 f"{item.name} is neither a subprogram of this file nor a command that is understood.{did_you_mean(item.name, known)} "
                 "Add the subprogram to this file (PROC ... RET) or rewrite it with G0 to G3",
             )
-

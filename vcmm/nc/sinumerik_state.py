@@ -66,5 +66,3 @@ class Control:
 
 def point_of(values: list[float]) -> Point:
     return values[0], values[1], values[2]
-
-
