@@ -16,6 +16,9 @@ O_WORDS = (
 )  # fmt: skip
 _MACRO = re.compile(r"(IF|WHILE|GOTO|END|DO)(?![A-Z])", re.IGNORECASE)
 _KEYWORD = re.compile(r"[ \t]*([A-Za-z]+)")
+_PLAIN_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_PLAIN = re.compile(rf"[ \t]*(?:N(\d+)[ \t]*)?(?:[A-MP-Z]{_PLAIN_NUMBER}[ \t]*)+\Z", re.IGNORECASE | re.ASCII)
+_PLAIN_WORD = re.compile(rf"([A-MP-Z])({_PLAIN_NUMBER})", re.IGNORECASE | re.ASCII)
 _LETTERS = "ABCDEFGHIJKLMNPQRSTUVWXYZ"
 
 
@@ -73,6 +76,10 @@ class Block:
 def parse_block(text: str, line: int, dialect: Dialect) -> Block:
     """Read one line. Raises BlockFault with the column."""
     block = Block(line, text)
+    plain = _PLAIN.match(text)
+    if plain is not None:  # most lines: nothing but letters with numbers
+        _plain_words(block, plain)
+        return block
     clean = without_comments(text, dialect)
     _check_characters(clean)
     if clean.strip() == "%":
@@ -86,6 +93,17 @@ def parse_block(text: str, line: int, dialect: Dialect) -> Block:
     while reader.skip():
         _item(reader, block, dialect)
     return block
+
+
+def _plain_words(block: Block, plain: re.Match[str]) -> None:
+    begin = 0
+    if plain[1] is not None:
+        block.n, begin = int(plain[1]), plain.end(1)
+    for match in _PLAIN_WORD.finditer(block.text, begin):
+        number = float(match[2])
+        if number - number != 0.0:
+            raise BlockFault(match.start() + 1, f"the number of {match[1]} is too large; correct it")
+        block.words.append(Word(match[1].upper(), number, match.start() + 1, match.end() + 1, match[2]))
 
 
 def without_comments(text: str, dialect: Dialect) -> str:

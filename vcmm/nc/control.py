@@ -243,6 +243,7 @@ def new_control(name: str, dialect: Dialect, setup: Setup) -> Control:
     c.home, c.home2 = setup.reference, setup.second_reference
     c.motion = dialect.default_motion
     c.arc_absolute = dialect.arc_centre == "absolute"
+    c.retract = "G99" if dialect.words == "o" else "G98"  # as the controls wake up
     if dialect.lathe:
         c.plane, c.diameter, c.feed_mode = "ZX", True, "G95"
     c.rebuild()

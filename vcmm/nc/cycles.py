@@ -75,7 +75,7 @@ def drill(c: Control, w: Words, code: str, column: int) -> None:
                 step[k] = value
     level = max(c.cycle_level, r)
     hole = Hole(c, w, column, r, bottom, r if c.retract == "G99" else level)
-    if c.p[normal] < r:
+    if (c.cycle_level if c.dialect.words == "o" else c.p[normal]) < r:  # LinuxCNC: even where it stands higher now
         hole.to(r, True)
     for _ in range(repeats):
         point = [point[0] + step[0], point[1] + step[1]]

@@ -74,6 +74,7 @@ def _feed_and_speed(c: Control, w: Words) -> None:
         if number < 0:
             raise BlockFault(w.column("F"), f"F{number:g}: a feed cannot be negative; correct it")
         c.feed = number
+    w.used.add("F")  # inverse time: read where the length of the move is known
     speed = w.take("S")
     if speed is not None and w.g.get("other") not in ("G50", "G92"):
         if speed < 0:
@@ -166,7 +167,7 @@ def _modes(c: Control, w: Words) -> None:
                 _column(w, "plane"),
                 "the plane changes while cutter radius compensation is on; cancel it with G40 before",
             )
-        if PLANES[g["plane"]] != c.plane:
+        if PLANES[g["plane"]] != c.plane and c.dialect.words == "macro":  # LinuxCNC keeps the level of the series
             c.cycle_level = None
         c.plane = PLANES[g["plane"]]
     if "distance" in g:
@@ -274,7 +275,7 @@ def _other(c: Control, w: Words, code: str, column: int) -> None:
 
 
 def _motion(c: Control, w: Words) -> None:
-    code, column = w.g.get("motion"), w.g_columns.get("motion", 1)
+    code, column = w.g.get("motion"), w.g_columns.get("motion", 0)
     if code is not None and code != c.motion:
         if code not in CYCLES or c.motion not in CYCLES:
             c.cycle.clear()
@@ -287,8 +288,8 @@ def _motion(c: Control, w: Words) -> None:
         return
     if code == "G80" or not (_axis_left(c, w) or _bare(c, w, code)):
         return
-    if column == 1 and w.words:
-        column = min(word.first for word in w.words.values())
+    if not column:
+        column = min((word.first for word in w.words.values()), default=1)
     _move(c, w, c.motion, column)
 
 

@@ -87,10 +87,12 @@ class Reader:
     def _number(self, match: re.Match[str]) -> float:
         text = match[0].replace(" ", "").replace("\t", "")
         self.at = match.end()
-        if self.at < len(self.text) and self.text[self.at] == ",":
+        if self.text[self.at : self.at + 1] == "," and self.text[self.at + 1 : self.at + 2].isdigit():
             raise self.fault("a comma stands in a number; decimals take a point, as in 12.5")
         if self.at < len(self.text) and self.text[self.at] == ".":
             raise self.fault("a second decimal point stands in a number; write one, as in 12.5")
+        if not math.isfinite(float(text)):
+            raise self.fault("this number is too large; correct it", match.start())
         return float(text)
 
     def bracket(self) -> float | Value:

@@ -204,8 +204,10 @@ def _while(r: Runner, flow: Flow, label: str, here: int) -> None:
     if start is not None:  # the end of do ... while
         if r.truth(flow.values[0], flow.column):
             r.jump(start + 1, here, flow.column)
-    elif not r.truth(flow.values[0], flow.column):
-        r.at = r.text.next_o(label, ("endwhile",), here, flow.column) + 1
+        return
+    end = r.text.next_o(label, ("endwhile",), here, flow.column)
+    if not r.truth(flow.values[0], flow.column):
+        r.at = end + 1
 
 
 def _do_of(r: Runner, label: str, here: int) -> int | None:

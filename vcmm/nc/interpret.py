@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vcmm.errors import ModelLimit
 from vcmm.nc.blocks import Block
 from vcmm.nc.codes import Words
 from vcmm.nc.compensation import resolve_compensation
@@ -28,7 +27,7 @@ from vcmm.nc.setup import Setup
 from vcmm.nc.texts import Text
 from vcmm.nc.trace import Trace, WordAt
 
-_N = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_N = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)"  # no number that could overflow
 _PLAIN = re.compile(
     rf"([ \t]*(?:N\d+[ \t]*)?)(?:G0?([01])[ \t]*)?(?:X({_N})[ \t]*)?(?:Y({_N})[ \t]*)?(?:Z({_N})[ \t]*)?(?:F({_N})[ \t]*)?\Z"
 )
@@ -84,10 +83,7 @@ def _run(text: str, dialect: Dialect, setup: Setup, name: str, trace: bool) -> P
     _blocks(runner, tracer)
     moves: list[Move] = c.moves
     if any(c.sides):
-        try:
-            moves = resolve_compensation(moves, c.sides)
-        except ModelLimit as limit:
-            raise ModelLimit(f"{name}: {limit}") from None
+        moves = resolve_compensation(moves, c.sides, dialect.words, name)
     traces = _with_runs(runner, tracer) if tracer is not None else ()
     return Program(dialect.name, tuple(moves), tuple(c.remarks), dict(c.called), traces)
 
@@ -231,11 +227,12 @@ def _plain_lines(r: Runner) -> None:
     if (
         c.motion not in ("G0", "G1") or c.matrix is not None or c.feed_mode != "G94" or c.spindle_mode != "G97"
         or c.diameter or c.exact_once or c.dialect.lathe
-        or (c.dialect.words == "macro" and (c.dialect.decimal_point != "calculator" or "decimal point" not in c.remarked))
+        or (c.dialect.words == "macro" and c.dialect.decimal_point != "calculator")
     ):  # fmt: skip
         return
     lines, runs, match, emit, sides = r.text.lines, r.text.runs, _PLAIN.match, c.moves.append, c.sides.append
     rapid_tail, line_tail = _tails(c)
+    strict = c.dialect.words == "macro" and "decimal point" not in c.remarked
     unit, absolute, compensation, rapid = c.unit, c.absolute, c.compensation, c.motion == "G0"
     (x, y, z), (sx, sy, sz), start, at, end = c.p, c.shift, c.tip(), r.at, len(lines)
     while at < end:
@@ -244,6 +241,8 @@ def _plain_lines(r: Runner) -> None:
         if found is None:
             break
         head, g, wx, wy, wz, f = found.groups()
+        if strict and _pointless(wx, wy, wz):
+            break  # the remark about decimal points is due
         if f is not None:
             if not float(f) >= 0.0:
                 break
@@ -279,6 +278,11 @@ def _plain_lines(r: Runner) -> None:
     r.blocks += at - r.at
     r.at, c.motion = at, "G0" if rapid else "G1"
     c.arrive([x, y, z], start)
+
+
+def _pointless(*words: str | None) -> bool:
+    """Whether a number other than zero is written without a decimal point."""
+    return any(w is not None and "." not in w and float(w) for w in words)
 
 
 def _tails(c: Control) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
