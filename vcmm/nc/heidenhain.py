@@ -14,6 +14,7 @@ from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.heidenhain_cycles import Cycles
 from vcmm.nc.heidenhain_paths import Paths
 from vcmm.nc.heidenhain_text import Line, Reader, blocks_of, tokenize
+from vcmm.nc.heidenhain_tools import call_tool, define_tool
 from vcmm.nc.heidenhain_words import read_words
 from vcmm.nc.moves import Program, Source
 from vcmm.nc.recorder import Recorder
@@ -152,9 +153,9 @@ class _Runner:
 
     def tool(self, reader: Reader) -> None:
         if reader.accept("CALL"):
-            self.paths.call_tool(reader)
+            call_tool(self.paths, reader)
         elif reader.accept("DEF"):
-            self.paths.define_tool(reader)
+            define_tool(self.paths, reader)
         else:
             raise reader.fault("TOOL is followed by CALL or DEF")
 

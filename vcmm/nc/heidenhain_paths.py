@@ -6,7 +6,7 @@ Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Programming con
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from vcmm.nc.heidenhain_approach import KINDS, Approach, Said, depart, resolve
 from vcmm.nc.heidenhain_cycles import Cycles
@@ -19,7 +19,6 @@ from vcmm.nc.recorder import NO_SIDE, Recorder, Side, radius_centre
 from vcmm.nc.rounding import planar
 from vcmm.nc.setup import Tool
 
-PLANE_OF_AXIS = {"Z": "XY", "Y": "ZX", "X": "YZ"}
 IDLE_M = (0, 1, 2, 6, 7, 8, 9, 30, 10, 11, 19, 25, 26, 27, 40, 41, 42, 43)
 POLAR = ("PR", "PA", "IPR", "IPA")
 
@@ -358,63 +357,6 @@ class Paths:
     def finish(self, moves: list[Move], sides: list[Side]) -> tuple[list[Move], list[Side]]:
         """Works the approaches in, once the elements after them are known."""
         return resolve(moves, sides, self.said, self.r.file)
-
-    # -- tools --
-    def call_tool(self, reader: Reader) -> None:
-        """TOOL CALL number or name, axis, S, F, DL, DR; without a tool: new speed or oversize only."""
-        token, tool, called = reader.peek(), self.r.data, self.r.tools.get(self.r.tool, "")
-        new = token is not None and (token.kind in ("number", "string") or reader.is_parameter())
-        if new:
-            tool, called = self.find(reader)
-        if reader.upper() in PLANE_OF_AXIS:
-            self.r.free("the tool axis is chosen")
-            self.r.plane = PLANE_OF_AXIS[reader.upper()]
-            reader.at += 1
-        words = read_words(reader, ("S", "DL", "DR", "DR2"))
-        speed, dl, dr = words.take("S"), words.take("DL"), words.take("DR")
-        words.take("DR2")
-        if speed is not None:
-            self.r.speed = speed
-        if words.feed is not None:
-            self.auto_feed = self.r.feed = self.feed_of(words.feed, words.feed_kind)
-            self.r.feed_mode = "G94"
-        if new or dl is not None or dr is not None:
-            self.extra_radius = (dr or 0.0) * self.unit
-            self.r.change_tool(replace(tool, length=tool.length + (dl or 0.0) * self.unit), called)
-
-    def find(self, reader: Reader) -> tuple[Tool, str]:
-        token = reader.peek()
-        assert token is not None
-        tools = self.r.setup.tools
-        if token.kind != "string":
-            number = round(reader.value("TOOL CALL"))
-            known = self.defined.get(number) or tools.get(number)
-            if known is None and number:
-                self.r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
-            return known or Tool(number), f"TOOL CALL {number}"
-        reader.at += 1
-        name = token.text[1:-1]
-        named = next((t for t in tools.values() if t.name.upper() == name.upper()), None)
-        if named is not None:
-            return named, name
-        self.r.remark(f'no tool of the set-up has the name "{name}"; its length is taken as zero')
-        again = {n: k for k, n in self.r.tools.items()}
-        return Tool(again.get(name, max([*tools, *self.r.tools, 0]) + 1), name=name), name
-
-    def define_tool(self, reader: Reader) -> None:
-        """TOOL DEF number L R."""
-        number = round(reader.value("TOOL DEF"))
-        words = read_words(reader, ("L", "R"))
-        length, radius = words.take("L"), words.take("R")
-        if words.sided and radius is None:  # R0 reads as "no compensation"
-            radius = 0.0
-        if length is None and radius is None:
-            return  # preparation of a tool from the table
-        base = self.r.setup.tools.get(number, Tool(number))
-        self.defined[number] = replace(
-            base, length=base.length if length is None else length * self.unit,
-            diameter=base.diameter if radius is None else 2 * radius * self.unit,
-        )  # fmt: skip
 
 
 def _three(values: list[float]) -> Point:

@@ -20,7 +20,7 @@ from vcmm.nc.tokens import Token
 _TOKEN = re.compile(
     r"""(?P<end>\r\n|\n|\r)
     |(?P<space>[ \t]+)
-    |(?P<comment>;[^\r\n]*)
+    |(?P<comment>;(?:[^\r\n]|\r(?!\n)(?=[^\n]*\n))*)
     |(?P<string>"[^"\r\n]*")
     |(?P<name>[A-Za-z_]+)
     |(?P<number>\d+(?:[.,]\d*)?|[.,]\d+)
@@ -46,6 +46,10 @@ def tokenize(text: str) -> Iterator[Token]:
         yield Token(kind, match[0], line, match.start() - begin + 1)
         if kind == "end":
             line, begin = line + 1, match.end()
+        elif (
+            "\r" in match[0]
+        ):  # a stray CR in a comment counts as a line, as it does in editors, but ends no comment
+            line, begin = line + match[0].count("\r"), match.start() + match[0].rfind("\r") + 1
 
 
 def blocks_of(text: str) -> list[Line]:
