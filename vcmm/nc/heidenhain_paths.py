@@ -85,10 +85,14 @@ class Paths:
                 144,
             ):
                 self.r.fault(
-                    f"M{m} is not understood; it may change the path or the feed, remove it or program what it does"
+                    f"M{m} is not understood; it may change the path or the feed, remove it or program what it does",
+                    words.columns[f"M{m}"],
                 )
             else:
-                self.r.remark(f"M{m} belongs to the machine builder; it is taken to move nothing")
+                self.r.remark(
+                    f"M{m} belongs to the machine builder; it is taken to move nothing",
+                    words.columns[f"M{m}"],
+                )
         return words.rapid
 
     def feed_of(self, value: float, kind: str) -> float:

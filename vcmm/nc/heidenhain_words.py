@@ -85,8 +85,10 @@ def _modal(reader: Reader, words: Words, name: str) -> bool:
         _feed(reader, words, name)
         return True
     if name == "M":
+        column = reader.column
         reader.at += 1
         words.m.append(round(reader.value("M")))
+        words.columns[f"M{words.m[-1]}"] = column
         return True
     return False
 

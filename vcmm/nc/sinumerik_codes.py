@@ -90,7 +90,7 @@ def _side(side: str | None) -> Callable[[Control], None]:
 
 def _refuse(text: str) -> Callable[[Control], NoReturn]:
     def change(i: Control) -> NoReturn:
-        i.r.fault(f"{text}{LATER}")
+        i.r.fault(f"{text}{LATER}", i.column)
 
     return change
 

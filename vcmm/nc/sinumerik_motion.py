@@ -50,7 +50,7 @@ class Interpreter(Paths):
             if item.name == "R" or (item.value is not None and runner.defined(item.name)):
                 runner.assign(item)
             elif item.name == "G" and item.number is None:
-                words.g.add(f"G{self.whole(words, item)}")
+                words.g[f"G{self.whole(words, item)}"] = item.first
             elif item.name == "M":
                 words.m.append(self.whole(words, item))
             elif item.name == "L" and item.number is None:
@@ -89,7 +89,7 @@ class Interpreter(Paths):
     # -- modal functions --
     def codes(self, words: Words) -> None:
         for code in sorted(words.g, key=lambda c: int(c[1:])):
-            handler = CODES.get(code)
+            handler, self.column = CODES.get(code), words.g[code]
             number = int(code[1:])
             if handler is not None:
                 handler(self)
@@ -98,12 +98,13 @@ class Interpreter(Paths):
             elif code == "G500" or 54 <= number <= 57 or 505 <= number <= 599:
                 self.r.set_offset(code)
             else:
-                raise BlockFault(words.block.first, f"{code} is not understood{LATER}")
+                raise BlockFault(self.column, f"{code} is not understood{LATER}")
         names = {c.name for c in words.commands}
         for command in list(words.commands):
             if command.name in IDLE:
                 words.commands.remove(command)
             elif command.name in SWITCHES:
+                self.column = command.first
                 SWITCHES[command.name](self)
                 words.commands.remove(command)
         if names & {"COMPON", "COMPCURV", "COMPCAD", "COMPSURF"}:

@@ -39,7 +39,7 @@ class Words:
 
     runner: Runner
     block: Block
-    g: set[str] = field(default_factory=set)
+    g: dict[str, int] = field(default_factory=dict)  # G functions and their columns
     m: list[int] = field(default_factory=list)
     items: dict[str, Item] = field(default_factory=dict)
     commands: list[Item] = field(default_factory=list)
@@ -62,6 +62,7 @@ class Control:
 
     def __init__(self, recorder: Recorder, by_m6: bool) -> None:
         self.r, self.modes = recorder, Modes(by_m6=by_m6)
+        self.column = 1  # of the function being executed, for messages
 
 
 def point_of(values: list[float]) -> Point:
