@@ -183,6 +183,10 @@ def test_constant_surface_speed_and_diameters():
     assert got[0].end == (20, 0, 0)
     assert math.isclose(got[1].spindle, -1e5 / (math.pi * 40), rel_tol=1e-12)
     assert math.isclose(got[1].feed, 0.2 * 1e5 / (math.pi * 40), rel_tol=1e-12)
+    kept = moves("DIAMON G18 G96 S100 M3 G0 X40\nG1 Z-10 F0.2\nG97\nX80")[
+        -1
+    ]  # G97 without S keeps the speed reached
+    assert math.isclose(kept.spindle, 1e5 / (math.pi * 40), rel_tol=1e-12)
 
 
 @pytest.mark.parametrize(

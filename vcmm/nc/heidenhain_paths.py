@@ -97,6 +97,8 @@ class Paths:
 
     def feed_of(self, value: float, kind: str) -> float:
         """mm/min or mm per turn. In INCH programs F counts 0.1 inch/min, FU inch per turn."""
+        if self.unit > 1.0 and kind == "F":
+            self.r.remark("F in an INCH program is read as 0.1 inch/min, as TNC controls do")
         return value * ((2.54 if kind == "F" else 25.4) if self.unit > 1.0 else 1.0)
 
     def after(self, words: Words) -> bool:

@@ -88,6 +88,18 @@ def _side(side: str | None) -> Callable[[Control], None]:
     return change
 
 
+def _spindle(feed_mode: str) -> Callable[[Control], None]:
+    """Ends constant surface speed (G94, G95 and G97 all do); the speed that it has set last is kept."""
+
+    def change(i: Control) -> None:
+        i.r.feed_mode = feed_mode
+        if i.r.surface:
+            i.r.surface = False
+            i.r.speed = abs(i.r.moves[-1].spindle) if i.r.moves else 0.0
+
+    return change
+
+
 def _refuse(text: str) -> Callable[[Control], NoReturn]:
     def change(i: Control) -> NoReturn:
         i.r.fault(f"{text}{LATER}", i.column)
@@ -105,9 +117,9 @@ CODES: dict[str, Callable[[Control], None]] = {
     "G450": _set(style=SINUMERIK), "G451": _set(style=MITRE),
     "G9": _set(exact_once=True), "G60": _set(exact_stop=True),
     **{f"G{n}": _set(exact_stop=False) for n in (64, 641, 642, 643, 644, 645)},
-    "G93": _set(feed_mode="G93"), "G94": _set(feed_mode="G94"), "G95": _set(feed_mode="G95"),
+    "G93": _set(feed_mode="G93"), "G94": _spindle("G94"), "G95": _spindle("G95"),
     "G96": _set(feed_mode="G95", surface=True), "G961": _set(feed_mode="G94", surface=True),
-    "G97": _set(feed_mode="G95", surface=False), "G971": _set(feed_mode="G94", surface=False),
+    "G97": _spindle("G95"), "G971": _spindle("G94"),
     **{f"G{n}": _refuse(f"G{n} (thread cutting or tapping)") for n in (33, 34, 35, 63, 331, 332)},
     **{f"G{n}": _refuse(f"G{n} (smooth approach and retraction)") for n in (147, 247, 248, 347, 348)},
     **{f"G{n}": _refuse(f"G{n} (polar coordinates)") for n in (110, 111, 112)},
