@@ -107,7 +107,9 @@ def test_wrong_set_ups(tmp_path: Path, old: str, new: str, line: int, words: str
         load_setup(path)
 
 
-def test_a_tool_that_the_set_up_lacks_is_refused(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]):
+def test_a_tool_that_the_set_up_lacks_is_refused(
+    files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+):
     program, setup = files
     program.write_text(PROGRAM.replace("H1", "H7"))
     assert run(["nc", str(program), "--setup", str(setup)]) == 2

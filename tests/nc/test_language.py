@@ -39,7 +39,14 @@ def ends(moves: tuple[Move, ...]) -> list[tuple[float, ...]]:
         ("G17 G3 X0 Y10 I0 J5", "XY", (0, 5, 0), (0, 10, 0), False, math.pi),
         ("G18 G2 Z10 X0 K5 I0", "ZX", (0, 0, 5), (0, 0, 10), True, math.pi),
         ("G19 G3 Y10 Z0 J5 K0", "YZ", (0, 5, 0), (0, 10, 0), False, math.pi),
-        ("G17 G2 X10 Y10 R10", "XY", (10, 0, 0), (10, 10, 0), True, math.pi / 2),  # quarter: centre below the end
+        (
+            "G17 G2 X10 Y10 R10",
+            "XY",
+            (10, 0, 0),
+            (10, 10, 0),
+            True,
+            math.pi / 2,
+        ),  # quarter: centre below the end
         ("G17 G2 X10 Y10 R-10", "XY", (0, 10, 0), (10, 10, 0), True, 1.5 * math.pi),  # three quarters
         ("G17 G3 X10 Y10 R10", "XY", (0, 10, 0), (10, 10, 0), False, math.pi / 2),
         ("G17 G2 I5", "XY", (5, 0, 0), (0, 0, 0), True, 2 * math.pi),  # full circle without an end point
@@ -47,7 +54,9 @@ def ends(moves: tuple[Move, ...]) -> list[tuple[float, ...]]:
         ("G90.1 G17 G2 X10 Y0 I5 J0", "XY", (5, 0, 0), (10, 0, 0), True, math.pi),
     ],
 )
-def test_arcs(text: str, plane: str, centre: tuple[float, ...], end: tuple[float, ...], clockwise: bool, angle: float):
+def test_arcs(
+    text: str, plane: str, centre: tuple[float, ...], end: tuple[float, ...], clockwise: bool, angle: float
+):
     (move,) = linuxcnc(f"G21 F100\n{text}")
     assert (move.kind, move.plane, move.clockwise) == ("arc", plane, clockwise)
     assert move.centre == pytest.approx(centre)
@@ -233,7 +242,11 @@ def test_macro_b():
     )
     moves = interpret(text, "fanuc").moves
     assert [m.end[0] for m in moves[:3]] == [1, 2, 3]
-    assert [m.end for m in moves[3:]] == [(3, 8, 0), (3, 8, 7), (1.5, 2, 4)]  # X#150 is vacant: no word at all
+    assert [m.end for m in moves[3:]] == [
+        (3, 8, 0),
+        (3, 8, 7),
+        (1.5, 2, 4),
+    ]  # X#150 is vacant: no word at all
 
 
 def test_modal_macro_after_every_motion():
@@ -271,18 +284,26 @@ def test_decimal_point_rules():
     assert [m.end[0] for m in found.moves] == [10, 20]
     assert "calculator type" in found.warnings[0].text
     increments = interpret("G21 G0 X10\nX20.\nG91 X500\nM30", "fanuc", Setup(decimal_point="increment"))
-    assert [m.end[0] for m in increments.moves] == pytest.approx([0.01, 20, 20.5])  # 10 and 500 increments of 1 um
-    assert interpret("G20 G0 X10\nM30", "fanuc", Setup(decimal_point="increment")).moves[0].end[0] == pytest.approx(0.0254)
+    assert [m.end[0] for m in increments.moves] == pytest.approx(
+        [0.01, 20, 20.5]
+    )  # 10 and 500 increments of 1 um
+    assert interpret("G20 G0 X10\nM30", "fanuc", Setup(decimal_point="increment")).moves[0].end[
+        0
+    ] == pytest.approx(0.0254)
 
 
 def test_absolute_centres_by_the_set_up():
-    moves = interpret("G21 F100.\nG0 X10.\nG3 X0. Y10. I0. J0.\nM30", "fanuc", Setup(arc_centre="absolute")).moves
+    moves = interpret(
+        "G21 F100.\nG0 X10.\nG3 X0. Y10. I0. J0.\nM30", "fanuc", Setup(arc_centre="absolute")
+    ).moves
     assert moves[1].centre == (0, 0, 0)
 
 
 # -- lathe of Fanuc ---------------------------------------------------------------------------------------------------------
 def test_fanuc_lathe():
-    text = "G21 T0101\nG97 S1000 M3\nG0 X40. Z2.\nG1 Z-10. F0.1\nU2. W-1.\nG2 X50. Z-15. R5.\nG32 Z-20. F2.\nM30"
+    text = (
+        "G21 T0101\nG97 S1000 M3\nG0 X40. Z2.\nG1 Z-10. F0.1\nU2. W-1.\nG2 X50. Z-15. R5.\nG32 Z-20. F2.\nM30"
+    )
     moves = interpret(text, "fanuc-lathe", Setup(tools={1: Tool(1, 0.0, shape="turning")})).moves
     assert ends(moves) == [(20, 0, 2), (20, 0, -10), (21, 0, -11), (25, 0, -15), (25, 0, -20)]
     assert [m.feed for m in moves] == pytest.approx([None, 100, 100, 100, 2000])

@@ -37,7 +37,9 @@ def thread_cycle(c: Control, w: Words, column: int) -> None:
     if c.compensation is not None:
         raise BlockFault(column, "G76 while cutter radius compensation is on; cancel it with G40 before")
     end = _end(c, w, column)
-    pitch, peak, first, full = (w.need(k, f"G76 needs P, Z, I, J and K; {k} is absent", column) * c.unit for k in "PIJK")
+    pitch, peak, first, full = (
+        w.need(k, f"G76 needs P, Z, I, J and K; {k} is absent", column) * c.unit for k in "PIJK"
+    )
     _check(w, pitch, peak, first, full)
     degression = w.take("R")
     degression = 1.0 if degression is None else degression
@@ -51,13 +53,27 @@ def thread_cycle(c: Control, w: Words, column: int) -> None:
     inside = 1.0 if peak > 0 else -1.0
     start = (c.p[0], c.p[1], c.p[2])
     for depth in depths(first, full, degression, springs):
-        _pass(c, w, column, start, end, start[0] + peak + inside * depth, depth * math.tan(angle), pitch, taper, where)
+        _pass(
+            c,
+            w,
+            column,
+            start,
+            end,
+            start[0] + peak + inside * depth,
+            depth * math.tan(angle),
+            pitch,
+            taper,
+            where,
+        )
 
 
 def _end(c: Control, w: Words, column: int) -> float:
     z = w.need("Z", "the end of the drive line", column) * c.unit
     x = w.take("X")
-    if x is not None and abs((x * c.unit / (2.0 if c.diameter else 1.0) if c.absolute else x + c.p[0]) - c.p[0]) > 1e-9:
+    if (
+        x is not None
+        and abs((x * c.unit / (2.0 if c.diameter else 1.0) if c.absolute else x + c.p[0]) - c.p[0]) > 1e-9
+    ):
         raise BlockFault(w.column("X"), "tapered threads (X in G76) are not understood; leave X out")
     return z if c.absolute else c.p[2] + z
 
@@ -66,7 +82,10 @@ def _check(w: Words, pitch: float, peak: float, first: float, full: float) -> No
     if pitch <= 0:
         raise BlockFault(w.column("P"), "the pitch P of G76 must be positive")
     if peak == 0:
-        raise BlockFault(w.column("I"), "I of G76, the offset of the thread peak, cannot be zero; negative is an outside thread")
+        raise BlockFault(
+            w.column("I"),
+            "I of G76, the offset of the thread peak, cannot be zero; negative is an outside thread",
+        )
     if not 0 < first <= full:
         raise BlockFault(w.column("J"), "G76 needs a first depth J above zero and not above the full depth K")
 
