@@ -167,11 +167,8 @@ def _one(r: Runner, block: Block, index: int, started: bool, tracer: list[Any] |
         )
     if block.flow is not None and block.flow.kind != "program":
         if block.words or block.assigns:
-            if c.dialect.words == "o" or block.flow.kind not in ("if-then",):
-                raise BlockFault(
-                    block.flow.column,
-                    "flow control must stand alone in its block; write the other words on a line of their own",
-                )
+            text = "flow control must stand alone in its block; write the other words on a line of their own"
+            raise BlockFault(block.flow.column, text)
         (o_word if c.dialect.words == "o" else macro)(r, block.flow, index)
         return
     if block.flow is not None:
@@ -311,7 +308,18 @@ def _trace(r: Runner, w: Words, index: int, before: Any, made: int, out: list[An
         move = c.moves[i]
         ends = (_programmed(affine, move.start), _programmed(affine, move.end))
         one = Trace(
-            r.text.name, index + 1, words, before, after, ends, affine, 0, c.markers[i], len(r.frames)
+            r.text.name,
+            index + 1,
+            words,
+            before,
+            after,
+            ends,
+            affine,
+            0,
+            c.markers[i],
+            len(r.frames),
+            move,
+            c.sides[i],
         )
         out.append((one, r.text, index))
 

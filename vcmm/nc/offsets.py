@@ -95,7 +95,6 @@ def _set_tool(c: Control, w: Words, kind: int, column: int) -> None:
     z = w.take("Z")
     if c.dialect.words == "o":
         x, y = w.take("X"), w.take("Y")
-        shift = c.tip()[2] - c.to_tip([0.0, 0.0, 0.0])[2] if kind in (10, 11) else 0.0
         new = old
         if z is not None:
             new = replace(new, length=z * c.unit if kind == 1 else c.q[2] - c.shift[2] - z * c.unit)
@@ -105,7 +104,6 @@ def _set_tool(c: Control, w: Words, kind: int, column: int) -> None:
             new = replace(new, offset_x=x * c.unit)
         if y is not None:
             new = replace(new, offset_y=y * c.unit)
-        del shift
         c.tools[number] = new
         return
     if radius is None:
