@@ -280,7 +280,7 @@ def test_refused_by_name_and_place(text, message, monkeypatch):
 
 
 def test_approach_without_contour():
-    with pytest.raises(ModelLimit, match="part.h:3:1: APPR is not followed by a contour element"):
+    with pytest.raises(ModelLimit, match=r"part.h:3:1: APPR is not followed by a contour element"):
         moves("TOOL CALL 5 Z\nAPPR LT X+20 Y+0 LEN10 RL F100")
 
 

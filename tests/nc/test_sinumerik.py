@@ -142,7 +142,7 @@ def test_rounding_and_chamfer():
     check("G1 F100\nX20 CHF=4\nY20", (20 - s, 0, 0), (20, s, 0), (20, 20, 0))
     rounded = moves("G1 F100\nX20 RND=5\nY20")[1]
     assert (rounded.kind, rounded.centre, rounded.clockwise) == ("arc", (15, 5, 0), False)
-    with pytest.raises(ModelLimit, match="part.mpf:2:1: a rounding of radius 50 mm does not fit"):
+    with pytest.raises(ModelLimit, match=r"part.mpf:2:1: a rounding of radius 50 mm does not fit"):
         moves("G1 F100\nX20 RND=50\nY20")
 
 

@@ -34,10 +34,11 @@ class Frame(NamedTuple):
 
     def then(self, inner: Frame) -> Frame:
         """This frame with another one inside it: the inner one is applied first."""
+        if self.matrix is UNITY and inner.matrix is UNITY:
+            return Frame(UNITY, self.apply(inner.shift))
         columns = list(zip(*inner.matrix))
         rows = [tuple(_row(row, (c[0], c[1], c[2])) for c in columns) for row in self.matrix]
-        matrix = UNITY if self.matrix is UNITY and inner.matrix is UNITY else _rows(rows)
-        return Frame(matrix, self.apply(inner.shift))
+        return Frame(_rows(rows), self.apply(inner.shift))
 
 
 def _row(row: Point, p: Point) -> float:

@@ -170,16 +170,16 @@ class _Walker:
         ends = [j.end for j in joints] + ([exit_joint.end] if pieces else [])
         maker = _Maker(self, here, shift, sides[0] or "left")
         number = -1
-        for k, move in enumerate(moves):
+        for move in moves:
             if not _planar(move):
                 maker.carry(move)
                 continue
             number += 1
             if number > 0:
-                maker.round(joints[number - 1], move, h, self.feed_before(moves, k))
+                maker.round(joints[number - 1], move, h)
             maker.offset(move, pieces[number], h, ends[number], entry=number == 0 and not engaged)
         if pieces and (exit_joint.via or exit_joint.start != exit_joint.end):
-            maker.round(exit_joint, _next_planar(after) or moves[-1], h, self.feed_before(moves, len(moves)))
+            maker.round(exit_joint, _next_planar(after) or moves[-1], h)
         if self.path:
             self.off = _minus(self.path[-1].end, moves[-1].end)
 
@@ -267,13 +267,11 @@ class _Walker:
                 return corner(last, out, h, self.style.corner)
         return Joint(point, point)
 
-    def feed_before(self, moves: Sequence[Move], k: int) -> float | None:
-        """The feed last programmed before move k, for corner moves between rapids."""
-        for before in (reversed(moves[:k]), reversed(self.path)):
-            for move in before:
-                if move.feed is not None:
-                    return move.feed
-        return None
+    def feed_for(self, following: Move) -> float | None:
+        """The feed of a corner move: that of the move after it, for a rapid the last one before."""
+        if following.feed is not None:
+            return following.feed
+        return next((m.feed for m in reversed(self.path) if m.feed is not None), None)
 
     def gouge(self, move: Move, h: float) -> NoReturn:
         self.refuse(
@@ -338,11 +336,11 @@ class _Maker:
         turns = max(1, math.ceil(abs(sweep) / (2 * math.pi) - 1e-9))
         self.put(move._replace(turns=turns), target, self.at(move, piece.centre, self.here[normal]))
 
-    def round(self, joint: Joint, following: Move, h: float, feed: float | None) -> None:
+    def round(self, joint: Joint, following: Move, h: float) -> None:
         """The extra moves at an outside corner, at the height reached."""
         height = self.here[PLANES[following.plane][2]]
         state = following._replace(
-            rotary_end=following.rotary_start, feed=following.feed if following.feed is not None else feed,
+            rotary_end=following.rotary_start, feed=self.walker.feed_for(following),
             turns=1, clockwise=None, centre=None, seconds=0.0, exact_stop=False,
         )  # fmt: skip
         if joint.pivot is not None:

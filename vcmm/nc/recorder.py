@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, NoReturn
 
 from vcmm.nc.faults import ProgramFault
-from vcmm.nc.frames import ZERO, Frame, in_plane, translation
+from vcmm.nc.frames import ZERO, Frame, in_plane, rotation, translation
 from vcmm.nc.moves import NO_ROTARY, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.radius import SINUMERIK, Style, centre_path
 from vcmm.nc.rounding import Corner, round_corners
@@ -48,6 +48,7 @@ class Recorder:
     plane: str = "XY"
     offset: str = "G54"
     frame: Frame = PLAIN
+    world: Frame = PLAIN  # work offset and frame together
     q: Point = ZERO
     p: Point = ZERO
     rotary: Point = NO_ROTARY
@@ -88,15 +89,14 @@ class Recorder:
     # -- positions --
     def whole(self) -> Frame:
         """Programmed point -> tip in machine coordinates."""
-        from vcmm.nc.frames import rotation
-
-        outer = translation(self.setup.offsets.get(self.offset, ZERO))
-        angle = self.setup.rotations.get(self.offset, 0.0)
-        return outer.then(rotation(2, angle)).then(self.frame) if angle else outer.then(self.frame)
+        return self.world
 
     def refresh(self) -> None:
         """The programmed point that belongs to q, after frame, offset or tool have changed."""
-        self.p = self.whole().undo(self.tip())
+        outer = translation(self.setup.offsets.get(self.offset, ZERO))
+        angle = self.setup.rotations.get(self.offset, 0.0)
+        self.world = (outer.then(rotation(2, angle)) if angle else outer).then(self.frame)
+        self.p = self.world.undo(self.tip())
 
     def tip(self) -> Point:
         q, o = self.q, self.tool_offset
@@ -155,7 +155,7 @@ class Recorder:
         """Turns per minute, signed; constant surface speed at the middle of the move, X from the work zero, mm."""
         if not self.surface or not self.sense:
             return self.sense * self.speed
-        x = abs((start[0] + end[0]) / 2 - self.whole().apply(ZERO)[0])
+        x = abs((start[0] + end[0]) / 2 - self.world.apply(ZERO)[0])
         turns = min(1000.0 * self.speed / (2 * math.pi * x) if x else math.inf, self.speed_limit)
         if not math.isfinite(turns):
             self.fault("constant surface speed at X 0 has no limit of the spindle speed; add LIMS=")
@@ -175,7 +175,7 @@ class Recorder:
 
     def line(self, end: Point, rapid: bool, rotary: Point | None = None) -> None:
         """Straight to a programmed point."""
-        self._line(self.whole().apply(end), rapid, rotary)
+        self._line(self.world.apply(end), rapid, rotary)
         self.p = end
 
     def to_machine(self, tip: Point, rapid: bool) -> None:
@@ -199,7 +199,7 @@ class Recorder:
         plane = plane or self.plane
         one, two, normal = PLANES[plane]
         self._check_radii(plane, end, centre)
-        whole = self.whole()
+        whole = self.world
         kept = in_plane(whole, plane)
         if kept is None:
             self.fault(
@@ -254,7 +254,7 @@ class Recorder:
         )  # fmt: skip
         side = self.side
         if side.side is not None:
-            kept = in_plane(self.whole(), self.plane)
+            kept = in_plane(self.world, self.plane)
             if kept is not None and kept[1]:  # a mirror image is cut with the tool on the other side
                 side = side._replace(side="right" if side.side == "left" else "left")
         self.sides.append(side)

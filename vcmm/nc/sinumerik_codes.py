@@ -58,7 +58,7 @@ IDLE = frozenset(
     ]
 )
 IDLE_G = frozenset(("G601", "G602", "G603", "G290", "G460", "G148"))
-LATER = "; it is not among what is understood (docs/nc_sinumerik_heidenhain.md), rewrite it with G0 to G3"
+LATER = " is not understood; docs/nc_sinumerik_heidenhain.md lists what is, rewrite it with G0 to G3"
 
 
 def _set(**values: object) -> Callable[[Control], None]:

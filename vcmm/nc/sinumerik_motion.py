@@ -98,7 +98,7 @@ class Interpreter(Paths):
             elif code == "G500" or 54 <= number <= 57 or 505 <= number <= 599:
                 self.r.set_offset(code)
             else:
-                raise BlockFault(self.column, f"{code} is not understood{LATER}")
+                raise BlockFault(self.column, f"{code}{LATER}")
         names = {c.name for c in words.commands}
         for command in list(words.commands):
             if command.name in IDLE:
