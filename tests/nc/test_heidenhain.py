@@ -266,6 +266,7 @@ def test_end_of_program():
         ("LBL 1\nLBL 1", "part.h:3:1: LBL 1 stands twice"),
         ("LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 1", "seems to be endless"),
         ("CYCL CALL", "none is defined"),
+        ("Q1,5 = 3", "Q1,5 is no Q parameter"),
         ("L X+1 RL F100", "no known radius"),
         ("Q1 = 1 / 0", "part.h:2:8: division by zero"),
         ("CT X+5 Y+5 F100", "needs a contour element before it"),

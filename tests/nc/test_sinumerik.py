@@ -265,6 +265,7 @@ def test_drilling_cycles():
         ("G0 U5", "part.mpf:1:4: the address U is not understood"),
         ("X=", "the line ends"),
         ("X1 )", r"part.mpf:1:4: \"\)\" cannot be understood"),
+        ("G0\nAA: X1 REPEATB AA", "the repeated part holds its own REPEAT"),
         ("LOOP\nENDLOOP", "seems to be endless"),
         ("DEF STRING[10] name", "takes REAL, INT or BOOL"),
         ("G0 $P_UIFR[1,X,TR]=5", "system variables"),

@@ -157,7 +157,11 @@ class Reader:
             raise self.fault("QS (text parameters) are not understood")
         if not self.is_parameter():
             raise self.fault("a Q parameter is due here, as in Q10")
-        name = f"{self.upper()}{int(float(self.upper(1)))}"
+        if not self.upper(1).isdigit():
+            raise self.fault(
+                f"{self.upper()}{self.upper(1)} is no Q parameter; their numbers are whole, as in Q10"
+            )
+        name = f"{self.upper()}{int(self.upper(1))}"
         self.at += 2
         return name
 

@@ -47,6 +47,7 @@ class Runner:
     parameters: dict[int, float] = field(default_factory=dict)
     scopes: list[dict[str, Variable]] = field(default_factory=lambda: [{}])
     executed: int = 0
+    nested: int = 0  # repeated parts inside one another
     ended: bool = False
 
     # -- environment --
@@ -214,9 +215,16 @@ class Runner:
         )
         closing = next((k for k in range(first, last) if section.blocks[k].label == "ENDLABEL"), None)
         last = closing if closing is not None and len(names) == 1 else last
+        if first <= at <= last or self.nested >= DEEPEST:
+            raise BlockFault(
+                flow.column,
+                "the repeated part holds its own REPEAT; end it before, with ENDLABEL: or a second label",
+            )
+        self.nested += 1
         for _ in range(round(times(self))):
             if self.part(section, first, last):
-                return
+                break
+        self.nested -= 1
 
     def _define(self, kind: str, names: Any, column: int) -> None:
         for name, value in names:
