@@ -157,6 +157,11 @@ def test_tools():
     assert one.tool_offset == (0, 0, 12)
 
 
+def test_tool_axis():
+    (one,) = moves("TOOL CALL 2 Y\nCR Z+10 X+10 R+10 DR+ F100")
+    assert (one.plane, one.tool_offset, one.start) == ("ZX", (0, 80, 0), (0, -80, 0))
+
+
 def test_machine_coordinates_leave_out_the_tool_length():
     (one,) = moves("TOOL CALL 2 Z\nL Z-10 FMAX M91")
     assert one.end == (0, 0, -90)  # the axis stands at -10, the tip 80 mm below

@@ -177,6 +177,12 @@ def test_tools_by_number_and_name():
     assert [m.tool_offset[2] for m in without.moves] == [80, 0]
 
 
+def test_the_tool_length_stays_along_z():
+    program = read("T2 D1\nG0 Z0\nG18 G1 F100\nG2 X10 Z10 K10 I0\nG17 G0 X0", "part.mpf", SETUP)
+    assert {m.tool_offset for m in program.moves} == {(0, 0, 80)}
+    assert any("stays along Z" in r.text for r in program.warnings)
+
+
 def test_constant_surface_speed_and_diameters():
     # G96 S100 at the mean diameter 40: 1000 x 100 / (pi x 40) = 795.77 1/min
     got = moves("DIAMON G18 LIMS=2000\nG97 S500 M4\nG0 X40 Z0\nG96 S100 G1 Z-10 F0.2")

@@ -20,7 +20,7 @@ def call_tool(p: Paths, reader: Reader) -> None:
         tool, called = _find(p, reader)
     if reader.upper() in PLANE_OF_AXIS:
         p.r.free("the tool axis is chosen")
-        p.r.plane = PLANE_OF_AXIS[reader.upper()]
+        p.r.plane, p.r.tool_axis = PLANE_OF_AXIS[reader.upper()], "XYZ".index(reader.upper())
         reader.at += 1
     words = read_words(reader, ("S", "DL", "DR", "DR2"))
     speed, dl, dr = words.take("S"), words.take("DL"), words.take("DR")

@@ -61,6 +61,7 @@ class Recorder:
     tool: int = 0
     data: Tool = NO_TOOL
     tool_offset: Point = ZERO
+    tool_axis: int = 2
     side: Side = NO_SIDE
     exact_stop: bool = False
     exact_once: bool = False
@@ -130,10 +131,9 @@ class Recorder:
         self.set_length(tool.offset)
 
     def set_length(self, offset: Point) -> None:
-        """Tool offset in force. The axes stay; the length is along the normal of the plane."""
-        normal = PLANES[self.plane][2]
-        if normal != 2 and self.data.shape != "turning":
-            offset = (0.0, offset[2], 0.0) if normal == 1 else (offset[2], 0.0, 0.0)
+        """Tool offset in force. The axes stay; the length is along the tool axis, Z unless the program says otherwise."""
+        if self.tool_axis != 2 and self.data.shape != "turning":
+            offset = (0.0, offset[2], 0.0) if self.tool_axis == 1 else (offset[2], 0.0, 0.0)
         self.tool_offset = offset
         self.refresh()
 

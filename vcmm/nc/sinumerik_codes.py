@@ -74,8 +74,10 @@ def _plane(name: str) -> Callable[[Control], None]:
         if name != i.r.plane:
             i.r.free("the plane changes")
             i.r.plane = name
-            if i.r.tool_offset != (0.0, 0.0, 0.0):
-                i.r.set_length(i.r.data.offset)
+            if i.r.tool_offset[2] and i.r.data.shape != "turning":
+                i.r.remark(
+                    "the tool length stays along Z in every plane, as with setting data $SC_TOOL_LENGTH_CONST = 17"
+                )
 
     return change
 
