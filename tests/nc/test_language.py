@@ -324,6 +324,20 @@ def test_fanuc_lathe():
     assert moves[-1].kind == "thread"
 
 
+@pytest.mark.parametrize(("dialect", "orientation"), [("linuxcnc", 2), ("fanuc-lathe", 3)])
+def test_a_turning_tool_is_led_by_its_imaginary_tip(dialect: str, orientation: int):
+    """Nose 0.5 mm, tip towards -X -Z: along a cylinder the tip stays on it; along a 45 deg cone it stands 1 - 0.5 sqrt 2 inside, in X + Z."""
+    setup = Setup(tools={1: Tool(1, 0.0, shape="turning", nose_radius=0.5, orientation=orientation)})
+    if dialect == "linuxcnc":
+        text = "G21 G18 G8 F100 T1 M6\nG0 X8 Z5\nG42\nG0 X10 Z2\nG1 Z-10\nX20 Z-20\nG40 G0 X30 Z-19\nM2"
+    else:
+        text = "G21 G18 G98 F100. T0101\nG0 X16. Z5.\nG42 D1\nG0 X20. Z2.\nG1 Z-10.\nX40. Z-20.\nG40 G0 X60. Z-19.\nM30"
+    moves = [m for m in interpret(text, dialect, setup).moves if m.compensation and m.kind == "line"]
+    assert moves[0].end[0] == pytest.approx(10)  # centre at 10.5, tip half a millimetre below
+    # centre line of the cone x = -z is shifted by 0.5 outwards (to +X +Z): x + z = 0.5 sqrt 2; the tip by 1 less
+    assert moves[-1].end[0] + moves[-1].end[2] == pytest.approx(0.5 * math.sqrt(2) - 1)
+
+
 # -- traces and dialects ------------------------------------------------------------------------------------------------------
 def test_traces_find_the_words():
     text = "O1\nG21 G90 F100.\nG1 X1.50 y-2.\nM98 P9 L2\nG81 X5. Z-1. R1.\nM30\nO9\nG91 G1 X1.\nG90\nM99\n"
@@ -352,6 +366,7 @@ def test_traces_find_the_words():
         ("%\nO0001\nG28 G91 Z0\nM30\n%", "fanuc", False),
         ("M98 P5\nG64 P0.1\nM30", "linuxcnc", True),
         ("G0 X1.\nM30", "fanuc", True),
+        ("G0 X9. Z1.\nG3 X10. Z0. I0. K-.6\nM30", "fanuc-lathe", True),
     ],
 )
 def test_the_dialect_is_guessed_and_doubt_is_told(text: str, dialect: str, doubt: bool):
