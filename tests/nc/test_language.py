@@ -109,6 +109,26 @@ def test_g10_sets_offsets_and_turns_them():
     assert moves[1].end[0] == pytest.approx(11)
 
 
+def test_g10_l20_under_a_rotation():
+    moves = linuxcnc("G21 G0 X3 Y4\nG10 L2 P1 R90\nG10 L20 P1 X0 Y0\nG0 X5\nG0 Y1")
+    # the tip at (3, 4) becomes the zero of a frame turned by 90 deg: X5 goes to (3, 9), Y1 from there to (2, 9)
+    assert moves[1].end == pytest.approx((3, 9, 0))
+    assert moves[2].end == pytest.approx((2, 9, 0))
+
+
+def test_g10_enters_tools():
+    moves = linuxcnc(
+        "G21 G10 L1 P5 Z12 R3\nT5 M6 G43\nG0 Z0\nG49 G0 Z50\nG10 L10 P5 Z20\nG43\nG0 Z20\nG10 L1 P5 R2\nG41 D5\nG0 X30\nG1 X50 F100\nG40 G0 X60"
+    )
+    assert moves[0].tool_offset == (0, 0, 12)
+    assert moves[2].tool_offset == (0, 0, 30)  # the axis at 50 reads 20
+    assert moves[-2].end == pytest.approx((50, 2, 20))  # left of +X by the radius of 2
+
+
+def test_a_rotary_axis_alone_turns_in_degrees_per_minute():
+    assert linuxcnc("G20 F90\nG1 A180")[0].feed == 90
+
+
 def test_g68_turns_about_a_centre():
     moves = fanuc("G21\nG68 X10. Y0. R90.\nG0 X15. Y0.\nG69\nG0 X15. Y0.")
     assert moves[0].end == pytest.approx((10, 5, 0))
