@@ -151,3 +151,14 @@ def test_a_lathe_program_without_g18_is_read_by_the_profile_for_lathes():
     assert arc.centre == pytest.approx((192.735 / 2, 0, -0.6))
     assert arc.end == pytest.approx((193.84 / 2, 0, -0.366))
     assert arc.feed == pytest.approx(0.1 * 220)
+
+
+def test_a_program_with_absolute_centres_is_read_with_the_set_up_that_the_message_names():
+    """fanuc_contour_abs.nc and fanuc_contour_r.nc are one contour, corner radius 15.567 mm."""
+    from dataclasses import replace
+
+    with pytest.raises(DataError, match='arc_centre = "absolute"'):
+        read_program(program("fanuc_contour_abs.nc"), "fanuc", SETUP)
+    absolute = read_program(program("fanuc_contour_abs.nc"), "fanuc", replace(SETUP, arc_centre="absolute"))
+    by_radius = read_program(program("fanuc_contour_r.nc"), "fanuc", SETUP)
+    assert not differences(ours(absolute.moves), ours(by_radius.moves))
