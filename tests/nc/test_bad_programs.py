@@ -194,3 +194,16 @@ def test_a_change_of_unit_is_remarked_and_right():
     found = interpret("G21\nG0 X25.4\nG20\nG0 X2\nM2", "linuxcnc")
     assert found.moves[-1].end[0] == 50.8
     assert any("unit changes" in w.text for w in found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text"),
+    [
+        ("linuxcnc", "G21 G91 G0\no1 while [1]\nX0.001\no1 endwhile\nM2"),
+        ("fanuc", "O1\nG91 G0\nM98 P2 L99999999\nM30\nO2\nX0.001\nM99"),
+    ],
+)
+def test_a_loop_that_moves_for_ever_ends_too(dialect: str, text: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("vcmm.nc.flow.MOST_REPEATED", 5000)
+    with pytest.raises(DataError, match=r"bad\.nc:[2-7]:1: .* more than 5000 blocks again"):
+        interpret(text, dialect, name="bad.nc")

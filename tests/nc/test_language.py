@@ -109,6 +109,26 @@ def test_g10_sets_offsets_and_turns_them():
     assert moves[1].end[0] == pytest.approx(11)
 
 
+def test_g10_l20_under_a_rotation():
+    moves = linuxcnc("G21 G0 X3 Y4\nG10 L2 P1 R90\nG10 L20 P1 X0 Y0\nG0 X5\nG0 Y1")
+    # the tip at (3, 4) becomes the zero of a frame turned by 90 deg: X5 goes to (3, 9), Y1 from there to (2, 9)
+    assert moves[1].end == pytest.approx((3, 9, 0))
+    assert moves[2].end == pytest.approx((2, 9, 0))
+
+
+def test_g10_enters_tools():
+    moves = linuxcnc(
+        "G21 G10 L1 P5 Z12 R3\nT5 M6 G43\nG0 Z0\nG49 G0 Z50\nG10 L10 P5 Z20\nG43\nG0 Z20\nG10 L1 P5 R2\nG41 D5\nG0 X30\nG1 X50 F100\nG40 G0 X60"
+    )
+    assert moves[0].tool_offset == (0, 0, 12)
+    assert moves[2].tool_offset == (0, 0, 30)  # the axis at 50 reads 20
+    assert moves[-2].end == pytest.approx((50, 2, 20))  # left of +X by the radius of 2
+
+
+def test_a_rotary_axis_alone_turns_in_degrees_per_minute():
+    assert linuxcnc("G20 F90\nG1 A180")[0].feed == 90
+
+
 def test_g68_turns_about_a_centre():
     moves = fanuc("G21\nG68 X10. Y0. R90.\nG0 X15. Y0.\nG69\nG0 X15. Y0.")
     assert moves[0].end == pytest.approx((10, 5, 0))
@@ -324,6 +344,20 @@ def test_fanuc_lathe():
     assert moves[-1].kind == "thread"
 
 
+@pytest.mark.parametrize(("dialect", "orientation"), [("linuxcnc", 2), ("fanuc-lathe", 3)])
+def test_a_turning_tool_is_led_by_its_imaginary_tip(dialect: str, orientation: int):
+    """Nose 0.5 mm, tip towards -X -Z: along a cylinder the tip stays on it; along a 45 deg cone it stands 1 - 0.5 sqrt 2 inside, in X + Z."""
+    setup = Setup(tools={1: Tool(1, 0.0, shape="turning", nose_radius=0.5, orientation=orientation)})
+    if dialect == "linuxcnc":
+        text = "G21 G18 G8 F100 T1 M6\nG0 X8 Z5\nG42\nG0 X10 Z2\nG1 Z-10\nX20 Z-20\nG40 G0 X30 Z-19\nM2"
+    else:
+        text = "G21 G18 G98 F100. T0101\nG0 X16. Z5.\nG42 D1\nG0 X20. Z2.\nG1 Z-10.\nX40. Z-20.\nG40 G0 X60. Z-19.\nM30"
+    moves = [m for m in interpret(text, dialect, setup).moves if m.compensation and m.kind == "line"]
+    assert moves[0].end[0] == pytest.approx(10)  # centre at 10.5, tip half a millimetre below
+    # centre line of the cone x = -z is shifted by 0.5 outwards (to +X +Z): x + z = 0.5 sqrt 2; the tip by 1 less
+    assert moves[-1].end[0] + moves[-1].end[2] == pytest.approx(0.5 * math.sqrt(2) - 1)
+
+
 # -- traces and dialects ------------------------------------------------------------------------------------------------------
 def test_traces_find_the_words():
     text = "O1\nG21 G90 F100.\nG1 X1.50 y-2.\nM98 P9 L2\nG81 X5. Z-1. R1.\nM30\nO9\nG91 G1 X1.\nG90\nM99\n"
@@ -352,6 +386,7 @@ def test_traces_find_the_words():
         ("%\nO0001\nG28 G91 Z0\nM30\n%", "fanuc", False),
         ("M98 P5\nG64 P0.1\nM30", "linuxcnc", True),
         ("G0 X1.\nM30", "fanuc", True),
+        ("G0 X9. Z1.\nG3 X10. Z0. I0. K-.6\nM30", "fanuc-lathe", True),
     ],
 )
 def test_the_dialect_is_guessed_and_doubt_is_told(text: str, dialect: str, doubt: bool):

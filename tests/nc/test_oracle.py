@@ -139,3 +139,26 @@ def test_fanuc_counts_increments_after_a_change_of_length_from_the_programmed_po
     assert apart[0] == 0.0
     first = next(i for i, d in enumerate(apart) if d)
     assert apart[first:] == pytest.approx([25.4] * (len(apart) - first))
+
+
+def test_a_lathe_program_without_g18_is_read_by_the_profile_for_lathes():
+    """fanuc_test_turn.nc, refused by the oracle: X are diameters, I and K count from the start, F per turn (G99)."""
+    found = read_program(program("fanuc_test_turn.nc"), None, SETUP)
+    assert found.dialect == "fanuc-lathe"
+    arc = next(m for m in found.moves if m.kind == "arc")
+    assert (arc.plane, arc.clockwise) == ("ZX", False)
+    assert arc.start == pytest.approx((192.735 / 2, 0, 0))
+    assert arc.centre == pytest.approx((192.735 / 2, 0, -0.6))
+    assert arc.end == pytest.approx((193.84 / 2, 0, -0.366))
+    assert arc.feed == pytest.approx(0.1 * 220)
+
+
+def test_a_program_with_absolute_centres_is_read_with_the_set_up_that_the_message_names():
+    """fanuc_contour_abs.nc and fanuc_contour_r.nc are one contour, corner radius 15.567 mm."""
+    from dataclasses import replace
+
+    with pytest.raises(DataError, match='arc_centre = "absolute"'):
+        read_program(program("fanuc_contour_abs.nc"), "fanuc", SETUP)
+    absolute = read_program(program("fanuc_contour_abs.nc"), "fanuc", replace(SETUP, arc_centre="absolute"))
+    by_radius = read_program(program("fanuc_contour_r.nc"), "fanuc", SETUP)
+    assert not differences(ours(absolute.moves), ours(by_radius.moves))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from oracle import folder
 
@@ -13,6 +13,10 @@ from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Move
 from vcmm.nc.tokens import split_lines, tokenize
 
+# the same examples every time; a busy machine is no fault of the code
+quick = settings(
+    max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
 coordinate = st.integers(-500_000, 500_000).map(lambda n: n / 1000)
 points = st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=1, max_size=8)
 pieces = st.sampled_from(
@@ -51,6 +55,7 @@ def close(a: tuple[Move, ...], b: tuple[Move, ...], tolerance: float = 1e-9) -> 
     )
 
 
+@quick
 @given(st.lists(pieces | st.text(max_size=6)).map("".join))
 def test_tokens_are_lossless(text: str):
     tokens = list(tokenize(text))
@@ -70,6 +75,7 @@ def test_tokens_of_the_corpus_are_lossless():
         assert "".join(t.text for t in tokenize(text)) == text
 
 
+@quick
 @given(points)
 def test_inches_and_millimetres(points: list[tuple[float, float, float]]):
     metric = "\n".join(
@@ -83,8 +89,8 @@ def test_inches_and_millimetres(points: list[tuple[float, float, float]]):
     assert all(m.feed == pytest.approx(n.feed) for m, n in zip(a, b))
 
 
+@quick
 @given(points)
-@settings(max_examples=60)
 def test_absolute_and_incremental(points: list[tuple[float, float, float]]):
     absolute = ["G21 G90 F100"] + [f"G1 X{x} Y{y} Z{z}" for x, y, z in points]
     here, incremental = (0.0, 0.0, 0.0), ["G21 G91 F100"]
@@ -94,6 +100,7 @@ def test_absolute_and_incremental(points: list[tuple[float, float, float]]):
     assert close(path("\n".join(absolute)), path("\n".join(incremental)), 1e-5)
 
 
+@quick
 @given(
     st.floats(1, 200),
     st.floats(-3.1, 3.1),
@@ -118,8 +125,8 @@ def test_arcs_by_centre_and_by_radius(radius: float, begin: float, sweep: float,
     assert math.dist(by_centre.centre, (0, 0, 0)) < 1e-8
 
 
+@quick
 @given(points, st.sampled_from(["linuxcnc", "fanuc"]))
-@settings(max_examples=40)
 def test_the_short_cut_for_plain_lines_changes_nothing(
     points: list[tuple[float, float, float]], dialect: str
 ):

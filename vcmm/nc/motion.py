@@ -144,9 +144,10 @@ def line(
     start, end = c.tip(), c.to_tip(p)
     feed = None
     if not rapid:
-        feed = feed_rate(
-            c, w, path_length(c, start, end, rotary), column, (start[0] + end[0]) / 2.0 - c.shift[0]
-        )
+        middle_x = (start[0] + end[0]) / 2.0 - c.shift[0]
+        feed = feed_rate(c, w, path_length(c, start, end, rotary), column, middle_x)
+        if start == end and rotary != c.rotary and c.feed_mode == "G94":
+            feed /= c.unit  # degrees per minute, whatever the unit of length
     c.emit(make(c, kind or ("rapid" if rapid else "line"), start, end, rotary, feed))
     c.rotary = rotary
     c.arrive(p, end)
