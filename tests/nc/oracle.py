@@ -110,7 +110,12 @@ def differences(a: list[Step], b: list[Step], tolerance: float = 0.002) -> list[
     """What differs, first few; empty where the whole paths are equal within the tolerance, mm."""
     found = [] if len(a) == len(b) else [f"{len(a)} steps against {len(b)}"]
     for i, (x, y) in enumerate(zip(a, b)):
-        same = x[0] == y[0] and x[3:5] == y[3:5] and abs(x[5] - y[5]) < 1e-9 and math.dist(x[1], y[1]) < tolerance
+        same = (
+            x[0] == y[0]
+            and x[3:5] == y[3:5]
+            and abs(x[5] - y[5]) < 1e-9
+            and math.dist(x[1], y[1]) < tolerance
+        )
         if same and x[2] is not None and y[2] is not None:
             same = math.dist(x[2], y[2]) < tolerance
         if not same:

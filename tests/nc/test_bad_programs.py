@@ -103,7 +103,9 @@ BAD = [  # dialect, program, line, column, words of the message
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("dialect", "text", "line", "column", "words"), BAD, ids=[repr(b[1])[:40] for b in BAD])
+@pytest.mark.parametrize(
+    ("dialect", "text", "line", "column", "words"), BAD, ids=[repr(b[1])[:40] for b in BAD]
+)
 def test_one_message_with_line_and_column(dialect: str, text: str, line: int, column: int, words: str):
     with pytest.raises(DataError, match=rf"^bad\.nc:{line}:{column}: .*(?:{words})") as caught:
         interpret(text, dialect, name="bad.nc")
@@ -134,7 +136,11 @@ def test_compensation_without_a_tool_table_names_the_set_up():
 def test_nothing_on_stdout_and_exit_code_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     path = tmp_path / "bad.nc"
     path.write_text("G21 F100\nG1 X1\nG2 X10 Y0 I1 J0\nM2\n")
-    for words in (["nc", str(path)], ["nc", str(path), "--json"], ["nc", str(path), "--dialect", "linuxcnc", "--json"]):
+    for words in (
+        ["nc", str(path)],
+        ["nc", str(path), "--json"],
+        ["nc", str(path), "--dialect", "linuxcnc", "--json"],
+    ):
         assert run(words) == 2
         shown = capsys.readouterr()
         assert shown.out == ""
@@ -165,7 +171,8 @@ def test_line_ends(end: str):
 
 
 @pytest.mark.parametrize(
-    ("word", "x"), [("X.5", 0.5), ("X5.", 5.0), ("X+5", 5.0), ("X-.0", 0.0), ("x5", 5.0), ("X 1 0", 10.0), ("X - 5", -5.0)]
+    ("word", "x"),
+    [("X.5", 0.5), ("X5.", 5.0), ("X+5", 5.0), ("X-.0", 0.0), ("x5", 5.0), ("X 1 0", 10.0), ("X - 5", -5.0)],
 )
 def test_ways_to_write_a_number(word: str, x: float):
     assert interpret(f"g21\nG0 Y9\nG0 {word}\nM2", "linuxcnc").moves[-1].end[0] == x
@@ -187,3 +194,16 @@ def test_a_change_of_unit_is_remarked_and_right():
     found = interpret("G21\nG0 X25.4\nG20\nG0 X2\nM2", "linuxcnc")
     assert found.moves[-1].end[0] == 50.8
     assert any("unit changes" in w.text for w in found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text"),
+    [
+        ("linuxcnc", "G21 G91 G0\no1 while [1]\nX0.001\no1 endwhile\nM2"),
+        ("fanuc", "O1\nG91 G0\nM98 P2 L99999999\nM30\nO2\nX0.001\nM99"),
+    ],
+)
+def test_a_loop_that_moves_for_ever_ends_too(dialect: str, text: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("vcmm.nc.flow.MOST_REPEATED", 5000)
+    with pytest.raises(DataError, match=r"bad\.nc:[2-7]:1: .* more than 5000 blocks again"):
+        interpret(text, dialect, name="bad.nc")

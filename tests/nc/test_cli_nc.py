@@ -107,10 +107,25 @@ def test_wrong_set_ups(tmp_path: Path, old: str, new: str, line: int, words: str
         load_setup(path)
 
 
-def test_a_tool_that_the_set_up_lacks_is_refused(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]):
+def test_a_tool_that_the_set_up_lacks_is_refused(
+    files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+):
     program, setup = files
     program.write_text(PROGRAM.replace("H1", "H7"))
     assert run(["nc", str(program), "--setup", str(setup)]) == 2
     shown = capsys.readouterr()
     assert shown.out == ""
     assert f"{program}:5:1: tool 7 (H7) is not in the set-up file, which has 1, 2" in shown.err
+
+
+def test_check_and_schema_know_set_ups(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]):
+    setup = files[1]
+    assert run(["check", str(setup)]) == 2  # it names a machine that is not there
+    assert "machine.toml does not exist" in capsys.readouterr().err
+    setup.write_text(SETUP.replace('machine = "machine.toml"', ""))
+    assert run(["check", str(setup), "--json"]) == 0
+    understood = json.loads(capsys.readouterr().out)["understood"]
+    assert understood["offset G54"] == "work zero at 100 50 -200 mm"
+    assert understood["tool 1"] == "flat, length 80 mm, diameter 10 mm"
+    assert run(["schema", "setup"]) == 0
+    assert json.loads(capsys.readouterr().out)["properties"]["vcmm"] == {"const": "setup/1"}

@@ -39,7 +39,14 @@ def ends(moves: tuple[Move, ...]) -> list[tuple[float, ...]]:
         ("G17 G3 X0 Y10 I0 J5", "XY", (0, 5, 0), (0, 10, 0), False, math.pi),
         ("G18 G2 Z10 X0 K5 I0", "ZX", (0, 0, 5), (0, 0, 10), True, math.pi),
         ("G19 G3 Y10 Z0 J5 K0", "YZ", (0, 5, 0), (0, 10, 0), False, math.pi),
-        ("G17 G2 X10 Y10 R10", "XY", (10, 0, 0), (10, 10, 0), True, math.pi / 2),  # quarter: centre below the end
+        (
+            "G17 G2 X10 Y10 R10",
+            "XY",
+            (10, 0, 0),
+            (10, 10, 0),
+            True,
+            math.pi / 2,
+        ),  # quarter: centre below the end
         ("G17 G2 X10 Y10 R-10", "XY", (0, 10, 0), (10, 10, 0), True, 1.5 * math.pi),  # three quarters
         ("G17 G3 X10 Y10 R10", "XY", (0, 10, 0), (10, 10, 0), False, math.pi / 2),
         ("G17 G2 I5", "XY", (5, 0, 0), (0, 0, 0), True, 2 * math.pi),  # full circle without an end point
@@ -47,7 +54,9 @@ def ends(moves: tuple[Move, ...]) -> list[tuple[float, ...]]:
         ("G90.1 G17 G2 X10 Y0 I5 J0", "XY", (5, 0, 0), (10, 0, 0), True, math.pi),
     ],
 )
-def test_arcs(text: str, plane: str, centre: tuple[float, ...], end: tuple[float, ...], clockwise: bool, angle: float):
+def test_arcs(
+    text: str, plane: str, centre: tuple[float, ...], end: tuple[float, ...], clockwise: bool, angle: float
+):
     (move,) = linuxcnc(f"G21 F100\n{text}")
     assert (move.kind, move.plane, move.clockwise) == ("arc", plane, clockwise)
     assert move.centre == pytest.approx(centre)
@@ -98,6 +107,26 @@ def test_g10_sets_offsets_and_turns_them():
     assert moves[0].end == pytest.approx((10, 5, 0))  # 5 along the turned X, which points along Y
     # L20: the tip at machine X 10 reads 100 in G55, so its zero is at -90; X101 is at 11
     assert moves[1].end[0] == pytest.approx(11)
+
+
+def test_g10_l20_under_a_rotation():
+    moves = linuxcnc("G21 G0 X3 Y4\nG10 L2 P1 R90\nG10 L20 P1 X0 Y0\nG0 X5\nG0 Y1")
+    # the tip at (3, 4) becomes the zero of a frame turned by 90 deg: X5 goes to (3, 9), Y1 from there to (2, 9)
+    assert moves[1].end == pytest.approx((3, 9, 0))
+    assert moves[2].end == pytest.approx((2, 9, 0))
+
+
+def test_g10_enters_tools():
+    moves = linuxcnc(
+        "G21 G10 L1 P5 Z12 R3\nT5 M6 G43\nG0 Z0\nG49 G0 Z50\nG10 L10 P5 Z20\nG43\nG0 Z20\nG10 L1 P5 R2\nG41 D5\nG0 X30\nG1 X50 F100\nG40 G0 X60"
+    )
+    assert moves[0].tool_offset == (0, 0, 12)
+    assert moves[2].tool_offset == (0, 0, 30)  # the axis at 50 reads 20
+    assert moves[-2].end == pytest.approx((50, 2, 20))  # left of +X by the radius of 2
+
+
+def test_a_rotary_axis_alone_turns_in_degrees_per_minute():
+    assert linuxcnc("G20 F90\nG1 A180")[0].feed == 90
 
 
 def test_g68_turns_about_a_centre():
@@ -165,9 +194,6 @@ def test_path_control():
 def test_threads():
     (move,) = linuxcnc("G21 S500 M3\nG33 Z-10 K1.5")
     assert (move.kind, move.feed) == ("thread", 750)
-    rapid, _, cut, *_ = linuxcnc("G21 S500 M3 G18 G8\nG0 X10 Z2\nG76 P1 Z-10 I-1 J0.2 K0.4 R2")[0:3]
-    assert rapid.end[0] == 10
-    assert cut.end[2] == 2
 
 
 def test_threading_cycle_depths():
@@ -175,7 +201,19 @@ def test_threading_cycle_depths():
     moves = linuxcnc("G21 S500 M3 G18 G8\nG0 X10 Z2\nG76 P1 Z-10 I-1 J0.2 K0.4 R2 H1")
     cuts = [m for m in moves if m.kind == "thread"]
     assert [m.end[0] for m in cuts] == pytest.approx([8.8, 9 - 0.2 * 2**0.5, 9 - 0.2 * 3**0.5, 8.6, 8.6])
-    assert moves[-1].end == (10, 0, 2)
+    assert [m.end[0] for m in moves if m.kind == "rapid"][1] == pytest.approx(10.2)  # depth 8.8 + 1 + 0.4
+    assert moves[-1].end == pytest.approx((10, 0, -10))
+
+
+def test_threading_cycle_along_the_flank_and_with_a_taper():
+    # tan 29.5 deg = 0.565773: the first pass, 0.2 deep, begins 0.113155 further on and ends 0.2 x 0.565773 before Z
+    moves = linuxcnc("G21 S500 M3 G18 G8\nG0 X10 Z2\nG76 P1 Z-10 I-1 J0.2 K0.4 R2 Q29.5 E1 L2")
+    first = [(m.kind, *(round(v, 4) for v in (m.end[0], m.end[2]))) for m in moves[1:6]]
+    assert first == [
+        ("rapid", 10.2, 1.8868), ("rapid", 8.8, 1.8868), ("thread", 8.8, -8.8868), ("thread", 9.2, -9.8868), ("rapid", 10.2, -9.8868),
+    ]  # fmt: skip
+    # the pitch counts along Z: 1 mm x sqrt(1 + 0.4^2) = 1.07703 per turn on the taper, 500 turns/min
+    assert [m.feed for m in moves[3:5]] == pytest.approx([500, 538.516], abs=1e-3)
 
 
 # -- cycles -------------------------------------------------------------------------------------------------------------
@@ -218,6 +256,10 @@ def test_subprograms_of_fanuc():
     assert interpret(text, "fanuc").moves[-1].end[0] == 5  # 3 + 2 times
 
 
+def test_a_colon_is_a_program_number():
+    assert interpret(":12\nM98 P13\nM30\n:13\nG0 X7.\nM99\n", "fanuc").moves[-1].end[0] == 7
+
+
 def test_a_subprogram_in_a_file_of_its_own(tmp_path: Path):
     (tmp_path / "O0020.nc").write_text("O0020\nG0 X7.\nM99\n")
     assert interpret("O1\nM98 P20\nM30", "fanuc", name=str(tmp_path / "main.nc")).moves[-1].end[0] == 7
@@ -233,7 +275,11 @@ def test_macro_b():
     )
     moves = interpret(text, "fanuc").moves
     assert [m.end[0] for m in moves[:3]] == [1, 2, 3]
-    assert [m.end for m in moves[3:]] == [(3, 8, 0), (3, 8, 7), (1.5, 2, 4)]  # X#150 is vacant: no word at all
+    assert [m.end for m in moves[3:]] == [
+        (3, 8, 0),
+        (3, 8, 7),
+        (1.5, 2, 4),
+    ]  # X#150 is vacant: no word at all
 
 
 def test_modal_macro_after_every_motion():
@@ -271,23 +317,45 @@ def test_decimal_point_rules():
     assert [m.end[0] for m in found.moves] == [10, 20]
     assert "calculator type" in found.warnings[0].text
     increments = interpret("G21 G0 X10\nX20.\nG91 X500\nM30", "fanuc", Setup(decimal_point="increment"))
-    assert [m.end[0] for m in increments.moves] == pytest.approx([0.01, 20, 20.5])  # 10 and 500 increments of 1 um
-    assert interpret("G20 G0 X10\nM30", "fanuc", Setup(decimal_point="increment")).moves[0].end[0] == pytest.approx(0.0254)
+    assert [m.end[0] for m in increments.moves] == pytest.approx(
+        [0.01, 20, 20.5]
+    )  # 10 and 500 increments of 1 um
+    assert interpret("G20 G0 X10\nM30", "fanuc", Setup(decimal_point="increment")).moves[0].end[
+        0
+    ] == pytest.approx(0.0254)
 
 
 def test_absolute_centres_by_the_set_up():
-    moves = interpret("G21 F100.\nG0 X10.\nG3 X0. Y10. I0. J0.\nM30", "fanuc", Setup(arc_centre="absolute")).moves
+    moves = interpret(
+        "G21 F100.\nG0 X10.\nG3 X0. Y10. I0. J0.\nM30", "fanuc", Setup(arc_centre="absolute")
+    ).moves
     assert moves[1].centre == (0, 0, 0)
 
 
 # -- lathe of Fanuc ---------------------------------------------------------------------------------------------------------
 def test_fanuc_lathe():
-    text = "G21 T0101\nG97 S1000 M3\nG0 X40. Z2.\nG1 Z-10. F0.1\nU2. W-1.\nG2 X50. Z-15. R5.\nG32 Z-20. F2.\nM30"
+    text = (
+        "G21 T0101\nG97 S1000 M3\nG0 X40. Z2.\nG1 Z-10. F0.1\nU2. W-1.\nG2 X50. Z-15. R5.\nG32 Z-20. F2.\nM30"
+    )
     moves = interpret(text, "fanuc-lathe", Setup(tools={1: Tool(1, 0.0, shape="turning")})).moves
     assert ends(moves) == [(20, 0, 2), (20, 0, -10), (21, 0, -11), (25, 0, -15), (25, 0, -20)]
     assert [m.feed for m in moves] == pytest.approx([None, 100, 100, 100, 2000])
     assert moves[3].plane == "ZX"
     assert moves[-1].kind == "thread"
+
+
+@pytest.mark.parametrize(("dialect", "orientation"), [("linuxcnc", 2), ("fanuc-lathe", 3)])
+def test_a_turning_tool_is_led_by_its_imaginary_tip(dialect: str, orientation: int):
+    """Nose 0.5 mm, tip towards -X -Z: along a cylinder the tip stays on it; along a 45 deg cone it stands 1 - 0.5 sqrt 2 inside, in X + Z."""
+    setup = Setup(tools={1: Tool(1, 0.0, shape="turning", nose_radius=0.5, orientation=orientation)})
+    if dialect == "linuxcnc":
+        text = "G21 G18 G8 F100 T1 M6\nG0 X8 Z5\nG42\nG0 X10 Z2\nG1 Z-10\nX20 Z-20\nG40 G0 X30 Z-19\nM2"
+    else:
+        text = "G21 G18 G98 F100. T0101\nG0 X16. Z5.\nG42 D1\nG0 X20. Z2.\nG1 Z-10.\nX40. Z-20.\nG40 G0 X60. Z-19.\nM30"
+    moves = [m for m in interpret(text, dialect, setup).moves if m.compensation and m.kind == "line"]
+    assert moves[0].end[0] == pytest.approx(10)  # centre at 10.5, tip half a millimetre below
+    # centre line of the cone x = -z is shifted by 0.5 outwards (to +X +Z): x + z = 0.5 sqrt 2; the tip by 1 less
+    assert moves[-1].end[0] + moves[-1].end[2] == pytest.approx(0.5 * math.sqrt(2) - 1)
 
 
 # -- traces and dialects ------------------------------------------------------------------------------------------------------
@@ -318,6 +386,7 @@ def test_traces_find_the_words():
         ("%\nO0001\nG28 G91 Z0\nM30\n%", "fanuc", False),
         ("M98 P5\nG64 P0.1\nM30", "linuxcnc", True),
         ("G0 X1.\nM30", "fanuc", True),
+        ("G0 X9. Z1.\nG3 X10. Z0. I0. K-.6\nM30", "fanuc-lathe", True),
     ],
 )
 def test_the_dialect_is_guessed_and_doubt_is_told(text: str, dialect: str, doubt: bool):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -43,7 +44,9 @@ def known(name: str, moves: tuple[Move, ...], events: list[Any]) -> tuple[list[S
     if is_cycles:
         # G88 is retracted by hand: the interpreter emits nothing and goes on from the clearance height. We state the
         # retract as a move; before a further cycle of the same plane the oracle has it too, as the way to R.
-        by_hand = [m for m in moves if m.source.line == 20 and m.kind == "rapid" and m.end[2] > m.start[2] + 1][-1:]
+        by_hand = [
+            m for m in moves if m.source.line == 20 and m.kind == "rapid" and m.end[2] > m.start[2] + 1
+        ][-1:]
         assert len(by_hand) == 1
         found = ours(tuple(m for m in moves if m is not by_hand[0]))
     if name == "linuxcnc_comp_g1.ngc":
@@ -71,7 +74,11 @@ def test_the_whole_path_is_that_of_linuxcnc(name: str):
         ("fanuc_contour_abs.nc", 15, "absolute centre"),
         ("fanuc_contour_r.nc", 28, "G0 and G28"),
         ("fanuc_g81.nc", 25, "G0 and G28"),
-        ("fanuc_g83.nc", 25, "G0 and G28"),  # the oracle stops at the unused P of G83 before, a word that we read as dwell
+        (
+            "fanuc_g83.nc",
+            25,
+            "G0 and G28",
+        ),  # the oracle stops at the unused P of G83 before, a word that we read as dwell
         ("fanuc_program.nc", 28, "G0 and G28"),
         ("fanuc_test4.nc", 49, "G0 and G28"),
         ("fanuc_test_turn.nc", 9, "K is no centre word"),
@@ -109,12 +116,14 @@ def test_fanuc_wakes_up_with_g98():
     holes = [s[1][:2] for s in found if s[0] == "line"]
     assert holes == [pytest.approx(s[1][:2]) for s in expected if s[0] == "line"]
     assert len(holes) == 12
-    between = [s[1][2] for a, s in zip(found, found[1:]) if a[0] == "line"]
+    between = [s[1][2] for a, s in pairwise(found) if a[0] == "line"]
     assert between == [100.0] * 12
-    assert [s[1][2] for a, s in zip(expected, expected[1:]) if a[0] == "line"] == pytest.approx([2.0] * 12)
+    assert [s[1][2] for a, s in pairwise(expected) if a[0] == "line"] == pytest.approx([2.0] * 12)
 
 
-@pytest.mark.parametrize("name", ["nist_appC1_hello_world.ngc", "nist_circle_diamond_square.ngc", "fanuc_g17_18_19.nc"])
+@pytest.mark.parametrize(
+    "name", ["nist_appC1_hello_world.ngc", "nist_circle_diamond_square.ngc", "fanuc_g17_18_19.nc"]
+)
 def test_plain_programs_mean_the_same_in_both_dialects(name: str):
     found = read_program(program(name), "fanuc", SETUP)
     assert not differences(ours(found.moves), steps(answer(name)["events"]))
@@ -130,3 +139,26 @@ def test_fanuc_counts_increments_after_a_change_of_length_from_the_programmed_po
     assert apart[0] == 0.0
     first = next(i for i, d in enumerate(apart) if d)
     assert apart[first:] == pytest.approx([25.4] * (len(apart) - first))
+
+
+def test_a_lathe_program_without_g18_is_read_by_the_profile_for_lathes():
+    """fanuc_test_turn.nc, refused by the oracle: X are diameters, I and K count from the start, F per turn (G99)."""
+    found = read_program(program("fanuc_test_turn.nc"), None, SETUP)
+    assert found.dialect == "fanuc-lathe"
+    arc = next(m for m in found.moves if m.kind == "arc")
+    assert (arc.plane, arc.clockwise) == ("ZX", False)
+    assert arc.start == pytest.approx((192.735 / 2, 0, 0))
+    assert arc.centre == pytest.approx((192.735 / 2, 0, -0.6))
+    assert arc.end == pytest.approx((193.84 / 2, 0, -0.366))
+    assert arc.feed == pytest.approx(0.1 * 220)
+
+
+def test_a_program_with_absolute_centres_is_read_with_the_set_up_that_the_message_names():
+    """fanuc_contour_abs.nc and fanuc_contour_r.nc are one contour, corner radius 15.567 mm."""
+    from dataclasses import replace
+
+    with pytest.raises(DataError, match='arc_centre = "absolute"'):
+        read_program(program("fanuc_contour_abs.nc"), "fanuc", SETUP)
+    absolute = read_program(program("fanuc_contour_abs.nc"), "fanuc", replace(SETUP, arc_centre="absolute"))
+    by_radius = read_program(program("fanuc_contour_r.nc"), "fanuc", SETUP)
+    assert not differences(ours(absolute.moves), ours(by_radius.moves))

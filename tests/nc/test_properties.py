@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from oracle import folder
 
@@ -13,9 +13,35 @@ from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Move
 from vcmm.nc.tokens import split_lines, tokenize
 
+# the same examples every time; a busy machine is no fault of the code
+quick = settings(
+    max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
 coordinate = st.integers(-500_000, 500_000).map(lambda n: n / 1000)
 points = st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=1, max_size=8)
-pieces = st.sampled_from(["G1", "g 1", "X-.5", "Y+5.", "X 1 0", "#<a b>", "[1+2]", "(c (x)", ";e", "\r\n", "\r", "\n", " ", "\t", "%", "é", "SIN", "O1", "/"])
+pieces = st.sampled_from(
+    [
+        "G1",
+        "g 1",
+        "X-.5",
+        "Y+5.",
+        "X 1 0",
+        "#<a b>",
+        "[1+2]",
+        "(c (x)",
+        ";e",
+        "\r\n",
+        "\r",
+        "\n",
+        " ",
+        "\t",
+        "%",
+        "é",
+        "SIN",
+        "O1",
+        "/",
+    ]
+)
 
 
 def path(text: str, dialect: str = "linuxcnc") -> tuple[Move, ...]:
@@ -29,6 +55,7 @@ def close(a: tuple[Move, ...], b: tuple[Move, ...], tolerance: float = 1e-9) -> 
     )
 
 
+@quick
 @given(st.lists(pieces | st.text(max_size=6)).map("".join))
 def test_tokens_are_lossless(text: str):
     tokens = list(tokenize(text))
@@ -48,17 +75,22 @@ def test_tokens_of_the_corpus_are_lossless():
         assert "".join(t.text for t in tokenize(text)) == text
 
 
+@quick
 @given(points)
 def test_inches_and_millimetres(points: list[tuple[float, float, float]]):
-    metric = "\n".join(f"G1 X{x * 25.4!r} Y{y * 25.4:.12f} Z{z * 25.4:.12f} F254" for x, y, z in points if "e" not in repr(x * 25.4))
+    metric = "\n".join(
+        f"G1 X{x * 25.4!r} Y{y * 25.4:.12f} Z{z * 25.4:.12f} F254"
+        for x, y, z in points
+        if "e" not in repr(x * 25.4)
+    )
     inch = "\n".join(f"G1 X{x} Y{y} Z{z} F10" for x, y, z in points if "e" not in repr(x * 25.4))
     a, b = path("G21\n" + metric), path("G20\n" + inch)
     assert close(a, b, 1e-7)
     assert all(m.feed == pytest.approx(n.feed) for m, n in zip(a, b))
 
 
+@quick
 @given(points)
-@settings(max_examples=60)
 def test_absolute_and_incremental(points: list[tuple[float, float, float]]):
     absolute = ["G21 G90 F100"] + [f"G1 X{x} Y{y} Z{z}" for x, y, z in points]
     here, incremental = (0.0, 0.0, 0.0), ["G21 G91 F100"]
@@ -68,8 +100,13 @@ def test_absolute_and_incremental(points: list[tuple[float, float, float]]):
     assert close(path("\n".join(absolute)), path("\n".join(incremental)), 1e-5)
 
 
+@quick
 @given(
-    st.floats(1, 200), st.floats(-3.1, 3.1), st.floats(0.05, 6.2), st.booleans(), st.sampled_from(["G17", "G18", "G19"])
+    st.floats(1, 200),
+    st.floats(-3.1, 3.1),
+    st.floats(0.05, 6.2),
+    st.booleans(),
+    st.sampled_from(["G17", "G18", "G19"]),
 )
 def test_arcs_by_centre_and_by_radius(radius: float, begin: float, sweep: float, clockwise: bool, plane: str):
     if abs(sweep - math.pi) < 0.05:
@@ -88,8 +125,14 @@ def test_arcs_by_centre_and_by_radius(radius: float, begin: float, sweep: float,
     assert math.dist(by_centre.centre, (0, 0, 0)) < 1e-8
 
 
+@quick
 @given(points, st.sampled_from(["linuxcnc", "fanuc"]))
-@settings(max_examples=40)
-def test_the_short_cut_for_plain_lines_changes_nothing(points: list[tuple[float, float, float]], dialect: str):
-    text = "G21 G54 F100.\n" + "\n".join(f"N{n} G{n % 2} X{x:.3f} Y{y:.3f} Z{z:.3f}" for n, (x, y, z) in enumerate(points)) + "\nM30"
+def test_the_short_cut_for_plain_lines_changes_nothing(
+    points: list[tuple[float, float, float]], dialect: str
+):
+    text = (
+        "G21 G54 F100.\n"
+        + "\n".join(f"N{n} G{n % 2} X{x:.3f} Y{y:.3f} Z{z:.3f}" for n, (x, y, z) in enumerate(points))
+        + "\nM30"
+    )
     assert interpret(text, dialect).moves == interpret(text, dialect, trace=True).moves

@@ -9,12 +9,12 @@ from cyclopts import Parameter
 
 
 def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
-    """Check a machine or scenario file: all problems at once, each with file, line and fix.
+    """Check a machine, scenario or set-up file: all problems at once, each with file, line and fix.
 
     Parameters
     ----------
     file
-        Machine (machine/1) or scenario (scenario/1) file.
+        Machine (machine/1), scenario (scenario/1) or set-up (setup/1) file.
     json
         Print one JSON document.
     """
@@ -29,10 +29,12 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
         rows = _machine_rows(file)
     elif kind == "scenario":
         rows = _scenario_rows(file)
+    elif kind == "setup":
+        rows = _setup_rows(file)
     else:
-        hint = did_you_mean(kind, ("scenario", "machine")) if kind else misspelt("vcmm", head.data)
+        hint = did_you_mean(kind, ("scenario", "machine", "setup")) if kind else misspelt("vcmm", head.data)
         raise DataError(
-            f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1" or vcmm = "machine/1".{hint}'
+            f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1", vcmm = "machine/1" or vcmm = "setup/1".{hint}'
         )
     if json:
         body = {"file": str(file), "kind": kind, "understood": dict(rows)}
@@ -73,6 +75,21 @@ def _law(one: Any) -> str:
     if not np.isfinite(one.law.u).all():
         name += " (u is infinite for nu <= 2; the coverage interval is given)"
     return name
+
+
+def _setup_rows(file: Path) -> list[list[str]]:
+    from vcmm.files.machine import load_machine
+    from vcmm.files.setup import load_setup
+
+    setup = load_setup(file)
+    rows = _describe_machine(load_machine(setup.machine)) if setup.machine else []
+    rows.append(["dialect", setup.dialect or "guessed from the program"])
+    for name, point in setup.offsets.items():
+        rows.append([f"offset {name}", "work zero at " + " ".join(f"{v:g}" for v in point) + " mm"])
+    for number, tool in setup.tools.items():
+        size = "diameter not stated" if tool.diameter is None else f"diameter {tool.diameter:g} mm"
+        rows.append([f"tool {number}", f"{tool.shape}, length {tool.length:g} mm, {size}"])
+    return rows
 
 
 def _scenario_rows(file: Path) -> list[list[str]]:

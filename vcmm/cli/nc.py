@@ -84,15 +84,18 @@ def _show(program: Path, found: Any, total: Any, moves: bool) -> None:
     if moves:
         rows = [_row(m) for m in found.moves]
         show_table(
-            f"{program}: moves", ["line", "move", "start", "end", "centre", "feed", "tool"], rows, left=(1,)
+            f"{program.name}: moves",
+            ["line", "move", "start", "end", "centre", "feed", "tool"],
+            rows,
+            left=(1,),
         )
     rows = [[kind, str(n), f"{total.lengths[kind]:.3f} mm"] for kind, n in total.counts.items()]
     show_table(
-        f"{program}: {len(found.moves)} moves, dialect {found.dialect}", ["move", "number", "path"], rows
+        f"{program.name}: {len(found.moves)} moves, dialect {found.dialect}", ["move", "number", "path"], rows
     )
     show_table("", ["", "value"], [list(row) for row in total.rows(found)], left=(0, 1))
     if found.warnings:
-        rows = [[f"{program}:{w.line}:{w.column}", w.text] for w in found.warnings]
+        rows = [[f"{program.name}:{w.line}:{w.column}", w.text] for w in found.warnings]
         show_table("remarks", ["where", "what"], rows, left=(0, 1))
 
 

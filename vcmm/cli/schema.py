@@ -7,7 +7,9 @@ from typing import Literal
 
 
 def schema_command(
-    kind: Literal["machine", "scenario", "part", "plan", "recording"] = "scenario", *, out: Path | None = None
+    kind: Literal["machine", "scenario", "part", "plan", "recording", "setup"] = "scenario",
+    *,
+    out: Path | None = None,
 ) -> int:
     """Print the JSON Schema of a file format.
 

@@ -17,6 +17,7 @@ from vcmm.files.plan import PlanFile
 from vcmm.files.recording_tables import RecordingFile
 from vcmm.files.scenario import EnvironmentTable, JobTable, ScenarioFile
 from vcmm.files.schema import Table
+from vcmm.files.setup import SetupFile
 
 MODELS: dict[str, type[Table]] = {
     "machine": MachineFile,
@@ -24,6 +25,7 @@ MODELS: dict[str, type[Table]] = {
     "part": PartFile,
     "plan": PlanFile,
     "recording": RecordingFile,
+    "setup": SetupFile,
 }
 Schema = dict[str, Any]
 

@@ -175,7 +175,7 @@ def _item(reader: Reader, block: Block, dialect: Dialect) -> None:
     if dialect.words == "macro" and (match := _MACRO.match(reader.text, reader.at)):
         block.flow = _macro(reader, match[1].upper(), block)
         return
-    if here in "oO":
+    if here in "oO" or (here == ":" and dialect.words == "macro"):
         _o_word(reader, block, dialect)
         return
     if here == ",":

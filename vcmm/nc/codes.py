@@ -25,7 +25,7 @@ _GROUPS = {
     "other": "G10 G28 G28.1 G30 G30.1 G52 G92 G92.1 G92.2 G92.3",
     "machine": "G53",
 }
-_LINUXCNC = {k: v for k, v in _GROUPS.items()} | {"offset": "G54 G55 G56 G57 G58 G59 G59.1 G59.2 G59.3"}
+_LINUXCNC = _GROUPS | {"offset": "G54 G55 G56 G57 G58 G59 G59.1 G59.2 G59.3"}
 _FANUC = {
     **{k: v for k, v in _GROUPS.items() if k not in ("diameter", "arc")},
     "motion": "G0 G1 G2 G3 G33 G32 G73 G74 G76 G80 G81 G82 G83 G84 G85 G86 G87 G88 G89",

@@ -116,7 +116,7 @@ class Control:
     remarks: list[Remark] = field(default_factory=list)
     remarked: set[str] = field(default_factory=set)
     called: dict[int, str] = field(default_factory=dict)
-    source: Source = Source(1, 1, 1)
+    source: Source = field(default_factory=lambda: Source(1, 1, 1))
     line: int = 1
     ended: bool = False
     saved: tuple[object, ...] | None = None  # M70

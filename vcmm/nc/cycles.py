@@ -75,7 +75,9 @@ def drill(c: Control, w: Words, code: str, column: int) -> None:
                 step[k] = value
     level = max(c.cycle_level, r)
     hole = Hole(c, w, column, r, bottom, r if c.retract == "G99" else level)
-    if (c.cycle_level if c.dialect.words == "o" else c.p[normal]) < r:  # LinuxCNC: even where it stands higher now
+    if (
+        c.cycle_level if c.dialect.words == "o" else c.p[normal]
+    ) < r:  # LinuxCNC: even where it stands higher now
         hole.to(r, True)
     for _ in range(repeats):
         point = [point[0] + step[0], point[1] + step[1]]
@@ -127,10 +129,7 @@ def _words(c: Control, w: Words, code: str, column: int) -> None:
         if number is not None:
             c.cycle[letter] = length(c, w, letter, number)
     needed = _STICKY.get(code)
-    strict = (
-        c.dialect.words == "o" or code == "G83" and c.dialect.words == "macro" and needed == "Q" and False
-    )
-    if needed and strict and needed not in c.cycle:
+    if needed and c.dialect.words == "o" and needed not in c.cycle:
         meaning = "the depth of a peck" if needed == "Q" else "the dwell in seconds"
         raise BlockFault(column, f"{code} needs {needed}, {meaning}; add it")
 

@@ -167,7 +167,9 @@ def _modes(c: Control, w: Words) -> None:
                 _column(w, "plane"),
                 "the plane changes while cutter radius compensation is on; cancel it with G40 before",
             )
-        if PLANES[g["plane"]] != c.plane and c.dialect.words == "macro":  # LinuxCNC keeps the level of the series
+        if (
+            PLANES[g["plane"]] != c.plane and c.dialect.words == "macro"
+        ):  # LinuxCNC keeps the level of the series
             c.cycle_level = None
         c.plane = PLANES[g["plane"]]
     if "distance" in g:
@@ -281,7 +283,7 @@ def _motion(c: Control, w: Words) -> None:
             c.cycle.clear()
             c.cycle_level = None
         c.motion = code
-    if "other" in w.g or "dwell" in w.g and not _axis_left(c, w):
+    if "other" in w.g or ("dwell" in w.g and not _axis_left(c, w)):
         return
     if "machine" in w.g:
         machine_move(c, w, _column(w, "machine"))

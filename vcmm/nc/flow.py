@@ -15,7 +15,7 @@ from vcmm.nc.texts import Text, find_file
 
 DEEPEST = 50
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
-MOST_BLOCKS = 20_000_000
+MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
 ARGUMENTS = dict(
     zip("ABCIJKDEFHMQRSTUVWXYZ", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26))
 )
@@ -44,7 +44,7 @@ class Runner:
         self.frames: list[Frame] = []
         self.counters: dict[tuple[int, str], int] = {}
         self.others: dict[str, Text] = {}
-        self.idle, self.moves_seen, self.blocks = 0, 0, 0
+        self.idle, self.moves_seen, self.repeated = 0, 0, 0
         self.modal_macro: tuple[int, list[tuple[str, float]]] | None = None
 
     # -- jumps ----------------------------------------------------------------------------------------------------
@@ -60,6 +60,17 @@ class Runner:
                     f"the loop has run {IDLE_JUMPS} times without a motion: it seems endless; check its condition",
                 )
         self.at = index
+
+    def executed(self, first: int, last: int) -> None:
+        """Count the runs of lines first to last - 1. Raises BlockFault where too many are repeated."""
+        runs = self.text.runs
+        for index in range(first, last):
+            runs[index] = runs.get(index, 0) + 1
+        if last > first and runs[first] > 1:
+            self.repeated += last - first
+            if self.repeated > MOST_REPEATED:
+                text = f"loops and subprograms have executed more than {MOST_REPEATED} blocks again; check their conditions"
+                raise BlockFault(1, text)
 
     def truth(self, value: float | Value, column: int) -> bool:
         number = self.compute(value, column)

@@ -18,7 +18,7 @@ from vcmm.nc.control import IDENTITY, Affine, Control, new_control
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE, Dialect, check_name
 from vcmm.nc.execute import execute
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.flow import MOST_BLOCKS, Runner, call_program, end_program, macro, macro_call, modal_call, o_word
+from vcmm.nc.flow import Runner, call_program, end_program, macro, macro_call, modal_call, o_word
 from vcmm.nc.motion import signed_speed
 from vcmm.nc.moves import Move, Point, Program, Source
 from vcmm.nc.parameters import attach
@@ -96,20 +96,15 @@ def _blocks(r: Runner, tracer: list[Any] | None) -> None:
         while not c.ended:
             if r.at >= len(r.text.lines):
                 _end_of_text(r, started)
-                break
+                continue
             if tracer is None and r.modal_macro is None:
                 _plain_lines(r)
                 if r.at >= len(r.text.lines):
                     continue
             index = r.at
             r.at += 1
-            r.blocks += 1
             c.line = index + 1
-            _one(r, r.text.block(index), index, started, tracer)
-            if r.blocks > MOST_BLOCKS:
-                raise BlockFault(
-                    1, f"more than {MOST_BLOCKS} blocks have been executed; check the loops of the program"
-                )
+            _one(r, r.text.block(index), index, tracer)
     except BlockFault as fault:
         raise c.program_fault(c.line, fault.column, fault.text) from None
     _text_after_end(r)
@@ -151,7 +146,7 @@ def _text_after_end(r: Runner) -> None:
         r.c.remark("the text after the end of the program is not read")
 
 
-def _one(r: Runner, block: Block, index: int, started: bool, tracer: list[Any] | None) -> None:
+def _one(r: Runner, block: Block, index: int, tracer: list[Any] | None) -> None:
     """Execute one block."""
     c = r.c
     if block.percent:
@@ -159,7 +154,7 @@ def _one(r: Runner, block: Block, index: int, started: bool, tracer: list[Any] |
         return
     if block.deleted and c.setup.block_delete:
         return
-    r.text.runs[index] = r.text.runs.get(index, 0) + 1
+    r.executed(index, index + 1)
     if block.deleted:
         c.remark(
             'blocks with "/" are executed; write block_delete = true in the set-up file to leave them out',
@@ -167,11 +162,8 @@ def _one(r: Runner, block: Block, index: int, started: bool, tracer: list[Any] |
         )
     if block.flow is not None and block.flow.kind != "program":
         if block.words or block.assigns:
-            if c.dialect.words == "o" or block.flow.kind not in ("if-then",):
-                raise BlockFault(
-                    block.flow.column,
-                    "flow control must stand alone in its block; write the other words on a line of their own",
-                )
+            text = "flow control must stand alone in its block; write the other words on a line of their own"
+            raise BlockFault(block.flow.column, text)
         (o_word if c.dialect.words == "o" else macro)(r, block.flow, index)
         return
     if block.flow is not None:
@@ -230,7 +222,7 @@ def _plain_lines(r: Runner) -> None:
         or (c.dialect.words == "macro" and c.dialect.decimal_point != "calculator")
     ):  # fmt: skip
         return
-    lines, runs, match, emit, sides = r.text.lines, r.text.runs, _PLAIN.match, c.moves.append, c.sides.append
+    lines, match, emit, sides = r.text.lines, _PLAIN.match, c.moves.append, c.sides.append
     rapid_tail, line_tail = _tails(c)
     strict = c.dialect.words == "macro" and "decimal point" not in c.remarked
     unit, absolute, compensation, rapid = c.unit, c.absolute, c.compensation, c.motion == "G0"
@@ -273,9 +265,9 @@ def _plain_lines(r: Runner) -> None:
             )
         )
         sides(compensation)
-        runs[at - 1] = runs.get(at - 1, 0) + 1
         start = goal
-    r.blocks += at - r.at
+    c.line = r.at + 1
+    r.executed(r.at, at)
     r.at, c.motion = at, "G0" if rapid else "G1"
     c.arrive([x, y, z], start)
 
@@ -311,7 +303,18 @@ def _trace(r: Runner, w: Words, index: int, before: Any, made: int, out: list[An
         move = c.moves[i]
         ends = (_programmed(affine, move.start), _programmed(affine, move.end))
         one = Trace(
-            r.text.name, index + 1, words, before, after, ends, affine, 0, c.markers[i], len(r.frames)
+            r.text.name,
+            index + 1,
+            words,
+            before,
+            after,
+            ends,
+            affine,
+            0,
+            c.markers[i],
+            len(r.frames),
+            move,
+            c.sides[i],
         )
         out.append((one, r.text, index))
 

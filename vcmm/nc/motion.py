@@ -144,9 +144,10 @@ def line(
     start, end = c.tip(), c.to_tip(p)
     feed = None
     if not rapid:
-        feed = feed_rate(
-            c, w, path_length(c, start, end, rotary), column, (start[0] + end[0]) / 2.0 - c.shift[0]
-        )
+        middle_x = (start[0] + end[0]) / 2.0 - c.shift[0]
+        feed = feed_rate(c, w, path_length(c, start, end, rotary), column, middle_x)
+        if start == end and rotary != c.rotary and c.feed_mode == "G94":
+            feed /= c.unit  # degrees per minute, whatever the unit of length
     c.emit(make(c, kind or ("rapid" if rapid else "line"), start, end, rotary, feed))
     c.rotary = rotary
     c.arrive(p, end)
@@ -184,8 +185,6 @@ def arc(c: Control, w: Words, clockwise: bool, column: int) -> None:
         centre = _centre_of_radius(c, w, before, p, length(c, w, "R", radius), clockwise, named)
     else:
         centre = _centre_of_words(c, w, before, p, column)
-        if not named and c.dialect.words == "o" and c.absolute and not any(w.has(AXES[i]) for i in range(3)):
-            pass  # a full circle without an end point
     centre[normal] = before[normal]
     sweep = _swept(before, p, centre, first, second, clockwise, turns)
     _emit_arc(c, w, before, p, rotary, centre, clockwise, turns, sweep, column)
@@ -242,8 +241,6 @@ def _check_radii(c: Control, before: list[float], p: list[float], centre: list[f
     off = abs(r1 - r2)
     if off > never or (off > step and off > share * max(r1, r2)):
         hint = ""
-        words = [before[i] if c.arc_absolute else 0.0 for i in (0, 1, 2)]
-        del words
         if not c.arc_absolute and _fits_absolute(c, before, p, centre):
             hint = '; the words fit an absolute centre: write arc_centre = "absolute" in the set-up file'
         raise BlockFault(

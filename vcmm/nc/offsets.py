@@ -57,6 +57,7 @@ def _offset_name(c: Control, w: Words, column: int) -> str:
 def _set_offset(c: Control, w: Words, kind: int, column: int) -> None:
     name = _offset_name(c, w, column)
     old = list(c.offsets.get(name, NO_ROTARY) if name else c.common)
+    named: dict[int, float] = {}
     angle = w.take("R")
     if angle is not None and kind == 2 and c.dialect.words == "o":
         c.rotations[name] = math.radians(angle)
@@ -65,10 +66,10 @@ def _set_offset(c: Control, w: Words, kind: int, column: int) -> None:
         if number is None:
             continue
         value = length(c, w, axis, number) / (2.0 if axis == "X" and c.diameter else 1.0)
-        if kind == 20:  # so that the present position reads the value
-            old[i] = c.tip()[i] - value - c.g92[i] - c.g52[i]
-        else:
-            old[i] = value if c.absolute or c.dialect.words == "o" else old[i] + value
+        named[i] = value
+        old[i] = value if c.absolute or c.dialect.words == "o" else old[i] + value
+    if kind == 20:
+        old = _reading(c, name, named)
     _no_rotary(w, column)
     new = (old[0], old[1], old[2])
     if name:
@@ -76,6 +77,16 @@ def _set_offset(c: Control, w: Words, kind: int, column: int) -> None:
     else:
         c.common = new
     c.rebuild()
+
+
+def _reading(c: Control, name: str, named: dict[int, float]) -> list[float]:
+    """The offset with which the present position reads the named values, the other axes what they read now."""
+    kept, c.offset = c.offset, name or c.offset
+    c.rebuild()
+    here, wanted = c.to_tip(c.p), [named.get(i, c.p[i]) for i in range(3)]
+    there, base = c.to_tip(wanted), c.offsets.get(c.offset, NO_ROTARY)
+    c.offset = kept
+    return [base[i] + here[i] - there[i] for i in range(3)]
 
 
 def _no_rotary(w: Words, column: int) -> None:
@@ -92,21 +103,8 @@ def _set_tool(c: Control, w: Words, kind: int, column: int) -> None:
         raise BlockFault(column, f"G10 L{kind} needs P, the number of the tool or register")
     old = c.tools.get(number, Tool(number))
     radius = w.take("R")
-    z = w.take("Z")
     if c.dialect.words == "o":
-        x, y = w.take("X"), w.take("Y")
-        shift = c.tip()[2] - c.to_tip([0.0, 0.0, 0.0])[2] if kind in (10, 11) else 0.0
-        new = old
-        if z is not None:
-            new = replace(new, length=z * c.unit if kind == 1 else c.q[2] - c.shift[2] - z * c.unit)
-        if radius is not None:
-            new = replace(new, diameter=2.0 * radius * c.unit)
-        if x is not None:
-            new = replace(new, offset_x=x * c.unit)
-        if y is not None:
-            new = replace(new, offset_y=y * c.unit)
-        del shift
-        c.tools[number] = new
+        c.tools[number] = _entered_tool(c, w, old, kind, column)
         return
     if radius is None:
         raise BlockFault(column, f"G10 L{kind} needs R, the value of the register")
@@ -117,6 +115,27 @@ def _set_tool(c: Control, w: Words, kind: int, column: int) -> None:
     else:
         base = 0.0 if c.absolute and kind == 12 else c.radii.get(number, old.radius or 0.0)
         c.radii[number] = base + value
+
+
+def _entered_tool(c: Control, w: Words, old: Tool, kind: int, column: int) -> Tool:
+    """G10 L1: offsets as given. L10: so that the present position reads X Y Z; L11: the same in the ninth offset, G59.3."""
+    if kind not in (1, 10, 11):
+        raise BlockFault(
+            column, f"G10 L{kind} is not known in {c.dialect.name}; known are L1, L2, L10, L11 and L20"
+        )
+    origin = c.offsets.get("G59.3", NO_ROTARY) if kind == 11 else c.shift
+    new = list(old.offset)
+    for i, axis in enumerate(AXES):
+        number = w.take(axis)
+        if number is not None:
+            new[i] = number * c.unit if kind == 1 else c.q[i] - origin[i] - number * c.unit
+    radius, orientation = w.take("R"), w.whole("Q", column)
+    w.used |= {"I", "J"}  # angles of a turning tool: no effect on the path
+    return replace(
+        old, offset_x=new[0], offset_y=new[1], length=new[2],
+        diameter=old.diameter if radius is None else 2.0 * radius * c.unit,
+        orientation=old.orientation if orientation is None else orientation,
+    )  # fmt: skip
 
 
 def preset(c: Control, w: Words, code: str, column: int) -> None:

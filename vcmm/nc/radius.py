@@ -67,7 +67,7 @@ def centre_path(
     moves: Sequence[Move],
     sides: Sequence[str | None],
     radii: Sequence[float],
-    style: Style = LINUXCNC,
+    style: Style | Sequence[Style] = LINUXCNC,
     shifts: Sequence[Point] | None = None,
     file: str = "",
 ) -> list[Move]:
@@ -77,6 +77,8 @@ def centre_path(
     Moves without motion in the plane (along its normal, dwells) are carried along at the centre point reached. Corner
     moves take the source, feed and state of the move after the corner. shifts[i] (mm): from the centre to the
     controlled point, for lathe tools set at their imaginary nose; zero (None) where tools are set at the centre.
+    Approaches and departures that are programmed for the centre itself (APPR CT and its like) are moves without
+    compensation that end beside the start of the contour or start beside its end. style: one, or one per move.
     Raises ModelLimit with the line for an inside corner or arc that the tool cannot reach, a lead-in not longer than the
     radius, and what may not be done while compensation is on.
     """
@@ -84,9 +86,12 @@ def centre_path(
         raise UsageError(
             f"{len(moves)} moves need as many sides and radii, got {len(sides)} and {len(radii)}."
         )
-    walker = _Walker(style, file)
+    styles = [style] * len(moves) if isinstance(style, Style) else list(style)
+    walker = _Walker(styles[0] if styles else LINUXCNC, file)
     i = 0
     while i < len(moves):
+        if sides[i] is not None:  # that of a run is in force until after its exit
+            walker.style = styles[i]
         j = i
         while j < len(moves) and sides[j] is not None:
             j += 1
@@ -113,7 +118,11 @@ class _Walker:
         if self.off == (0.0, 0.0, 0.0):
             self.path.append(move)
             return
-        start = self.path[-1].end
+        start = self.standing(move)
+        if self.path and _near(move.start, self.path[-1].end):  # the exit was written for the centre itself
+            self.off = (0.0, 0.0, 0.0)
+            self.path.append(move)
+            return
         if move.kind == "arc":
             self.refuse(
                 move,
@@ -126,6 +135,11 @@ class _Walker:
         self.off = off
         self.path.append(move._replace(start=start, end=(end[0], end[1], end[2])))
 
+    def standing(self, move: Move) -> Point:
+        """Where the controlled point really is before a move; exactly where the path ends, unless the tool has changed."""
+        start = _plus(move.start, self.off)
+        return self.path[-1].end if self.path and _near(start, self.path[-1].end) else start
+
     def run(
         self,
         moves: Sequence[Move],
@@ -137,33 +151,35 @@ class _Walker:
         """One stretch with compensation on."""
         self.check_run(moves, sides, radii)
         h = radii[0] if sides[0] == "left" else -radii[0]
-        first = moves[0].start
-        here = self.path[-1].end if self.path else first
-        here = _minus(here, shift)
+        here = _minus(self.standing(moves[0]), shift)
         if h == 0.0 and self.off == (0.0, 0.0, 0.0) and shift == (0.0, 0.0, 0.0):
             self.path += [m._replace(compensation=s) for m, s in zip(moves, sides)]
             return
         planar = [k for k, m in enumerate(moves) if _planar(m)]
         pieces = [self.piece(moves[k]) for k in planar]
-        if pieces:
+        engaged = bool(pieces) and self.engaged(moves[planar[0]], pieces[0], h)
+        if engaged:
+            here = _minus(self.path[-1].end, shift)
+        elif pieces:
             pieces[0] = self.entry_piece(moves[planar[0]], pieces[0], here, h)
         joints = [
-            self.joint(moves[b], pieces[n], pieces[n + 1], h, first=n == 0) for n, b in enumerate(planar[1:])
+            self.joint(moves[b], pieces[n], pieces[n + 1], h, first=n == 0 and not engaged)
+            for n, b in enumerate(planar[1:])
         ]
         exit_joint = self.exit_joint(pieces, h, after)
         ends = [j.end for j in joints] + ([exit_joint.end] if pieces else [])
         maker = _Maker(self, here, shift, sides[0] or "left")
         number = -1
-        for k, move in enumerate(moves):
+        for move in moves:
             if not _planar(move):
                 maker.carry(move)
                 continue
             number += 1
             if number > 0:
-                maker.round(joints[number - 1], move, h, self.feed_before(moves, k))
-            maker.offset(move, pieces[number], h, ends[number], entry=number == 0)
+                maker.round(joints[number - 1], move, h)
+            maker.offset(move, pieces[number], h, ends[number], entry=number == 0 and not engaged)
         if pieces and (exit_joint.via or exit_joint.start != exit_joint.end):
-            maker.round(exit_joint, _next_planar(after) or moves[-1], h, self.feed_before(moves, len(moves)))
+            maker.round(exit_joint, _next_planar(after) or moves[-1], h)
         if self.path:
             self.off = _minus(self.path[-1].end, moves[-1].end)
 
@@ -194,6 +210,14 @@ class _Walker:
         assert move.centre is not None
         centre = (move.centre[one], move.centre[two])
         return Piece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
+
+    def engaged(self, move: Move, piece: Piece, h: float) -> bool:
+        """True where the path already ends beside the start of the contour: an approach written for the centre itself."""
+        if not self.path or _near(self.path[-1].end, move.start):
+            return False
+        one, two, _ = PLANES[move.plane]
+        end = self.path[-1].end
+        return math.dist((end[one], end[two]), beside(piece, piece.start, h)) < 1e-9
 
     def entry_piece(self, move: Move, piece: Piece, here: Point, h: float) -> Piece:
         """The entry from where the tool really stands, as a piece that ends on the contour."""
@@ -243,13 +267,11 @@ class _Walker:
                 return corner(last, out, h, self.style.corner)
         return Joint(point, point)
 
-    def feed_before(self, moves: Sequence[Move], k: int) -> float | None:
-        """The feed last programmed before move k, for corner moves between rapids."""
-        for before in (reversed(moves[:k]), reversed(self.path)):
-            for move in before:
-                if move.feed is not None:
-                    return move.feed
-        return None
+    def feed_for(self, following: Move) -> float | None:
+        """The feed of a corner move: that of the move after it, for a rapid the last one before."""
+        if following.feed is not None:
+            return following.feed
+        return next((m.feed for m in reversed(self.path) if m.feed is not None), None)
 
     def gouge(self, move: Move, h: float) -> NoReturn:
         self.refuse(
@@ -314,11 +336,11 @@ class _Maker:
         turns = max(1, math.ceil(abs(sweep) / (2 * math.pi) - 1e-9))
         self.put(move._replace(turns=turns), target, self.at(move, piece.centre, self.here[normal]))
 
-    def round(self, joint: Joint, following: Move, h: float, feed: float | None) -> None:
+    def round(self, joint: Joint, following: Move, h: float) -> None:
         """The extra moves at an outside corner, at the height reached."""
         height = self.here[PLANES[following.plane][2]]
         state = following._replace(
-            rotary_end=following.rotary_start, feed=following.feed if following.feed is not None else feed,
+            rotary_end=following.rotary_start, feed=self.walker.feed_for(following),
             turns=1, clockwise=None, centre=None, seconds=0.0, exact_stop=False,
         )  # fmt: skip
         if joint.pivot is not None:
@@ -350,6 +372,10 @@ def _planar(move: Move) -> bool:
 
 def _next_planar(moves: Sequence[Move]) -> Move | None:
     return next((m for m in moves if _planar(m)), None)
+
+
+def _near(a: Point, b: Point) -> bool:
+    return math.dist(a, b) < 1e-9
 
 
 def _plus(a: Point, b: Point) -> Point:

@@ -60,4 +60,6 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
         others = sorted({d for d, _ in found} - {found[0][0]})
         doubt = f"; signs of {', '.join(others)} are there too, so name it with --dialect" if others else ""
         return found[0][0], f"the program has {found[0][1]}{doubt}"
+    if not re.search(r"Y[-+ \d.]", plain) and re.search(r"G0?[23][^\n]*K[-+ \d.]", plain):
+        return "fanuc-lathe", "there is no Y and arcs have K, so name it with --dialect where that is wrong"
     return "fanuc", "nothing tells it apart, so name it with --dialect where that is wrong"

@@ -11,7 +11,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.tokens import split_lines
 
 _O_WORD = re.compile(
-    rf"[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*(<[^>]*>|\d+)[ \t]*({'|'.join(O_WORDS)})?", re.IGNORECASE
+    rf"[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?[O:][ \t]*(<[^>]*>|\d+)[ \t]*({'|'.join(O_WORDS)})?", re.IGNORECASE
 )
 _N_WORD = re.compile(r"[ \t]*/?\d?[ \t]*N[ \t]*(\d+)", re.IGNORECASE)
 _LOOP = re.compile(r"(?:^|[^A-Z])(DO|END)[ \t]*([123])", re.IGNORECASE)
@@ -34,7 +34,7 @@ class Text:
 
     def _find_o_words(self) -> None:
         for i, line in enumerate(self.lines):
-            if ("O" in line or "o" in line) and (match := _O_WORD.match(line)):
+            if ("O" in line or "o" in line or ":" in line) and (match := _O_WORD.match(line)):
                 label = "".join(match[1].strip("<>").lower().split())
                 label = str(int(label)) if label.isdigit() else label
                 if match[2] and self.dialect.words == "o":

@@ -1,6 +1,7 @@
 """Trace: for each move, which words made it and what was in force; for whoever rewrites the program.
 
-Made only on request (interpret(..., trace=True)), parallel to Program.moves.
+Made only on request (interpret(..., trace=True)), parallel to Program.moves. Where radius compensation is on, moves at
+outside corners are added and the two are no longer parallel: the traces are those of the programmed contour.
 """
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from vcmm.nc.control import Affine, Modal
+from vcmm.nc.control import Affine, Compensation, Modal
+from vcmm.nc.moves import Move
 
 
 class WordAt(NamedTuple):
@@ -32,7 +34,8 @@ class Trace(NamedTuple):
     around the block; programmed: start and end in programmed coordinates (mm, before rotation and shifts);
     transformation: programmed point -> tip point at the end of the move; runs: how often the block was executed in
     the whole program; cycle: the canned cycle that made the move, "" for a move of its own; call: how many subprograms
-    are under way.
+    are under way; contour: the move as programmed, before radius compensation (the move itself where there is none);
+    compensation: side and radius in force.
     """
 
     file: str
@@ -45,3 +48,5 @@ class Trace(NamedTuple):
     runs: int
     cycle: str
     call: int
+    contour: Move
+    compensation: Compensation | None

@@ -1,0 +1,29 @@
+"""Front-end for Sinumerik programs (840D sl, 828D, One): text -> canonical moves. What is understood stands in the docs."""
+
+from __future__ import annotations
+
+from vcmm.nc.moves import Program
+from vcmm.nc.recorder import Recorder
+from vcmm.nc.setup import Setup
+from vcmm.nc.sinumerik_flow import Runner, sections_of
+from vcmm.nc.sinumerik_motion import Interpreter
+from vcmm.nc.sinumerik_text import tokenize
+
+__all__ = ["read", "tokenize"]
+
+
+def read(text: str, file: str, setup: Setup) -> Program:
+    """The moves of a program. `file` is its name for messages.
+
+    Raises ProgramFault (file, line, column, reason, fix) for what cannot be understood, and ModelLimit for a contour that
+    the tool cannot follow. A tool change takes place at M6 where the program has M6 anywhere, else at T.
+    """
+    sections = sections_of(text, file)
+    recorder = Recorder(file, setup, "sinumerik")
+    by_m6 = any(
+        item.name == "M" and item.text in ("6", "06") for s in sections for b in s.blocks for item in b.items
+    )
+    interpreter = Interpreter(recorder, by_m6)
+    runner = Runner(recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work)
+    runner.run(sections[0])
+    return recorder.program()
