@@ -265,7 +265,7 @@ def summary(path: Toolpath) -> str:
         lines.append("  " + ", ".join(f"{prefix}{name} {seconds:.1f} s" for name, seconds in parts))
     stops = len(path.timing.first)
     lines.append(
-        f"  {len(path.timing.moves)} moves, {stops} starts from rest, {np.count_nonzero(path.timing.joints.reach)} rounded "
+        f"  {len(path.timing.moves)} moves, {stops} starts from rest, {np.count_nonzero(path.timing.joints.before)} rounded "
         f"corners, {path.timing.joints.tool_changes} tool changes, {path.n} rows"
     )
     return "\n".join(lines + [f"  assumed: {text}" for text in path.assumptions])
