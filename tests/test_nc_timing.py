@@ -139,6 +139,14 @@ def test_the_control_stops(moves):
     assert at.position[0, :3] == pytest.approx([50, 0, 0], abs=1e-9)
 
 
+def test_axes_that_were_moved_unseen_start_again_from_rest():
+    moves = [line((0, 0, 0), (50, 0, 0)), line((60, 0, 0), (90, 0, 0))]
+    timing = plan_motion(moves, mill())
+    assert len(timing.first) == 2
+    assert timing.begun[1] > timing.ended[0]
+    assert timing.state(timing.begun[1:]).position[0, 0] == pytest.approx(60.0)
+
+
 def test_two_lines_that_go_on_straight_are_one():
     halves = [line((0, 0, 0), (40, 0, 0)), line((40, 0, 0), (100, 0, 0))]
     assert plan_motion(halves, mill()).seconds == pytest.approx(1.2, abs=1e-12)

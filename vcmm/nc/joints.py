@@ -18,6 +18,7 @@ from vcmm.nc.limits import LEAST_PAUSE, Control
 from vcmm.nc.moves import Move
 from vcmm.run import Array
 
+GAP = 1e-6  # mm or rad between the end of a move and the start of the next: something moved the axes unseen
 Bools = np.typing.NDArray[np.bool_]
 
 
@@ -48,7 +49,9 @@ def joints_of(moves: Sequence[Move], moving: Ints, curves: Curves, control: Cont
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
-    stop |= _gaps(curves, first, second) > 1e-6
+    apart_in_space = _gaps(curves, first, second) > GAP
+    pause[1:-1] += np.where(apart_in_space & (between == 0), LEAST_PAUSE, 0.0)
+    stop |= apart_in_space
     tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]])
     reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
     turn, bend = direction_jump(curves, first, second)
