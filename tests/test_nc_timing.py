@@ -104,7 +104,7 @@ def test_an_arc_that_misses_its_end_closes_the_gap():
 def test_corner_is_left_38_um_early_for_10_um():
     """0.010 x 16 / (3 sqrt 2) = 0.037712 mm, and the middle of the rounding lies 10 um from the corner."""
     timing = plan_motion(corner(0.010), mill())
-    assert timing.joints.reach[0] == pytest.approx(0.0377124, abs=1e-7)
+    assert timing.joints.before[0] == pytest.approx(0.0377124, abs=1e-7)
     assert deviation_from_corner(timing, 50.0) == pytest.approx(0.010, rel=1e-6)
     # a = 3/4 sqrt2/sqrt2 v^2 / d per axis <= 0.6 x 1000, j = 1.5 v^3 / d^2 <= 0.5 x 10000: v = 1.680 mm/s
     assert timing.elements.speed[1] == pytest.approx((5000 * 0.0377124**2 / 1.5) ** (1 / 3), rel=1e-5)
@@ -139,6 +139,14 @@ def test_the_control_stops(moves):
     assert at.position[0, :3] == pytest.approx([50, 0, 0], abs=1e-9)
 
 
+def test_axes_that_were_moved_unseen_start_again_from_rest():
+    moves = [line((0, 0, 0), (50, 0, 0)), line((60, 0, 0), (90, 0, 0))]
+    timing = plan_motion(moves, mill())
+    assert len(timing.first) == 2
+    assert timing.begun[1] > timing.ended[0]
+    assert timing.state(timing.begun[1:]).position[0, 0] == pytest.approx(60.0)
+
+
 def test_two_lines_that_go_on_straight_are_one():
     halves = [line((0, 0, 0), (40, 0, 0)), line((40, 0, 0), (100, 0, 0))]
     assert plan_motion(halves, mill()).seconds == pytest.approx(1.2, abs=1e-12)
@@ -148,7 +156,7 @@ def test_a_tangent_arc_is_run_through_within_the_tolerance():
     arc = Move("arc", AT, (50, 0, 0), (75, 25, 0), centre=(50, 25, 0), clockwise=False, feed=3000.0)
     timing = plan_motion([line((0, 0, 0), (50, 0, 0), 3000.0), arc], mill())
     assert len(timing.first) == 1
-    assert timing.joints.reach[0] > 0.5  # deviations of a tangent joint grow with d^2 only: it is long
+    assert timing.joints.before[0] > 0.5  # deviations of a tangent joint grow with d^2 only: it is long
     assert worst_from_contour(timing, [(0, 50)], [((50, 25), 25)]) < 0.010
 
 
@@ -292,3 +300,19 @@ def test_control_table():
         control_from({"tolerance": 0.01})
     with pytest.raises(UsageError, match='Did you mean "tolerance"'):
         control_from({"tolerence": "10 um"})
+
+
+def test_chords_of_a_circle_run_as_a_circle():
+    """Chords of 0.5 mm on R 25 with 10 um: one curve that touches them, at the feed of 50 mm/s, 2500 / 25 = 100 mm/s^2.
+
+    Block by block it would rise to 1.5 times that and fall to 0 in every chord.
+    """
+    angle = np.linspace(0, 2 * math.pi, 315)
+    points = 25 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    timing = plan_motion([line(a, b, 3000.0) for a, b in pairwise(points)], mill())
+    amid = timing.state(np.linspace(0.4, 0.6, 2000) * timing.seconds)
+    assert np.linalg.norm(amid.speed[:, :2], axis=1) == pytest.approx(50.0, rel=1e-3)
+    assert np.linalg.norm(amid.acceleration[:, :2], axis=1) == pytest.approx(100.0, rel=0.02)
+    radius = np.hypot(*amid.position[:, :2].T)  # sagitta 0.5^2 / 200 = 1.25 um: between chord and corner
+    assert radius.min() > 25.0 - 1.3e-3
+    assert radius.max() < 25.0

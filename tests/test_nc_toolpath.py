@@ -198,6 +198,9 @@ def test_spindle_tool_and_cut_length():
     path = toolpath(moves, mill(), control=Control(tool_change=2.0))
     end = np.flatnonzero(path.move == 0)[-1]
     assert path.columns["spindle_angle_rad"][end] == pytest.approx(24 * math.pi, rel=1e-9)
+    on = path.columns["spindle_on_s"]
+    assert on[end] == pytest.approx(1.2)
+    assert on[path.labels["tool"] == "2"] == pytest.approx(0.0)
     cut, tool = path.columns["cut_length_mm"], path.columns["tool_number"]
     assert cut[tool == 2].max() == pytest.approx(10.0)
     assert cut[-1] == pytest.approx(110.0)

@@ -9,6 +9,8 @@ with directions u1, u2 it is
 which leaves the corner by 3/16 d |u2 - u1| (at most, at t = 1/2), with q'' at most 3/4 |u2 - u1| / d. Elsewhere the
 deviation is the largest distance at the same s, which is never below the distance between the two curves.
 A quarter turn with 10 um tolerance is left 38 um before the corner: 0.010 x 16 / (3 sqrt 2) = 0.0377 mm.
+
+Rows of short lines are taken as one curve (`chained`): their roundings meet in the middle of each line.
 """
 
 from __future__ import annotations
@@ -25,6 +27,9 @@ CHECKED = np.array(
 )  # places of a rounding at which it is compared
 STRAIGHT = 1e-9  # directions and curvatures that differ by less go on as one
 BACK = -0.99  # cosine of the angle beyond which a corner is a reversal: the control stops there
+UNEVEN, SHARP = 3.0, 0.5  # what a chain of lines may hold: ratio of neighbouring lengths, turn in rad
+ATTEMPTS = 50  # rounds of sorting out what is no chain
+Bends = tuple[Array, Array]
 WEIGHT = np.array([1.0, 1.0, 1.0, ROTARY_ARM, ROTARY_ARM, ROTARY_ARM])
 
 
@@ -82,7 +87,7 @@ def _fitted(curves: Curves, first: Ints, second: Ints, room: Array, tolerance: A
     """The reach at which the deviation meets the tolerance, from above; it grows with d (corner) or d^2 (tangent)."""
     reach, left = room.copy(), np.arange(len(room))
     for _ in range(60):
-        deviation = deviations(curves, first[left], second[left], reach[left])
+        deviation = deviations(curves, first[left], second[left], reach[left], reach[left])
         wide = deviation > tolerance[left]
         left = left[wide]
         if not len(left):
@@ -92,33 +97,41 @@ def _fitted(curves: Curves, first: Ints, second: Ints, room: Array, tolerance: A
     return reach
 
 
-def deviations(curves: Curves, first: Ints, second: Ints, reach: Array) -> Array:
+def deviations(
+    curves: Curves, first: Ints, second: Ints, before: Array, after: Array, bends: Bends | None = None
+) -> Array:
     """Largest distance (k,) mm between rounding and programmed path at the same s; rotary axes at their arm."""
+    length = before + after
     blend = Curves(
-        blend_coefficients(curves, first, second, reach),
-        2 * reach,
-        np.full(len(reach), -1, dtype=np.intp),
+        blend_coefficients(curves, first, second, before, after, bends),
+        length,
+        np.full(len(length), -1, dtype=np.intp),
         curves.sweep,
         curves.cosine,
         curves.sine,
     )
-    which, worst = np.arange(len(reach)), np.zeros(len(reach))
-    for place in CHECKED:
-        s = 2 * reach * place
-        if place < 0.5:
-            programmed = curves.at(first, curves.length[first] - reach + s)
-        else:
-            programmed = curves.at(second, np.maximum(s - reach, 0.0))
+    which, worst = np.arange(len(length)), np.zeros(len(length))
+    for s in (before, *(length * place for place in (CHECKED if bends is None else CHECKED[1::3]))):
+        early = (s < before)[:, None]
+        on_first = curves.at(first, curves.length[first] - np.maximum(before - s, 0.0))
+        programmed = np.where(early, on_first, curves.at(second, np.maximum(s - before, 0.0)))
         gap = (blend.at(which, s) - programmed) * WEIGHT
         worst = np.maximum(worst, np.linalg.norm(gap, axis=1))
     return worst
 
 
-def blend_coefficients(curves: Curves, first: Ints, second: Ints, reach: Array) -> Array:
-    """Coefficients (k, 6, 6) of the roundings: Hermite interpolation of fifth degree over the length 2 d."""
-    leave, join, h = curves.length[first] - reach, reach, (2 * reach)[:, None]
+def blend_coefficients(
+    curves: Curves, first: Ints, second: Ints, before: Array, after: Array, bends: Bends | None = None
+) -> Array:
+    """Coefficients (k, 6, 6) of the roundings: Hermite interpolation of fifth degree from `before` to `after` the joint.
+
+    bends: q_ss (k, 6) at both ends, where neighbours agreed on one; else that of the moves.
+    """
+    leave, join, h = curves.length[first] - before, after, (before + after)[:, None]
     p0, v0, a0 = (curves.at(first, leave, order) * h**order for order in range(3))
     p1, v1, a1 = (curves.at(second, join, order) * h**order for order in range(3))
+    if bends is not None:
+        a0, a1 = a0 + bends[0] * h**2, a1 + bends[1] * h**2
     step = p1 - p0
     return np.stack(
         [
@@ -131,3 +144,36 @@ def blend_coefficients(curves: Curves, first: Ints, second: Ints, reach: Array) 
         ],
         axis=1,
     )
+
+
+def chained(curves: Curves, reach: Array, tolerance: Array) -> tuple[Array, Array, Bends]:
+    """(before, after, bends) of all joints (n-1,) between neighbours: rows of short lines are taken as one curve.
+
+    Where the roundings at both ends of a line take half of it, they meet in its middle with the mean of the curvatures
+    that the two corners stand for, (u2 - u1) / mean length, instead of none: chords of a circle become the circle that
+    touches them. A joint whose rounding would leave the tolerance stays as it was.
+    """
+    first, second = np.arange(curves.n - 1), np.arange(1, curves.n)
+    one, two = curves.length[first], curves.length[second]
+    lines = (curves.arc[first] < 0) & (curves.arc[second] < 0)
+    turn, _ = direction_jump(curves, first, second)
+    in_chain = lines & (reach > 0) & (reach >= 0.5 * np.minimum(one, two) * (1 - 1e-9))
+    in_chain &= np.maximum(one, two) <= UNEVEN * np.minimum(one, two)
+    in_chain &= np.linalg.norm(turn * WEIGHT, axis=1) < SHARP
+    bend = turn / (0.5 * (one + two))[:, None]
+    asked = in_chain.copy()
+    for _ in range(ATTEMPTS):
+        before, after = np.where(in_chain, 0.5 * one, reach), np.where(in_chain, 0.5 * two, reach)
+        middle = np.zeros((curves.n, 6))
+        both = (in_chain[:-1] & in_chain[1:])[:, None]
+        middle[1:-1] = np.where(both, 0.5 * (bend[:-1] + bend[1:]), 0.0)
+        bends = middle[first], middle[second]
+        rows = np.flatnonzero(asked & in_chain)
+        ends = bends[0][rows], bends[1][rows]
+        wide = deviations(curves, rows, rows + 1, before[rows], after[rows], ends) > 0.99 * tolerance[rows]
+        if not wide.any():
+            return before, after, bends
+        in_chain[rows[wide]], asked = False, np.zeros_like(asked)
+        asked[np.maximum(rows[wide] - 1, 0)] = asked[np.minimum(rows[wide] + 1, len(asked) - 1)] = True
+    nothing = np.zeros((len(reach), 6))
+    return reach, reach, (nothing, nothing)

@@ -12,20 +12,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.nc.blend import STRAIGHT, direction_jump, needed_reach, reach_of_blends, turns_back
+from vcmm.nc.blend import STRAIGHT, chained, direction_jump, needed_reach, reach_of_blends, turns_back
 from vcmm.nc.curves import TINY, Curves, Ints
 from vcmm.nc.limits import LEAST_PAUSE, Control, Limits
 from vcmm.nc.moves import Move
 from vcmm.run import Array
 
+GAP = 1e-6  # mm or rad between the end of a move and the start of the next: something moved the axes unseen
 Bools = np.typing.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """For n moving moves: reach (n-1,) mm of the rounding, stop (n-1,), pause (n+1,) s before, between and after."""
+    """For n moving moves: stop (n-1,), pause (n+1,) s before, between and after the moves.
 
-    reach: Array
+    before, after (n-1,) mm: how far the rounding reaches into either move, 0 for none.   bends: q_ss (n-1, 6) at its ends
+    in addition to that of the moves.
+    """
+
+    before: Array
+    after: Array
+    bends: tuple[Array, Array]
     stop: Bools
     pause: Array
     tool_changes: int
@@ -39,11 +46,14 @@ def joints_of(
     between = pause[1:-1] if len(moving) else np.zeros(0)
     first, second = np.arange(len(moving) - 1), np.arange(1, len(moving))
     if len(moving) < 2:
-        return Joints(np.zeros(0), np.zeros(0, dtype=bool), pause, changes)
+        none = np.zeros((0, 6))
+        return Joints(np.zeros(0), np.zeros(0), (none, none), np.zeros(0, dtype=bool), pause, changes)
     kept = [moves[i] for i in moving]
     stop = _ordered_stops(kept, control) | (between > 0) | apart[1:-1]
     stop |= _rotary_takes_over(curves, first, second) | turns_back(curves, first, second)
-    stop |= _gaps(curves, first, second) > 1e-6
+    apart_in_space = _gaps(curves, first, second) > GAP
+    pause[1:-1] += np.where(apart_in_space & (between == 0), LEAST_PAUSE, 0.0)
+    stop |= apart_in_space
     tolerance = np.array([control.tolerance if m.tolerance is None else m.tolerance for m in kept[:-1]])
     reach = reach_of_blends(curves, first, second, np.where(stop, 0.0, tolerance))
     turn, bend = direction_jump(curves, first, second)
@@ -51,7 +61,8 @@ def joints_of(
         reach = np.minimum(reach, needed_reach(turn, bend, _feed(kept), limits))
     straight = (np.abs(turn).max(axis=1) < STRAIGHT) & (np.abs(bend).max(axis=1) < STRAIGHT)
     stop |= ~straight & (reach < TINY)
-    return Joints(np.where(stop, 0.0, reach), stop, pause, changes)
+    before, after, bends = chained(curves, np.where(stop, 0.0, reach), tolerance)
+    return Joints(before, after, bends, stop, pause, changes)
 
 
 def _feed(moves: Sequence[Move]) -> Array:

@@ -1,6 +1,6 @@
 """Knots: where along the path the motion is written down. Their places do not depend on one another's spacing.
 
-Every start of an element and of a phase is a knot, and every place where an axis turns back, so that distances since
+Every start of an element and of a phase is a knot, every end of a move, and every place where an axis turns back, so that distances since
 reversal are exact; between them the path is divided evenly by length and by the height of its chord.
 """
 
@@ -29,10 +29,9 @@ def knots_of(timing: Timing, step: float, chord: float) -> tuple[Array, Array, I
     length = np.diff(e.edge)
     even = e.edge[element] + length[element] * within / count[element]
     of_element = np.repeat(np.arange(len(timing.first)), timing.last - timing.first + 1)
-    s = np.concatenate([even, timing.phase[:, 0], _turns(timing)])
-    owner = np.concatenate(
-        [of_element[element], timing.stretch, _stretch_of(timing, _turns(timing), of_element)]
-    )
+    special = np.concatenate([_turns(timing), timing.ends])
+    s = np.concatenate([even, timing.phase[:, 0], special])
+    owner = np.concatenate([of_element[element], timing.stretch, _stretch_of(timing, special, of_element)])
     inside = (s > e.edge[timing.first][owner] + NEAR) & (s < e.edge[timing.last + 1][owner] - NEAR)
     s, owner = s[inside], owner[inside]
     order = np.lexsort((s, owner))

@@ -180,17 +180,20 @@ def _elements(
     moves: Sequence[Move], own: Curves, joints: Joints, limits: Limits
 ) -> tuple[Elements, Curves, Ints, Ints]:
     """(elements, curves with the roundings behind those of the moves, first and last element of each stretch)."""
-    n, rounded = own.n, np.flatnonzero(joints.reach > 0)
-    reach = joints.reach[rounded]
-    curves = own.with_polynomials(blend_coefficients(own, rounded, rounded + 1, reach), 2 * reach)
-    around = np.concatenate([[0.0], joints.reach, [0.0]]) if n else np.zeros(1)
+    n, rounded = own.n, np.flatnonzero(joints.before > 0)
+    before, after = joints.before[rounded], joints.after[rounded]
+    bends = joints.bends[0][rounded], joints.bends[1][rounded]
+    curves = own.with_polynomials(
+        blend_coefficients(own, rounded, rounded + 1, before, after, bends), before + after
+    )
+    lead = np.concatenate([np.zeros(min(n, 1)), joints.after])
     begins = np.cumsum(own.length) - own.length
-    straight = own.length - around[:-1] - around[1:] if n else np.zeros(0)
+    straight = own.length - lead - np.concatenate([joints.before, np.zeros(min(n, 1))])
     kept = np.flatnonzero(straight > TINY)
     order = np.lexsort((np.repeat([0, 1], [len(kept), len(rounded)]), np.concatenate([kept, rounded])))
     curve = np.concatenate([kept, n + np.arange(len(rounded))])[order]
-    starts = np.concatenate([begins[kept] + around[kept], begins[rounded + 1] - reach])[order]
-    offset = np.concatenate([around[kept], np.zeros(len(rounded))])[order]
+    starts = np.concatenate([begins[kept] + lead[kept], begins[rounded + 1] - before])[order]
+    offset = np.concatenate([lead[kept], np.zeros(len(rounded))])[order]
     feed = np.array([np.inf if m.feed is None else m.feed / 60.0 for m in moves])
     feeds = np.concatenate([feed[kept], np.minimum(feed[rounded], feed[rounded + 1])])[order]
     owner = np.concatenate([kept, rounded])[order]

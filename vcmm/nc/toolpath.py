@@ -208,19 +208,27 @@ def _move_columns(timing: Timing, time: Array, state: State, move: Ints) -> dict
     rpm = np.array([m.spindle for m in moves], dtype=float)[move]
     tip_speed = np.linalg.norm(state.speed[:, :3], axis=1)
     cutting = np.array([m.kind in CUTS for m in moves], dtype=float)[move]
-    turned = (
-        np.concatenate([[0.0], np.cumsum(0.5 * (rpm[1:] + rpm[:-1]) * np.diff(time))]) if len(time) else rpm
-    )
+    length = np.diff(time, prepend=time[:1])
+    turned = np.cumsum(rpm * length)  # every end of a move is a row, so a new speed holds from the row before
     return {
         "feed_mm_min": 60.0 * tip_speed,
         "cutting": cutting,
         "spindle_rpm": rpm,
         "spindle_angle_rad": 2 * np.pi / 60.0 * turned,
+        "spindle_on_s": _spindle_on(time - length, time, rpm),
         "cut_length_mm": _cut_length(timing, state.s, move),
         "tool_number": np.array([m.tool for m in moves], dtype=float)[move],
         "move": move.astype(float),
         "line": np.array([m.source.line for m in moves], dtype=float)[move],
     }
+
+
+def _spindle_on(before: Array, time: Array, rpm: Array) -> Array:
+    """Time (n,) s since the spindle was started; 0 while it stands. before (n,): time of the row before each."""
+    on = rpm != 0
+    started = on & ~np.concatenate([[False], on[:-1]])[: len(on)]
+    latest = np.maximum.accumulate(np.where(started, np.arange(len(on)), 0))
+    return np.where(on, time - before[latest], 0.0) if len(on) else np.zeros(0)
 
 
 def _cut_length(timing: Timing, s: Array, move: Ints) -> Array:
@@ -265,7 +273,7 @@ def summary(path: Toolpath) -> str:
         lines.append("  " + ", ".join(f"{prefix}{name} {seconds:.1f} s" for name, seconds in parts))
     stops = len(path.timing.first)
     lines.append(
-        f"  {len(path.timing.moves)} moves, {stops} starts from rest, {np.count_nonzero(path.timing.joints.reach)} rounded "
+        f"  {len(path.timing.moves)} moves, {stops} starts from rest, {np.count_nonzero(path.timing.joints.before)} rounded "
         f"corners, {path.timing.joints.tool_changes} tool changes, {path.n} rows"
     )
     return "\n".join(lines + [f"  assumed: {text}" for text in path.assumptions])
