@@ -29,7 +29,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "contact", "strategies", "plan", "qualification", "task", "scenario", "recording", "nuisance", "observe", "instruments",
         "influence", "trials", "world", "linear", "exact",
     ),
-    "programs": ("nc", "cutting", "machining.scenario"),
+    "programs": ("files.text", "nc", "cutting", "machining.scenario"),
     "files": ("files", "library"),
     "jobs": (
         "result", "budget", "machining", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "placing", "calibrate", "compensating",
