@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.cutting.sweeps import Sweep, position
 from vcmm.cutting.tools import Tool
-from vcmm.run import Array
+from vcmm.laws import Array
 
 
 def entry(tool: Tool, o: Array, n: Array) -> Array:
