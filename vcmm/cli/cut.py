@@ -107,6 +107,27 @@ def show(found: Any) -> None:
         rows,
         left=(0, 6),
     )
+    _show_owners(found)
+    s = found.surface
+    minutes, seconds = divmod(found.seconds, 60)
+    print(
+        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points; "
+        f"{s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
+        f"cycle time: {minutes:.0f} min {seconds:.1f} s"
+    )
+    if found.blank is not None:
+        print(
+            f"stock: {found.blank.removed / 1e3:.1f} cm³ removed, {len(found.blank.collisions)} rapids through material"
+        )
+    for warning in found.warnings:
+        say(f"note: {warning}")
+
+
+def _show_owners(found: Any) -> None:
+    """Whose uncertainty it is, the largest contributions, and what a batch shares."""
+    from vcmm.cli.common import show_table
+    from vcmm.cli.words import deviation_text, percent_text
+
     names = list(next(iter(found.shares.values())))
     shares = [
         [c.name, *[percent_text(found.shares[c.name][n]) for n in names]] for c in found.characteristics
@@ -136,19 +157,6 @@ def show(found: Any) -> None:
         repeats,
         left=(0,),
     )
-    s = found.surface
-    minutes, seconds = divmod(found.seconds, 60)
-    print(
-        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points; "
-        f"{s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
-        f"cycle time: {minutes:.0f} min {seconds:.1f} s"
-    )
-    if found.blank is not None:
-        print(
-            f"stock: {found.blank.removed / 1e3:.1f} cm³ removed, {len(found.blank.collisions)} rapids through material"
-        )
-    for warning in found.warnings:
-        say(f"note: {warning}")
 
 
 def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:

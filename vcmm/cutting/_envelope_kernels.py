@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 FLAT, BALL, BULL, CONE = 0, 1, 2, 3
 NONE, ROUND = 1e300, 2e-15
+EDGE = 1e-6  # fraction of an arc next to its ends
 SMALL, THIN = (
     1e-5,
     1e-6,
@@ -154,22 +155,23 @@ def nearest(item: Array, tool: Array, p: Array, out: Array) -> tuple[float, floa
 
 @njit(cache=True, nogil=True)
 def nearest_general(item: Array, tool: Array, p: Array, out: Array) -> tuple[float, float]:
-    """The same for arcs that are not level (at most a quarter turn each): every valley between 13 samples."""
-    best, at, n = NONE, 0.0, 12
+    """The same for arcs that are not level (at most a quarter turn each): every valley between 19 samples."""
+    best, at, n = NONE, 0.0, 16
     grad = np.empty(3)
-    before = 0.0
-    for k in range(n + 1):
-        u = k / n
+    before, last = 0.0, 0.0
+    for k in range(-1, n + 2):
+        # samples at the ends and just beside them: at an end the derivative may vanish, as at the pole of a sphere
+        u = min(max(k / n, EDGE if k > -1 else 0.0), 1.0 - EDGE if k < n + 1 else 1.0)
         g, d = slope(item, tool, p, u, grad)
         if g < best:
             best, at = g, u
             out[0], out[1], out[2] = grad[0], grad[1], grad[2]
-        if k > 0 and before < 0.0 and d > 0.0:
-            low, v = valley(item, tool, p, (k - 1) / n, u, grad)
+        if k > -1 and before < 0.0 and d > 0.0:
+            low, v = valley(item, tool, p, last, u, grad)
             if low <= best:
                 best, at = low, v
                 out[0], out[1], out[2] = grad[0], grad[1], grad[2]
-        before = d
+        before, last = d, u
     return best, at
 
 

@@ -22,7 +22,7 @@ from vcmm.cutting.displaced import CHORD, Field, displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import UsageError
-from vcmm.run import Array
+from vcmm.laws import Array
 
 GRAZING = 1e-3  # |N . n| below which a contact is so oblique that first order means little
 

@@ -19,7 +19,7 @@ import numpy as np
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep, position
 from vcmm.errors import ModelLimit, UsageError
-from vcmm.run import Array
+from vcmm.laws import Array
 
 CUT, UNCUT, BEYOND = 0, 1, 2
 STATUS = ("cut", "uncut", "gouge beyond the search depth")

@@ -22,7 +22,7 @@ import numpy as np
 
 from vcmm.cutting.tools import Tool
 from vcmm.errors import UsageError, choose_from
-from vcmm.run import Array
+from vcmm.laws import Array
 
 CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
 FLUTED = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter

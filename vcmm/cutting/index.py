@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm.cutting.sweeps import LINE, Sweep, basis, pieces
 from vcmm.cutting.tools import parameters
-from vcmm.run import Array
+from vcmm.laws import Array
 
 LEAF = 4  # pieces in a leaf of a tree
 COLUMNS = 23  # of `items`, see vcmm/cutting/_envelope_kernels.py

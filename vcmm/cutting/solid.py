@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm.cutting.stock import Stock
 from vcmm.errors import UsageError
-from vcmm.run import Array
+from vcmm.laws import Array
 
 
 def triangles(stock: Stock) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ from vcmm.cutting.index import QUARTER, _item_boxes, _items
 from vcmm.cutting.sweeps import LINE, Sweep, lengths, pieces
 from vcmm.cutting.tools import parameters
 from vcmm.errors import ModelLimit, UsageError
-from vcmm.run import Array
+from vcmm.laws import Array
 
 MOST_NODES = 50_000_000
 

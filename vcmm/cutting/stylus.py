@@ -20,7 +20,7 @@ from vcmm.cutting.envelope import UNCUT, surface_left
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import UsageError
-from vcmm.run import Array
+from vcmm.laws import Array
 
 GRID, ZOOM, ROUNDS, PEAKS = 25, 7, 9, 3
 CHUNK = 200  # points at a time
@@ -96,7 +96,7 @@ def _roll(p: Array, n: Array, r: float, index: Index, relief: float, window: tup
         )
     offset = at_u[:, None] * first + at_v[:, None] * second
     s = np.where(void[:, centre], np.nan, best)
-    return Rolled(s, offset, (void & inside).any(axis=1), np.hypot(at_u, at_v) > 0.99 * reach)
+    return Rolled(s, offset, np.asarray(np.any(void & inside, axis=1)), np.hypot(at_u, at_v) > 0.99 * reach)
 
 
 def _tangents(n: Array) -> tuple[Array, Array]:

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vcmm.cutting.tools import Tool
 from vcmm.errors import ModelLimit, UsageError
-from vcmm.run import Array
+from vcmm.laws import Array
 
 LINE, ARC, HELIX = 0, 1, 2
-UP = (0.0, 0.0, 1.0)
+UP: Array = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,7 @@ class Sweep:
 
 def lines(
     start: Array, end: Array, tools: tuple[Tool, ...], tool: Array | int = 0, axis: Array = UP
-) -> Sweep:  # type: ignore[assignment]
+) -> Sweep:
     """Straight moves (m, 3) -> (m, 3)."""
     start, end = np.atleast_2d(np.asarray(start, float)), np.atleast_2d(np.asarray(end, float))
     m = len(start)
@@ -65,7 +66,7 @@ def lines(
     )
 
 
-def path(points: Array, tools: tuple[Tool, ...], tool: int = 0, axis: Array = UP) -> Sweep:  # type: ignore[assignment]
+def path(points: Array, tools: tuple[Tool, ...], tool: int = 0, axis: Array = UP) -> Sweep:
     """Straight moves through points (m + 1, 3)."""
     points = np.asarray(points, float)
     return lines(points[:-1], points[1:], tools, tool, axis)
@@ -78,8 +79,8 @@ def arcs(
     turn: Array,
     tools: tuple[Tool, ...],
     tool: Array | int = 0,
-    normal: Array = UP,  # type: ignore[assignment]
-    axis: Array = UP,  # type: ignore[assignment]
+    normal: Array = UP,
+    axis: Array = UP,
 ) -> Sweep:
     """Arcs and helices (m, 3) about centres (m, 3), by `turn` (m,) rad about `normal`."""
     base = lines(start, end, tools, tool, axis)
@@ -106,7 +107,8 @@ def join(sweeps: Iterable[Sweep]) -> Sweep:
     drift = None
     if any(p.drift is not None for p in parts):
         drift = np.concatenate([np.zeros_like(p.start) if p.drift is None else p.drift for p in parts])
-    return replace(parts[0], **stacked, move=np.arange(m), axis_end=tilts, drift=drift)
+    joined: dict[str, Any] = stacked
+    return replace(parts[0], **joined, move=np.arange(m), axis_end=tilts, drift=drift)
 
 
 def checked(sweep: Sweep) -> Sweep:

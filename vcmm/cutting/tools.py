@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.errors import UsageError, choose_from
-from vcmm.run import Array
+from vcmm.laws import Array
 
 SHAPES = ("flat", "ball", "bull", "cone")
 COLUMNS = 7  # of `parameters`: shape, R, r, radius of the bottom, cosine and sine of the half angle, length

@@ -14,7 +14,7 @@ import numpy as np
 from vcmm.cutting.sweeps import ARC, Sweep, arcs, lines
 from vcmm.cutting.tools import Tool, insert
 from vcmm.errors import UsageError
-from vcmm.run import Array
+from vcmm.laws import Array
 
 OUTWARD = np.array([1.0, 0.0, 0.0])
 

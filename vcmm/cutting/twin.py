@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.cutting.sweeps import Sweep, position
 from vcmm.cutting.tools import Tool
-from vcmm.run import Array
+from vcmm.laws import Array
 
 
 def entry(tool: Tool, o: Array, n: Array) -> Array:
@@ -114,5 +114,5 @@ def _lowest(sweep: Sweep, tool: Tool, p: Array, n: Array, samples: int, rounds: 
         columns = np.arange(len(sweep))
         best = np.minimum(best, s[k, columns])
         lo, hi = t[np.maximum(k - 1, 0), columns], t[np.minimum(k + 1, samples - 1), columns]
-        samples = 41
+        samples = 31
     return best
