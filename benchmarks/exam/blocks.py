@@ -65,6 +65,7 @@ class Truth:
     deltas: tuple[float, ...] = ()
     simple: tuple[tuple[str, ...], ...] = ()
     stale: float = 1.0
+    stale_delta: float = 0.0
     invisible: bool = False
     remarks: tuple[str, ...] = field(default_factory=tuple)
 
@@ -75,7 +76,7 @@ class Truth:
             for c, a, d, s in zip(self.items, self.amplitudes, self.deltas, self.simple)
         ]  # fmt: skip
         return {"block": self.block, "seed": self.seed, "case": self.number, "design": self.design, "world": self.world,
-                "stale": self.stale, "concealed": what, "invisible": self.invisible, "remarks": list(self.remarks)}  # fmt: skip
+                "stale": self.stale, "stale_delta": self.stale_delta, "concealed": what, "invisible": self.invisible, "remarks": list(self.remarks)}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +156,12 @@ def _maker(name: str, s: Setting, seed: tuple[int, ...]) -> Callable[[machines.M
     return lambda machine: FAMILIES[name](s.design, machine, np.random.default_rng(seed))
 
 
+def _mistake_maker(
+    what: str, design: Design, seed: tuple[int, ...]
+) -> Callable[[machines.Machine], Concealed]:
+    return lambda machine: foreign.mistake(design, machine, np.random.default_rng(seed), what)
+
+
 def plan(block: str, number: int) -> tuple[str, tuple[str, ...], str]:
     """Design, concealed names and world of case `number` of a block: all families in turn."""
     rich = [(d, f) for d, names in SEEN_BY.items() for f in names]
@@ -215,9 +222,7 @@ def build(
             observed(s.design, tip_motion(s.design, real_errors(s.design, s.machine, Hidden(), f)), Hidden())
             for f in (truth.stale, 1.0)
         ]
-        truth = replace(
-            truth, remarks=(f"the stale share has delta {s.white.delta(apart[0] - apart[1]):.1f}",)
-        )
+        truth = replace(truth, stale_delta=s.white.delta(apart[0] - apart[1]))
     s, truth, hidden = _with(s, truth, concealed, delta, key)
     values = observed(
         s.design,
@@ -237,9 +242,7 @@ def _with(s: Setting, truth: Truth, names: tuple[str, ...], delta: float, key: t
             make = _maker(name, s, seed)
             if name in MISTAKES:
                 what = name
-                make = lambda m, w=what, d=s.design, k=seed: foreign.mistake(
-                    d, m, np.random.default_rng(k), w
-                )  # noqa: E731
+                make = _mistake_maker(what, s.design, seed)
             s, item = _stretched(s, make, delta)
             found = (1.0, s.white.delta(effect_of(s, item.build(1.0))), ())
         else:

@@ -22,7 +22,7 @@ def laser(rng: np.random.Generator, rows: int = 600, rich: bool = True) -> Desig
         parts.append(part)
         time += 2400.0
     stack = {k: np.concatenate([p[k] for p in parts]) for k in parts[0] if k != "labels"}
-    labels = {w: sum((p["labels"][w] for p in parts), []) for w in ("setup", "run", "instrument")}
+    labels = {w: [v for p in parts for v in p["labels"][w]] for w in ("setup", "run", "instrument")}
     q, n = stack["q"], len(stack["q"])
     speed, accel = stack["sense"] * 0.0, np.zeros((n, 3))
     columns = {"time_s": stack["time"]} | motion_columns(stack["sense"], stack["since"], speed, accel)

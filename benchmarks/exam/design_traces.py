@@ -79,7 +79,7 @@ def _angles(rng: np.random.Generator, rows: int, full: bool) -> Array:
 def servo(rng: np.random.Generator, rows: int = 600) -> Design:
     """Commanded and actual position of X and Y on straight moves with ramps, logged densely after each change."""
     moves = rows // 30
-    start, t0, sense0 = np.zeros(2), 0.0, np.ones(2)
+    start, t0 = np.zeros(2), 0.0
     out: list[tuple[Array, ...]] = []
     for k in range(moves):
         turn = rng.uniform(0, 2 * np.pi)
@@ -100,7 +100,7 @@ def servo(rng: np.random.Generator, rows: int = 600) -> Design:
                 np.full(len(t), k),
             )
         )
-        start, t0, sense0 = start + length * way, t0 + t[-1] + rng.uniform(0.5, 1.5), np.sign(way)
+        start, t0 = start + length * way, t0 + t[-1] + rng.uniform(0.5, 1.5)
     xy, v, a, time, sense, run = (np.concatenate([o[i] for o in out]) for i in range(6))
     n = len(time)
     q = np.column_stack([xy, np.full(n, -150.0)])

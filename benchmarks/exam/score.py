@@ -140,7 +140,7 @@ def score(truth: Truth, found: Mapping[str, Any], seconds: float) -> dict[str, A
         row["flagged"] = found.get("unknown") is not None or found["verdict"] in DISTURBED
         row["silently_wrong"] = bool(answers) and not row["flagged"]
     if truth.block == "C":
-        row["right"] = bool(names) and names[0] in STALE
+        row["right"] = (bool(names) and names[0] in STALE) if truth.stale_delta >= 7 else None
         row["other_physics"] = [n for n in names if n not in STALE]
         row["other_named"] = bool(row["other_physics"])
         row["nothing"] = not row["anything"]
@@ -211,8 +211,8 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
                       ("silently_wrong", False), ("wrong_confident", False), ("other_named", False), ("nothing", False)):  # fmt: skip
         if any(r.get(key) is not None for r in seen):
             out[key] = rate(seen, key, good)
-    if any(not r["concealed"] for r in done):
-        nulls = [r for r in done if not r["concealed"]]
+    nulls = [r for r in done if not r["concealed"] and r["block"] == "B"]
+    if nulls:
         out["false_alarm"] = rate(nulls, "anything", False)
         worlds = sorted({str(r["world"]) for r in nulls})
         out["false_alarm_by_world"] = {

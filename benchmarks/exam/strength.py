@@ -89,4 +89,6 @@ def amplitude_for(delta: float, strength: Callable[[float], float], start: float
         if abs(seen / delta - 1) < 1e-3:
             break
         a *= delta / seen
+    else:
+        raise ValueError("this design sees the effect only where it is no longer small")
     return a
