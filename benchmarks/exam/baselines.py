@@ -22,7 +22,9 @@ Library = list[tuple[str, Array]]
 
 def _along(d: Design, field: Array) -> Array:
     """Projection of a tip field (n, 3) on the observations, with the sign of the recording."""
-    return observed(d, field, Hidden()) if d.kind != "length" else (d.sign * field * d.normal).sum(axis=1)
+    if d.normal is None:
+        return d.sign * field.ravel()
+    return np.asarray(d.sign * (field * d.normal).sum(axis=1))
 
 
 def library(d: Design) -> Library:

@@ -48,6 +48,7 @@ POOR: dict[str, tuple[str, ...]] = {
     "laser": ("scale_factor", "cosine_error", "air_index", "backlash", "lost_motion"),
     "part": ("tool_wear", "tool_deflection", "workpiece_heating"),
 }  # fmt: skip
+RICH = tuple((d, f) for d, names in SEEN_BY.items() for f in names)
 MISTAKES = ("sign", "swapped", "unit", "missing", "counted twice")
 
 
@@ -164,9 +165,8 @@ def _mistake_maker(
 
 def plan(block: str, number: int) -> tuple[str, tuple[str, ...], str]:
     """Design, concealed names and world of case `number` of a block: all families in turn."""
-    rich = [(d, f) for d, names in SEEN_BY.items() for f in names]
     if block in ("A", "M"):
-        design, family = rich[(number * 7) % len(rich)] if block == "A" else ("probe", "backlash")
+        design, family = RICH[(number * 7) % len(RICH)] if block == "A" else ("probe", "backlash")
         return design, (family,), "t6"
     if block == "B":
         return tuple(DESIGNS)[number // len(WORLDS) % len(DESIGNS)], (), WORLDS[number % len(WORLDS)]

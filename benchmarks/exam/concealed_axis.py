@@ -204,9 +204,15 @@ def servo_lag(d: Design, m: Machine, rng: Rng) -> Concealed:
 
 
 def readout_delay(d: Design, m: Machine, rng: Rng) -> Concealed:
+    """All axes are latched late. Along the normal of a touch this is what a late trigger does: either name counts."""
     v = np.column_stack([d.columns[f"speed_{x}_mm_s"] for x in "XYZ"])
-    return Concealed("readout_delay", lambda k: Hidden(actual={x: -k * 1e-3 * v[:, i] for i, x in enumerate("XYZ")}),
-                     lambda k: {"delay": (k, "ms")}, {}, ("speed",), 0.1)  # fmt: skip
+    late = {x: v[:, i] for i, x in enumerate("XYZ")}
+    simpler = {}
+    if d.kind == "probe":
+        along = (v * d.normal).sum(axis=1)
+        simpler = {"trigger_delay": [lambda k: Hidden(reading=1e-3 * along)]}
+    return Concealed("readout_delay", lambda k: Hidden(actual={x: -k * 1e-3 * w for x, w in late.items()}),
+                     lambda k: {"delay": (k, "ms")}, {}, ("speed",), 0.1, simpler=simpler)  # fmt: skip
 
 
 def dynamic_pitch(d: Design, m: Machine, rng: Rng) -> Concealed:

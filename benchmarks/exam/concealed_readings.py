@@ -23,8 +23,10 @@ def _approach(d: Design) -> Array:
 def trigger_delay(d: Design, m: Machine, rng: Rng) -> Concealed:
     """The tip travels on between contact and the latch, and slows a little as the probe gives way."""
     run_on = _approach(d)
+    late = {x: -1e-3 * d.columns[f"speed_{x}_mm_s"] for x in "XYZ"}
     return Concealed("trigger_delay", lambda k: Hidden(reading=k * 1e-3 * run_on * (1 - 0.002 * np.abs(run_on))),
-                     lambda k: {"delay": (k, "ms")}, {}, ("speed",), 0.1)  # fmt: skip
+                     lambda k: {"delay": (k, "ms")}, {}, ("speed",), 0.1,
+                     simpler={"readout_delay": [lambda k: Hidden(actual=late)]})  # fmt: skip
 
 
 def tip_radius(d: Design, m: Machine, rng: Rng) -> Concealed:

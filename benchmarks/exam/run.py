@@ -33,6 +33,7 @@ class Job:
     rows: int | None
     keep: Path | None
     rivals: bool
+    reuse: bool = False
 
 
 def residual(case: blocks.Case):
@@ -61,15 +62,24 @@ def run_case(job: Job) -> dict[str, Any]:
         if job.keep:
             (folder / "truth.json").write_text(json.dumps(case.truth.summary(), indent=1))
         try:
-            found, seconds = diagnose(case.recording, job.seed)
+            found, seconds = _answer(job, case.recording)
         except (RuntimeError, subprocess.TimeoutExpired) as wrong:
             return {**case.truth.summary(), "error": str(wrong), "seconds": None}
         if job.keep:
-            (folder / "found.json").write_text(json.dumps(found, indent=1))
+            (folder / "found.json").write_text(json.dumps(found | {"exam_seconds": seconds}, indent=1))
         row = score(case.truth, found, seconds)
         if job.rivals:
             row["baselines"] = baselines.all_names(case.design, residual(case))
         return row
+
+
+def _answer(job: Job, recording: Path) -> tuple[dict[str, Any], float]:
+    """The answer, or the one kept from an earlier run when only the scoring is wanted again."""
+    kept = recording.parent / "found.json"
+    if job.reuse and kept.exists():
+        found = json.loads(kept.read_text())
+        return found, float(found.get("exam_seconds", 0.0))
+    return diagnose(recording, job.seed)
 
 
 def seconds_of(text: str) -> float:
@@ -137,13 +147,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--keep", type=Path, default=None, help="folder that keeps recordings, truths and answers"
     )
+    parser.add_argument(
+        "--reuse", action="store_true", help="score the answers kept in --keep, ask for none anew"
+    )
     parser.add_argument("--no-baselines", action="store_true")
     parser.add_argument("--out", type=Path, default=None)
     a = parser.parse_args(arguments)
     everything: dict[str, Any] = {"schema": "vcmm.exam/1", "version": 1, "seed": a.seed, "blocks": {}}
     for block in a.block:
         delta = a.delta or (15.0 if block == "E" else 10.0)
-        jobs = [Job(block, a.seed, n, delta, a.rows, a.keep, not a.no_baselines) for n in numbers_of(a.cases)]
+        jobs = [
+            Job(block, a.seed, n, delta, a.rows, a.keep, not a.no_baselines, a.reuse)
+            for n in numbers_of(a.cases)
+        ]
         rows = run_block(jobs, a.jobs, seconds_of(a.budget))
         summary = summarise(rows)
         everything["blocks"][block] = {"delta": delta, "summary": summary, "cases": rows}
