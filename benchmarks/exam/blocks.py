@@ -72,7 +72,7 @@ class Truth:
 
     def summary(self) -> dict[str, object]:
         what = [
-            {"effect": c.effect, "where": dict(c.where), "amplitude": a, "delta": d, "counts_too": list(s),
+            {"effect": c.effect, "where": dict(c.where), "amplitude": a, "delta": d, "counts_too": list(s), "note": c.note,
              "parameters": {k: list(v) for k, v in c.parameters(a).items()}}
             for c, a, d, s in zip(self.items, self.amplitudes, self.deltas, self.simple)
         ]  # fmt: skip

@@ -32,6 +32,7 @@ class Concealed:
     sign_free: bool = False
     simpler: Mapping[str, list[Build]] = field(default_factory=dict)
     also: tuple[str, ...] = ()
+    note: str = ""
 
 
 Maker = Callable[[Design, Machine, np.random.Generator], Concealed]

@@ -85,14 +85,17 @@ def map_interpolation(d: Design, m: Machine, rng: Rng) -> Concealed:
 
 
 def cross_axis_flexure(d: Design, m: Machine, rng: Rng) -> Concealed:
-    """A ram sags with its reach, (reach)^2.7, and takes the axis below along; or one axis bends under another's place."""
+    """One axis bends under another's place. Half of the cases: the plain c q_a q_b from the zero of the axes; half: from
+    the middle of the travels, and a little more than bilinear."""
     letters = axes_of(d)
     a, b = (str(v) for v in rng.permutation(letters)[:2])
     e = unit_axis(str(rng.choice(["X", "Y", "Z"])))
-    u, v = (d.q[c] - np.mean(d.machine.travel[c]) for c in (a, b))
-    shape = u * v * (1 + 0.15 * v / np.ptp(d.machine.travel[b])) * 1e-9  # um/m^2 -> mm
-    return Concealed("cross_axis_flexure", lambda k: Hidden(shift=k * shape[:, None] * e), where={"axis": a},
-                     covariates=(a, b), start=30.0)  # fmt: skip
+    middle = bool(rng.integers(0, 2))
+    u, v = (d.q[c] - middle * np.mean(d.machine.travel[c]) for c in (a, b))
+    shape = u * v * (1 + middle * 0.15 * v / np.ptp(d.machine.travel[b])) * 1e-9  # um/m^2 -> mm
+    return Concealed("cross_axis_flexure", lambda k: Hidden(shift=k * shape[:, None] * e),
+                     lambda k: {} if middle else {"c": (k, "um/m^2")}, {}, (a, b), 30.0,
+                     note="from the middle of the travels" if middle else "from the zero of the axes")  # fmt: skip
 
 
 def part_load(d: Design, m: Machine, rng: Rng) -> Concealed:

@@ -90,9 +90,11 @@ def reindexing(d: Design, m: Machine, rng: Rng) -> Concealed:
 
 
 def gradient_bending(d: Design, m: Machine, rng: Rng) -> Concealed:
-    """A beam under a gradient is a circle: deflection and pitch of the carriage from the exact arc."""
+    """A beam under a gradient is a circle: deflection and pitch of the carriage from the exact arc. Level at the zero of
+    the axis in half of the cases, at the middle of its travel in the other half."""
     a = str(rng.choice([x for x in "XY" if x in d.q]))
-    grad, q = d.get("temp_gradient_C"), d.q[a] - np.mean(d.machine.travel[a])
+    middle = bool(rng.integers(0, 2))
+    grad, q = d.get("temp_gradient_C"), d.q[a] - middle * np.mean(d.machine.travel[a])
     i = "XYZ".index(a)
 
     def build(k: float) -> Hidden:
@@ -100,13 +102,18 @@ def gradient_bending(d: Design, m: Machine, rng: Rng) -> Concealed:
         safe = np.where(np.abs(bend) < 1e-15, 1e-15, bend)
         six = np.zeros((d.rows, 6))
         six[:, 2] = (1 - np.cos(safe * q)) / safe
-        six[:, 3 + (1 - i)] = (
-            (-1.0 if i == 0 else 1.0) * safe * q
-        )  # slope of z along the axis: -B for X, +A for Y
+        nose_up = -1.0 if i == 0 else 1.0  # slope of z along the axis: -B for X, +A for Y
+        six[:, 3 + (1 - i)] = nose_up * safe * q
         return Hidden(six={a: six})
 
     return Concealed(
-        "gradient_bending", build, where={"axis": a}, covariates=("temp_gradient_C", a), start=10.0
+        "gradient_bending",
+        build,
+        lambda k: {} if middle else {"k": (k, "um/(m^2 K)")},
+        where={"axis": a},
+        covariates=("temp_gradient_C", a),
+        start=10.0,
+        note="level at mid-travel" if middle else "level at the zero of the axis",
     )
 
 
