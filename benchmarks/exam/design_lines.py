@@ -12,7 +12,9 @@ AIR = ("temp_air_C", "temp_scale_x_C", "temp_scale_y_C", "temp_scale_z_C")
 
 
 def laser(rng: np.random.Generator, rows: int = 600, rich: bool = True) -> Design:
-    """Two lines per axis (other offset, instrument set up anew), two cycles both ways over 10 h. Poor: X, one line."""
+    """Two lines per axis (other offset, instrument set up anew), two cycles both ways over 10 h. Poor: X, one line.
+
+    In the default sense of a displacement, indicated - true, in which the catalogue states what an instrument reads."""
     lines = [(a, k) for k in (0, 1) for a in "XYZ"] if rich else [("X", 0)]
     cycles = 2
     per = max(rows // (len(lines) * cycles * 2), 8)
@@ -36,7 +38,7 @@ def laser(rng: np.random.Generator, rows: int = 600, rich: bool = True) -> Desig
     log["pressure_hPa"] = 1004.0 + 6.0 * swell.sum(axis=0)
     log["humidity_pct"] = 45.0 + 6.0 * np.sin(t / 9000.0 + rng.uniform(0, 6))
     return Design(
-        "laser rich" if rich else "laser poor", MILL, "displacement", "actual - commanded",
+        "laser rich" if rich else "laser poor", MILL, "displacement", "indicated - true",
         {a: q[:, i] for i, a in enumerate("XYZ")}, stack["offset"], stack["normal"], columns, labels,
         {"zero": "setup"}, log, hidden={"way": stack["way"], "run": stack["run"]},
     )  # fmt: skip
