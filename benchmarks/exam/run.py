@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.exam import baselines, blocks
+from benchmarks.exam import baselines, blocks, heldout
 from benchmarks.exam.kinema import Errors
 from benchmarks.exam.observe import Hidden, observed, tip_motion
 from benchmarks.exam.score import confusion_text, score, summarise
@@ -34,6 +34,7 @@ class Job:
     keep: Path | None
     rivals: bool
     reuse: bool = False
+    improve: bool = False
 
 
 def residual(case: blocks.Case):
@@ -44,11 +45,14 @@ def residual(case: blocks.Case):
     return case.values - predicted
 
 
-def diagnose(recording: Path, seed: int, limit: float = 900.0) -> tuple[dict[str, Any], float]:
+def diagnose(
+    recording: Path, seed: int, out: Path | None = None, limit: float = 900.0
+) -> tuple[dict[str, Any], float]:
     """The product's own command, in a process of its own. Raises RuntimeError with its words when it refuses."""
     start = time.perf_counter()
     start_it = "import sys; from vcmm.cli import main; sys.exit(main())"
     command = [sys.executable, "-c", start_it, "diagnose", str(recording), "--seed", str(seed), "--json"]
+    command += ["--out", str(out)] if out else []
     done = subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
     if done.returncode not in (0, 1):
         raise RuntimeError(f"exit {done.returncode}: {done.stderr.strip()[-600:]}")
@@ -68,6 +72,9 @@ def run_case(job: Job) -> dict[str, Any]:
         if job.keep:
             (folder / "found.json").write_text(json.dumps(found | {"exam_seconds": seconds}, indent=1))
         row = score(case.truth, found, seconds)
+        better = folder / "out" / "machine.toml"
+        if job.improve and row.get("right") and better.exists():
+            row["new_recording_energy_left"] = heldout.energy_left(case, better, folder / "new")
         if job.rivals:
             row["baselines"] = baselines.all_names(case.design, residual(case))
         return row
@@ -79,7 +86,7 @@ def _answer(job: Job, recording: Path) -> tuple[dict[str, Any], float]:
     if job.reuse and kept.exists():
         found = json.loads(kept.read_text())
         return found, float(found.get("exam_seconds", 0.0))
-    return diagnose(recording, job.seed)
+    return diagnose(recording, job.seed, recording.parent / "out" if job.improve else None)
 
 
 def seconds_of(text: str) -> float:
@@ -150,6 +157,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--reuse", action="store_true", help="score the answers kept in --keep, ask for none anew"
     )
+    parser.add_argument(
+        "--improve", action="store_true", help="judge the improved machine file on a new recording"
+    )
     parser.add_argument("--no-baselines", action="store_true")
     parser.add_argument("--out", type=Path, default=None)
     a = parser.parse_args(arguments)
@@ -157,7 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for block in a.block:
         delta = a.delta or (15.0 if block == "E" else 10.0)
         jobs = [
-            Job(block, a.seed, n, delta, a.rows, a.keep, not a.no_baselines, a.reuse)
+            Job(block, a.seed, n, delta, a.rows, a.keep, not a.no_baselines, a.reuse, a.improve)
             for n in numbers_of(a.cases)
         ]
         rows = run_block(jobs, a.jobs, seconds_of(a.budget))

@@ -62,7 +62,7 @@ def name_right(item: Concealed, simpler: Sequence[str], found: Mapping[str, Any]
 def mistake_right(item: Concealed, found: Mapping[str, Any]) -> bool:
     """Exact: component and what, either of the two for a swap."""
     said = found.get("mistake")
-    if not said:
+    if not said or item.effect != "map_mistake":
         return False
     due = {f"{item.where['component']}:{item.where['what']}", *item.also}
     return f"{said['component']}:{str(said['what']).split(' (')[0]}" in due
@@ -228,13 +228,22 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     told = [i for r in seen for i in r.get("intervals", []) if "inside" in i]
     out["coverage"] = rate(told, "inside")
     left = [v for r in seen if r.get("right") for v in r.get("energy_left", [])]
-    out["energy_left"] = {"median": float(np.median(left)), "share_below_0.1": float(np.mean(np.array(left) <= 0.1)),
-                          "worse": int(np.sum(np.array(left) > 1)), "n": len(left)} if left else None  # fmt: skip
+    out["energy_left"] = _energies(left)
+    new = [r["new_recording_energy_left"] for r in seen if r.get("new_recording_energy_left") is not None]
+    out["new_recording_energy_left"] = _energies(new)
     seconds = [r["seconds"] for r in done]
     out["seconds"] = {"median": float(np.median(seconds)), "max": float(np.max(seconds))} if seconds else None
     out["baselines"] = _baselines(done)
     out["confusion"] = confusion(done)
     return out
+
+
+def _energies(left: Sequence[float]) -> dict[str, float] | None:
+    if not left:
+        return None
+    values = np.array(left)
+    return {"median": float(np.median(values)), "share_below_0.1": float(np.mean(values <= 0.1)),
+            "worse": int(np.sum(values > 1)), "n": len(values)}  # fmt: skip
 
 
 def _baselines(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
