@@ -21,6 +21,10 @@ STALE = {
     "cross_axis_flexure",
     "map_interpolation",
 }
+ALIAS = {  # one stylus and one speed; one line of one instrument: what nothing in the recording can tell apart
+    ("probe poor", "tip_radius"): "trigger_delay", ("probe poor", "trigger_delay"): "tip_radius",
+    ("laser poor", "cosine_error"): "scale_factor",
+}  # fmt: skip
 DISTURBED = ("unexplained", "partly explained")
 
 
@@ -136,6 +140,8 @@ def score(truth: Truth, found: Mapping[str, Any], seconds: float) -> dict[str, A
         row["wrong_confident"] = bool(
             answers and (answers[0].get("probability") or 0) >= 0.95 and not any(g & everything for g in good)
         )
+        alias = ALIAS.get((truth.design, item.effect))
+        row["alias_kept"] = ({alias, item.effect} <= everything) if alias and answers else None
     if truth.block == "E":
         row["flagged"] = found.get("unknown") is not None or found["verdict"] in DISTURBED
         row["silently_wrong"] = bool(answers) and not row["flagged"]
@@ -208,7 +214,7 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     seen = [r for r in done if not r.get("invisible")]
     out: dict[str, Any] = {"cases": len(rows), "failed_to_run": len(rows) - len(done)}
     for key, good in (("right", True), ("place_right", True), ("in_set", True), ("exact", True), ("all_in_sets", True), ("flagged", True),
-                      ("silently_wrong", False), ("wrong_confident", False), ("other_named", False), ("nothing", False)):  # fmt: skip
+                      ("silently_wrong", False), ("wrong_confident", False), ("other_named", False), ("nothing", False), ("alias_kept", True)):  # fmt: skip
         if any(r.get(key) is not None for r in seen):
             out[key] = rate(seen, key, good)
     nulls = [r for r in done if not r["concealed"] and r["block"] == "B"]
