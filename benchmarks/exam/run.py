@@ -177,5 +177,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(json.dumps({k: v for k, v in summary.items() if k != "confusion"}, indent=1))
         print(confusion_text(summary["confusion"]))
         if a.out:
-            a.out.write_text(json.dumps(everything, indent=1, allow_nan=True, default=str))
+            a.out.write_text(json.dumps(everything, indent=1, allow_nan=False, default=str))
     return 0

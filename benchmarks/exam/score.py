@@ -128,7 +128,7 @@ def score(truth: Truth, found: Mapping[str, Any], seconds: float) -> dict[str, A
     }  # fmt: skip
     if truth.items and truth.block != "E":
         item, simple = truth.items[0], truth.simple[0]
-        row["right"] = name_right(item, simple, found)
+        row["right"] = any(name_right(i, c, found) for i, c in zip(truth.items, truth.simple))
         row["place_right"] = place_right(item, found)
         row["in_set"] = mistake_right(item, found) or bool(accepted(item, simple) & everything)
         good = [accepted(i, s) for i, s in zip(truth.items, truth.simple)]
@@ -170,13 +170,13 @@ def bound(hits: int, n: int, lower: bool) -> float:
     return 1.0 if hits == n else float(beta.ppf(0.95, hits + 1, n - hits))
 
 
-def rate(rows: Sequence[Mapping[str, Any]], key: str, high_is_good: bool = True) -> dict[str, float]:
+def rate(rows: Sequence[Mapping[str, Any]], key: str, high_is_good: bool = True) -> dict[str, Any]:
     known = [bool(r[key]) for r in rows if r.get(key) is not None]
     hits, n = sum(known), len(known)
     return {
         "hits": hits,
         "n": n,
-        "rate": hits / n if n else float("nan"),
+        "rate": hits / n if n else None,
         "bound95": bound(hits, n, high_is_good),
     }
 
