@@ -74,6 +74,8 @@ def mistake_right(item: Concealed, found: Mapping[str, Any]) -> bool:
 
 def place_right(item: Concealed, found: Mapping[str, Any]) -> bool | None:
     """Every key of the truth's place that the answer names agrees (axis, pair, component ...); None where none is shared."""
+    if item.effect == "map_mistake":
+        return None  # see mistake_right
     if not found["answer"]:
         return False
     where = {k: str(v) for k, v in (found["answer"][0].get("where") or {}).items()}

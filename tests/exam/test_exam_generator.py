@@ -113,7 +113,7 @@ def test_effects_are_added() -> None:
     assert np.asarray(both.reading).tolist() == [3.0]
 
 
-@pytest.mark.parametrize("number", range(0, len(blocks.RICH), 5))
+@pytest.mark.parametrize("number", range(0, len(blocks.RICH), 13))
 def test_concealed_effects_have_the_strength_asked_for(number: int, tmp_path) -> None:
     case = blocks.build("A", 3, number, tmp_path, delta=7.0, rows=200)
     assert case.truth.deltas[0] == pytest.approx(7.0, rel=0.01)
