@@ -22,7 +22,7 @@ export JUPYTER_DATA_DIR := $(CACHE)/jupyter/data
 export JUPYTER_RUNTIME_DIR := $(CACHE)/jupyter/runtime
 endif
 
-.PHONY: help demo test lint types docs bench clean
+.PHONY: help demo test lint types docs bench exam clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -47,6 +47,9 @@ docs: .venv/.installed-dev ## documentation as web pages in docs/_build/html
 
 bench: .venv/.installed-dev ## run times, each beside the plain way of doing it
 	@set -e; for file in benchmarks/bench_*.py; do echo "$$file"; $(BIN)/python "$$file"; done
+
+exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, with plain methods beside it
+	$(BIN)/python -m benchmarks.exam --block ABEH --cases 58 --jobs 2 --budget 150s --out exam.json
 
 clean: ## remove .venv, caches and everything that was made
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md vcmm-demo

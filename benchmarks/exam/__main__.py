@@ -1,0 +1,5 @@
+import sys
+
+from benchmarks.exam.run import main
+
+sys.exit(main())
