@@ -29,6 +29,7 @@ _HOME = {
     "measure": "vcmm.jobs",
     "uncertainty": "vcmm.jobs",
     "field": "vcmm.volumetric",
+    "place": "vcmm.placing.job",
     "diagnose": "vcmm.diagnosing",
     "load_recording": "vcmm.files.recording",
 }

@@ -165,15 +165,16 @@ def products(machine: Machine, run: Run, found: Sequence[Influence]) -> tuple[Pr
     for a, i in enumerate(scalar):
         for j in scalar[a + 1 :]:
             one, other = found[i].input, found[j].input
-            shared = _shared(machine, run, one, other)
-            if shared:
-                response = _mixed(replace(machine, effects=tuple(shared)), run, one, other)
+            common = shared(machine, run, one, other)
+            if common:
+                response = mixed(replace(machine, effects=tuple(common)), run, one, other)
                 if np.abs(response).max(initial=0.0) > 1e-12:
                     out.append(Product(i, j, response))
     return tuple(out)
 
 
-def _shared(machine: Machine, run: Run, one: Input, other: Input) -> list[Effect]:
+def shared(machine: Machine, run: Run, one: Input, other: Input) -> list[Effect]:
+    """Effects in which two scalar Inputs meet as a product."""
     if one.is_channel and other.is_channel:
         return []  # an effect is linear in each temperature
     if one.is_channel or other.is_channel:
@@ -184,8 +185,8 @@ def _shared(machine: Machine, run: Run, one: Input, other: Input) -> list[Effect
     return []
 
 
-def _mixed(machine: Machine, run: Run, one: Input, other: Input) -> Array:
-    """Mixed second difference; any step is exact for a product, one standard deviation keeps the rounding small."""
+def mixed(machine: Machine, run: Run, one: Input, other: Input) -> Array:
+    """(n, 3): d2(indicated - true) per product of the departures of two Inputs. Mixed second difference; any step is exact for a product, one standard deviation keeps the rounding small."""
     h, g = _step(one), _step(other)
     total = np.zeros((run.n, 3))
     for a in (1.0, -1.0):

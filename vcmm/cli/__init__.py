@@ -16,14 +16,15 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "field": "Volumetric error map: tip errors, maxima, body diagonals.",
     "measure": "Measure the part once, virtually.",
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
+    "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
     "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
     "doctor": "Check the installation.",
     "schema": "Print the JSON Schema of a file format.",
 }
-JOBS = ("demo", "new", "check", "field", "measure", "uncertainty", "diagnose")
-LATER = ("place", "nc", "cut", "compensate", "calibrate", "audit", "serve")
+JOBS = ("demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose")
+LATER = ("nc", "cut", "compensate", "calibrate", "audit", "serve")
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
 

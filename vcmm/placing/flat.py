@@ -1,0 +1,161 @@
+"""How flat the optimum is: a map of the objective over the table, the region within 2 %, a convenient pose in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.fixture import DOFS
+from vcmm.placing.objective import Objective
+from vcmm.placing.search import Found
+from vcmm.placing.space import Box
+from vcmm.run import Array
+
+WITHIN = 0.02
+ROUND = ((100.0, 90.0), (50.0, 45.0), (20.0, 15.0), (10.0, 10.0), (5.0, 5.0), (1.0, 1.0))  # mm, deg
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """values (ny, nx) of the objective over two degrees of freedom, the others at the best pose; NaN: not allowed.
+
+    With one degree of freedom ny = 1; without any, both axes have one entry.
+    """
+
+    names: tuple[str, ...]
+    x: Array
+    y: Array
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Poses within `within` of the best. share: of the feasible poses of the scan; box: name -> range, all poses of
+    which are within it (checked on `checked` poses); convenient: a rounded pose (6,) within it, or None, and its value.
+    """
+
+    within: float
+    share: float
+    box: dict[str, tuple[float, float]]
+    checked: int
+    convenient: Array | None
+    convenient_value: float
+
+
+def values_at(objective: Objective, box: Box, poses: Array) -> Array:
+    """The objective at poses (m, 6); NaN where the fixture or a constraint does not allow them."""
+    unit = box.unit(poses)
+    _, ok = box.poses(np.clip(unit, 0.0, 1.0))
+    ok &= ((unit >= -1e-9) & (unit <= 1 + 1e-9)).all(axis=1)
+    ok &= box.travels.feasible(poses)
+    out = np.full(len(poses), np.nan)
+    if ok.any():
+        out[ok] = objective.values(poses[ok])
+    return np.where(np.isfinite(out), out, np.nan)
+
+
+def table_map(objective: Objective, found: Found, nodes: int = 33) -> Map:
+    """The objective over x and y where both are free, else over the first two free degrees of freedom."""
+    names = [f.name for f in found.box.freedoms]
+    names = ["x", "y"] if {"x", "y"} <= set(names) else names[:2]
+    axes = [_axis(objective, found, n, nodes) for n in names]
+    x = axes[0] if names else found.pose[:1]
+    y = axes[1] if len(names) > 1 else found.pose[1:2]
+    poses = np.tile(found.pose, (len(x) * len(y), 1))
+    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    for j, name in enumerate(names):
+        poses[:, DOFS.index(name)] = grid[:, j]
+    return Map(tuple(names), x, y, values_at(objective, found.box, poses).reshape(len(y), len(x)))
+
+
+def _axis(objective: Objective, found: Found, name: str, nodes: int) -> Array:
+    """Grid values of one degree of freedom over what the fixture and the travels leave, at the best orientation."""
+    return np.linspace(*_ends(found, name), nodes)
+
+
+def _ends(found: Found, name: str) -> tuple[float, float]:
+    f = next(f for f in found.box.freedoms if f.name == name)
+    if name.startswith("turn"):
+        return f.low, f.high
+    i = DOFS.index(name)
+    low, high = found.box.travels.intervals(found.pose[None])
+    a, b = max(f.low, float(low[0, i])), min(f.high, float(high[0, i]))
+    return (a, b) if b > a else (a, a + 1e-6)
+
+
+def region(objective: Objective, found: Found, poses: Array, values: Array, seed: int) -> Region:
+    """Poses within 2 % of the best one. poses, values: those of the scan."""
+    limit = found.value + WITHIN * abs(found.value)
+    share = float((values <= limit).mean()) if len(values) else 0.0
+    names = [f.name for f in found.box.freedoms]
+    ends = {name: _line(objective, found, name, limit) for name in names}
+    rng = np.random.default_rng([seed, 13])
+    scale, checked = 1.0, 0
+    draws = np.concatenate([_corners(len(names), rng), rng.random((200, len(names)))]) if names else np.zeros((0, 0))
+    for _ in range(7):
+        box = _shrunk(found, ends, scale)
+        if not names or _inside(objective, found, box, draws, limit):
+            checked = len(draws)
+            break
+        scale *= 0.7
+    else:
+        box = {n: (float(found.pose[DOFS.index(n)]),) * 2 for n in names}
+    pose, value = _convenient(objective, found, limit)
+    return Region(WITHIN, share, box, checked, pose, value)
+
+
+def _line(objective: Objective, found: Found, name: str, limit: float) -> tuple[float, float]:
+    """Range of one degree of freedom about the best pose that stays within the limit, the others kept."""
+    i, here = DOFS.index(name), float(found.pose[DOFS.index(name)])
+    grid = np.unique(np.concatenate([np.linspace(*_ends(found, name), 65), [here]]))
+    poses = np.tile(found.pose, (len(grid), 1))
+    poses[:, i] = grid
+    good = values_at(objective, found.box, poses) <= limit
+    at = int(np.searchsorted(grid, here))
+    low = high = at
+    while low > 0 and good[low - 1]:
+        low -= 1
+    while high < len(grid) - 1 and good[high + 1]:
+        high += 1
+    return float(grid[low]), float(grid[high])
+
+
+def _shrunk(found: Found, ends: dict[str, tuple[float, float]], scale: float) -> dict[str, tuple[float, float]]:
+    out = {}
+    for name, (low, high) in ends.items():
+        here = float(found.pose[DOFS.index(name)])
+        out[name] = (here + scale * (low - here), here + scale * (high - here))
+    return out
+
+
+def _corners(d: int, rng: np.random.Generator) -> Array:
+    """All corners of the unit cube, at most 64 of them."""
+    from itertools import product
+
+    corners = np.array(list(product((0.0, 1.0), repeat=d)))
+    return corners if len(corners) <= 64 else rng.permutation(corners)[:64]
+
+
+def _inside(
+    objective: Objective, found: Found, box: dict[str, tuple[float, float]], draws: Array, limit: float
+) -> bool:
+    poses = np.tile(found.pose, (len(draws), 1))
+    for j, (name, (low, high)) in enumerate(box.items()):
+        poses[:, DOFS.index(name)] = low + draws[:, j] * (high - low)
+    found_values = values_at(objective, found.box, poses)
+    return bool((found_values <= limit).all())
+
+
+def _convenient(objective: Objective, found: Found, limit: float) -> tuple[Array | None, float]:
+    """The most coarsely rounded pose that is still within the limit."""
+    free = [DOFS.index(f.name) for f in found.box.freedoms]
+    for mm, deg in ROUND if free else ():
+        pose = found.pose.copy()
+        for i in free:
+            step = mm if i < 3 else np.radians(deg)
+            pose[i] = np.round(pose[i] / step) * step
+        value = float(values_at(objective, found.box, pose[None])[0])
+        if value <= limit:
+            return pose, value
+    return None, float("nan")
