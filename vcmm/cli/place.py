@@ -168,7 +168,7 @@ def map_json(chart: Any) -> dict[str, Any]:
 def show(found: Any) -> None:
     """Poses compared, why, certificate and flatness."""
     from vcmm.cli.common import say, show_table
-    from vcmm.placing.words import amount, change, goal_text, pose_text, poses_rows, region_text, why_rows
+    from vcmm.placing.words import change, goal_text, pose_text, poses_rows, region_text, why_rows
 
     show_table(
         f"objective: {goal_text(found.objective.goal)}; the smaller the better",
@@ -181,7 +181,7 @@ def show(found: Any) -> None:
     lines = [["certificate", found.certificate.text], ["flatness", region_text(found)]]
     if found.confirmation is not None:
         sure = found.confirmation
-        lines.insert(0, ["gain, out of sample", f"{change(sure.gain, sure.present)} ± {amount(sure.u_gain, found)} (standard error), {sure.trials:,} paired trials"])
+        lines.insert(0, ["gain, out of sample", f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials"])
     show_table("how sure, how flat", ["", ""], lines, left=(0, 1))
     if found.region.convenient is not None:
         print(f"convenient pose within 2 %: {pose_text(found.region.convenient)}")

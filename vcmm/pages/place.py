@@ -10,7 +10,7 @@ from vcmm.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
 from vcmm.placing.flat import Map
 from vcmm.placing.result import Placed
-from vcmm.placing.words import UNITS, amount, change, changes, goal_text, poses_rows, pose_text, region_text
+from vcmm.placing.words import UNITS, change, changes, goal_text, poses_rows, pose_text, region_text
 
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 
@@ -45,7 +45,7 @@ def sure_table(found: Placed) -> str:
     if sure is not None:
         verdict = r.Cell("confirmed" if sure.confirmed else "not confirmed", kind="good" if sure.confirmed else "warning")
         text = (
-            f"{change(sure.gain, sure.present)} of the present value, standard error {amount(sure.u_gain, found)}, {sure.trials:,} "
+            f"{change(sure.gain, sure.present)} of the present value, standard error {sure.u_gain / sure.present:.2%}, {sure.trials:,} "
             f"paired trials with a seed of their own"
         )
         rows.insert(0, ["gain out of sample", text])
@@ -71,8 +71,9 @@ def maps(found: Placed) -> list[str]:
         chart.values * scale, x, y, unit=word or "objective", title="Objective, other freedoms as at the pose found", marks=marks, **labels
     )  # fmt: skip
     loss = 100 * (chart.values / found.best.value - 1)
-    near = np.where(loss <= 2.0, loss, np.nan)
-    flat = r.heat_map(near, x, y, unit="%", title="Within 2 % of the value found", marks=marks[:1], **labels)
+    flat = r.heat_map(
+        np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels
+    )  # fmt: skip
     return [r.columns(whole, flat)]
 
 
@@ -113,7 +114,7 @@ def budgets(found: Placed) -> list[str]:
         kept.sort(key=lambda line: -line[1])
         charts = []
         for k, (title, c) in enumerate((("present", before), ("found", after))):
-            items = [(line[0], line[1 + k] * scale) for line in kept]
+            items = [(line[0], line[1 + k] * scale if line[1 + k] > 1e-6 * c.u else 0.0) for line in kept]
             charts.append(r.bars(items, unit=word.replace("u", "µ", 1), title=f"{name}: {title}, U = {c.expanded * scale:.3g}", total=c.u * scale))
         out.append(r.columns(*charts))
     return out

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, basis
+from vcmm.effect import Effect, projected_basis
 from vcmm.errors import ModelLimit
 from vcmm.fixture import six_of
 from vcmm.influence import Influence, mixed, products, shared, shifted, targets
@@ -105,8 +105,8 @@ class Closed:
             total: Any = 0.0
             for effect in known.effects:
                 self.rows.machine.asked(effect, run) if effect.required() else None
-                six = basis(effect, known.input.parameter, run)
-                total = total + np.einsum("ni,nik->nk", self._map(run, effect, maps), six)
+                seen = self._map(run, effect, maps)
+                total = total + projected_basis(effect, known.input.parameter, run, seen)
             yield known, total
 
     def _map(self, run: Run, effect: Effect, maps: dict[tuple[str, str], Array]) -> Array:

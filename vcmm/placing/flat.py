@@ -88,28 +88,67 @@ def region(objective: Objective, found: Found, poses: Array, values: Array, seed
     """Poses within 2 % of the best one. poses, values: those of the scan."""
     limit = found.value + WITHIN * abs(found.value)
     share = float((values <= limit).mean()) if len(values) else 0.0
-    names = [f.name for f in found.box.freedoms]
-    ends = {name: _line(objective, found, name, limit) for name in names}
-    rng = np.random.default_rng([seed, 13])
-    scale, checked = 1.0, 0
-    draws = np.concatenate([_corners(len(names), rng), rng.random((200, len(names)))]) if names else np.zeros((0, 0))
-    for _ in range(7):
-        box = _shrunk(found, ends, scale)
-        if not names or _inside(objective, found, box, draws, limit):
-            checked = len(draws)
-            break
-        scale *= 0.7
-    else:
-        box = {n: (float(found.pose[DOFS.index(n)]),) * 2 for n in names}
+    box, checked = _largest_box(objective, found, poses[values <= limit], limit, seed)
     pose, value = _convenient(objective, found, limit)
     return Region(WITHIN, share, box, checked, pose, value)
 
 
-def _line(objective: Objective, found: Found, name: str, limit: float) -> tuple[float, float]:
-    """Range of one degree of freedom about the best pose that stays within the limit, the others kept."""
-    i, here = DOFS.index(name), float(found.pose[DOFS.index(name)])
-    grid = np.unique(np.concatenate([np.linspace(*_ends(found, name), 65), [here]]))
-    poses = np.tile(found.pose, (len(grid), 1))
+def _largest_box(
+    objective: Objective, found: Found, near: Array, limit: float, seed: int
+) -> tuple[dict[str, tuple[float, float]], int]:
+    """The largest box found about the pose found and about two poses in the middle of those within the limit."""
+    names = [f.name for f in found.box.freedoms]
+    nothing = {n: (float(found.pose[DOFS.index(n)]),) * 2 for n in names}
+    if not names:
+        return {}, 0
+    centres = [found.pose, *_middles(found, near)]
+    rng = np.random.default_rng([seed, 13])
+    draws = np.concatenate([_corners(len(names), rng), rng.random((150, len(names)))])
+    best, size = (nothing, 0), 0.0
+    for centre in centres:
+        box, checked = _box_about(objective, found, centre, limit, draws)
+        volume = float(np.prod([(b - a) / (_ends(found, n)[1] - _ends(found, n)[0]) for n, (a, b) in box.items()]))
+        if checked and volume > size:
+            best, size = (box, checked), volume
+    return best
+
+
+def _middles(found: Found, near: Array) -> list[Array]:
+    """Up to two of the poses (m, 6) nearest to the middle of them, with the discrete choices of the one found."""
+    free = [DOFS.index(f.name) for f in found.box.freedoms]
+    fixed = [i for i in range(6) if i not in free]
+    near = near[(np.abs(near[:, fixed] - found.pose[fixed]) < 1e-9).all(axis=1)] if len(near) else near
+    if not len(near):
+        return []
+    spread = np.ptp(near[:, free], axis=0) + 1e-12
+    away = (((near[:, free] - np.median(near[:, free], axis=0)) / spread) ** 2).sum(axis=1)
+    return [near[i] for i in np.argsort(away)[:2]]
+
+
+def _box_about(
+    objective: Objective, found: Found, centre: Array, limit: float, draws: Array
+) -> tuple[dict[str, tuple[float, float]], int]:
+    """A box about a centre, from the ranges of each freedom alone, shrunk until all poses tried stay within the limit."""
+    ends = {f.name: _line(objective, found, centre, f.name, limit) for f in found.box.freedoms}
+    scale = 1.0
+    for _ in range(6):
+        box = {}
+        for name, (low, high) in ends.items():
+            here = float(centre[DOFS.index(name)])
+            box[name] = (here + scale * (low - here), here + scale * (high - here))
+        if _inside(objective, found, box, draws, limit):
+            return box, len(draws)
+        scale *= 0.7
+    return {}, 0
+
+
+def _line(
+    objective: Objective, found: Found, centre: Array, name: str, limit: float
+) -> tuple[float, float]:
+    """Range of one degree of freedom about a pose that stays within the limit, the others kept."""
+    i, here = DOFS.index(name), float(centre[DOFS.index(name)])
+    grid = np.unique(np.concatenate([np.linspace(*_ends(found, name), 41), [here]]))
+    poses = np.tile(centre, (len(grid), 1))
     poses[:, i] = grid
     good = values_at(objective, found.box, poses) <= limit
     at = int(np.searchsorted(grid, here))
@@ -119,14 +158,6 @@ def _line(objective: Objective, found: Found, name: str, limit: float) -> tuple[
     while high < len(grid) - 1 and good[high + 1]:
         high += 1
     return float(grid[low]), float(grid[high])
-
-
-def _shrunk(found: Found, ends: dict[str, tuple[float, float]], scale: float) -> dict[str, tuple[float, float]]:
-    out = {}
-    for name, (low, high) in ends.items():
-        here = float(found.pose[DOFS.index(name)])
-        out[name] = (here + scale * (low - here), here + scale * (high - here))
-    return out
 
 
 def _corners(d: int, rng: np.random.Generator) -> Array:

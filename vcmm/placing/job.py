@@ -155,6 +155,11 @@ def _notes(outcome: Placed, problems: Sequence[Problem]) -> list[str]:
             f"{', '.join(extremes)}: an extreme value; the search used an approximation (normal inputs, few common draws), the "
             "gain and the results at the two poses are those of the full Monte Carlo"
         )
+    if any(i.effect == "residual_field" and i.scale is not None for i in objective.closed.rows.machine.inputs):
+        out.append(
+            "residual_field interpolates independent draws, whose variance shrinks between the nodes: the pose found may gain from "
+            "that and not from the machine; give correlated_field its covariance, as `vcmm place gaska2014` does"
+        )
     sure = outcome.confirmation
     if sure is not None and not sure.confirmed:
         out.append(

@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.fixture import pose_of
 from vcmm.kinematics import nominal_tip
 from vcmm.machine import Machine
-from vcmm.plan import Touches, probe_columns
+from vcmm.plan import Touches, probe_angles
 from vcmm.pose import Pose
 from vcmm.qualification import qualified_machine
 from vcmm.run import Array, Run
@@ -100,8 +100,9 @@ class Rows:
     def _probe(self, normal: Array, m: int) -> Mapping[str, Array]:
         if not {"probe_angle_rad", "probe_lateral", "stylus_length_mm"} & self.needed:
             return {}
-        stylus = np.tile(self.placed.run.labels["stylus"], m)
-        return probe_columns(self.scenario.plan, stylus, normal)
+        styli = [self.scenario.plan.styli[str(s)] for s in self.placed.run.labels["stylus"]]
+        direction, length = np.array([s.direction for s in styli]), np.array([s.length for s in styli])
+        return probe_angles(np.tile(direction, (m, 1)), np.tile(length, m), normal)
 
     def _history(self, pose: Pose, tip: Array, position: Array) -> dict[str, Array]:
         """Speeds and senses of the axes, as `plan.touches` makes them; only those that an effect asks for."""

@@ -83,6 +83,7 @@ def changes(found: Placed) -> list[tuple[str, str, list[tuple[str, float, float]
             continue
         old = {b.input: b.u for b in before.budget}
         lines = [(b.input, old.get(b.input, 0.0), b.u) for b in after.budget]
+        lines = [x for x in lines if max(x[1], x[2]) > 1e-4 * after.u]  # the rest is rounding
         lines.sort(key=lambda line: -abs(line[2] ** 2 - line[1] ** 2))
         out.append((after.name, after.unit, lines, before.u**2))
     return out
