@@ -167,7 +167,7 @@ def products(machine: Machine, run: Run, found: Sequence[Influence]) -> tuple[Pr
             one, other = found[i].input, found[j].input
             common = shared(machine, run, one, other)
             if common:
-                response = mixed(replace(machine, effects=tuple(common)), run, one, other)
+                response = _mixed(replace(machine, effects=tuple(common)), run, one, other)
                 if np.abs(response).max(initial=0.0) > 1e-12:
                     out.append(Product(i, j, response))
     return tuple(out)
@@ -185,8 +185,8 @@ def shared(machine: Machine, run: Run, one: Input, other: Input) -> list[Effect]
     return []
 
 
-def mixed(machine: Machine, run: Run, one: Input, other: Input) -> Array:
-    """(n, 3): d2(indicated - true) per product of the departures of two Inputs. Mixed second difference; any step is exact for a product, one standard deviation keeps the rounding small."""
+def _mixed(machine: Machine, run: Run, one: Input, other: Input) -> Array:
+    """Mixed second difference; any step is exact for a product, one standard deviation keeps the rounding small."""
     h, g = _step(one), _step(other)
     total = np.zeros((run.n, 3))
     for a in (1.0, -1.0):

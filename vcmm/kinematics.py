@@ -227,13 +227,19 @@ def _carried(
 
 
 def sensed(
-    chain: Chain, axes: Mapping[str, Axis], run: Run, link: str, place: str, direction: Array
+    frames_of: tuple[dict[str, Pose6], Frame, Frame],
+    axes: Mapping[str, Axis],
+    run: Run,
+    link: str,
+    place: str,
+    direction: Array,
 ) -> Array:
     """How far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
 
     The transpose of `tip_motion`: n . (t + r x d) = n . t + r . (d x n), with d from the pivot to the tip.
+    frames_of: `link_frames` of the run, made once for all links.
     """
-    frames, tool, work = link_frames(chain, axes, run)
+    frames, tool, work = frames_of
     seen = work.turn(direction)
     out = np.zeros((run.n, 6))
     if link in ("tip", "tool"):

@@ -14,7 +14,7 @@ from vcmm.evaluation import evaluate
 from vcmm.files.scenario import load_scenario
 from vcmm.fixture import Goal, pose_of, six_of
 from vcmm.inputs import Input
-from vcmm.kinematics import Axis, Motion, parse_structure, sensed, tip_motion
+from vcmm.kinematics import Axis, Motion, link_frames, parse_structure, sensed, tip_motion
 from vcmm.laws import Normal
 from vcmm.library import path
 from vcmm.linear import build
@@ -103,7 +103,7 @@ def test_sensed_is_the_transpose_of_tip_motion(structure):
             six[:, :3] *= link in ("tip", "tool")
             six[:, 3:] *= place == "travel"
         moved = tip_motion(chain, axes, run, [Motion(link, place, six)])[:, :3]
-        seen = sensed(chain, axes, run, link, place, direction)
+        seen = sensed(link_frames(chain, axes, run), axes, run, link, place, direction)
         assert np.allclose((moved * direction).sum(axis=1), (seen * six).sum(axis=1), rtol=1e-12), (link, place)
 
 

@@ -7,24 +7,25 @@ arms and the normals depend on the pose; they are asked for all rows of all pose
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, projected_basis
+from vcmm.effect import Effect, parameter, projected_basis, with_parameter
 from vcmm.errors import ModelLimit
 from vcmm.fixture import six_of
-from vcmm.influence import Influence, mixed, products, shared, shifted, targets
+from vcmm.influence import Influence, products, shared, shifted, targets
 from vcmm.influence import STEP as CHANNEL_STEP
 from vcmm.inputs import Input
-from vcmm.kinematics import sensed
+from vcmm.kinematics import link_frames, sensed
 from vcmm.laws import MultivariateNormal, MultivariateSamples
 from vcmm.linear import LinearModel, build
 from vcmm.machine import Machine
 from vcmm.placing.rows import Rows
+from vcmm.plan import Ints
 from vcmm.run import Array, Run
 
 AT_ONCE = 12_000  # rows in one call: the working arrays stay in the cache
@@ -67,7 +68,7 @@ class Closed:
 
     @cached_property
     def known(self) -> tuple[Known, ...]:
-        run, machine = self.rows.placed.run, self.rows.machine
+        run, machine = self.rows.still, self.rows.machine
         out = []
         for one in machine.inputs:
             copies, codes = run.copies(one.redraw)
@@ -87,45 +88,33 @@ class Closed:
 
     def look(self, six: Array) -> Look:
         run = self.rows.run(six)
-        moved = [(k, self._moved(k, along, len(six))) for k, along in self._along(run)]
-        return Look(self, run, len(six), moved, list(self._meetings(run, len(six))))
+        seen = Seen(self.rows.machine, run)
+        moved = [(k, self._moved(k, along, len(six))) for k, along in self._along(seen)]
+        return Look(self, run, len(six), moved, list(self._meetings(seen, len(six))))
+
+    def only(self, touches: Ints) -> Closed:
+        """The same for some of the touches: those that no characteristic of interest reads are left out."""
+        return replace(self, rows=self.rows.only(touches))
+
+    @property
+    def operator(self) -> Array:
+        """(K, n): quantities per displacement of the touches that are looked at."""
+        kept = self.rows.kept
+        return self.model.operator if kept is None else self.model.operator[:, kept]
 
     def variances(self, six: Array, weights: Array) -> tuple[Array, Array]:
         """Of q = weights (C, n) . displacements at poses (m, 6): per influence (m, C, I), and of products (m, C)."""
         found = [look.variances(weights) for look in self.looks(six)]
         return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
 
-    def _along(self, run: Run) -> Iterator[tuple[Known, Array]]:
+    def _along(self, seen: Seen) -> Iterator[tuple[Known, Array]]:
         """Change of every row along its normal per unit of the elements of each Input, (rows, k)."""
-        maps: dict[tuple[str, str], Array] = {}
         for known in self.known:
-            if known.input.is_channel:
-                yield known, self._channel(run, known)
-                continue
-            total: Any = 0.0
-            for effect in known.effects:
-                self.rows.machine.asked(effect, run) if effect.required() else None
-                seen = self._map(run, effect, maps)
-                total = total + projected_basis(effect, known.input.parameter, run, seen)
-            yield known, total
+            yield known, seen.channel(known) if known.input.is_channel else seen.parameter(known)
 
-    def _map(self, run: Run, effect: Effect, maps: dict[tuple[str, str], Array]) -> Array:
-        key = (effect.link, effect.place)
-        if key not in maps:
-            machine = self.rows.machine
-            if effect.link == "reading":
-                maps[key] = np.concatenate([run.normal, np.zeros((run.n, 3))], axis=1)
-            else:
-                maps[key] = -sensed(machine.chain, machine.axes, run, *key, run.normal)
-        return self.rows.machine.sign(effect) * maps[key]
-
-    def _channel(self, run: Run, known: Known) -> Array:
-        name = known.input.parameter
-        step = next((s for ending, s in CHANNEL_STEP.items() if name.endswith(ending)), 1e-3)
-        machine = replace(self.rows.machine, effects=known.effects, inputs=())
-        high = machine.indication_error(shifted(run, name, np.full(run.n, step)))
-        low = machine.indication_error(shifted(run, name, np.full(run.n, -step)))
-        return np.einsum("ni,ni->n", (high - low) / (2 * step), run.normal)[:, None]
+    def along(self, six: Array) -> list[tuple[Known, Array]]:
+        """`_along` at some poses (m, 6): (m n, k) per Input."""
+        return list(self._along(Seen(self.rows.machine, self.rows.run(six))))
 
     def _moved(self, known: Known, along: Array, m: int) -> Array:
         """(m, n, r): displacement of each touch per independent unit draw."""
@@ -133,26 +122,25 @@ class Closed:
         moved = along * spread if spread.ndim == 1 else along @ spread
         return np.asarray(moved.reshape(m, self.rows.n, -1))
 
-    def _meetings(self, run: Run, m: int) -> Iterator[Array]:
+    def _meetings(self, seen: Seen, m: int) -> Iterator[Array]:
         """(m, n) per pair of draws that meet in a product: displacements times both standard uncertainties."""
-        for first, second, machine in self._pairs:
+        for first, second, effects in self._pairs:
             one, other = self.known[first], self.known[second]
-            response = mixed(machine, run, one.input, other.input)
             u = float(np.abs(one.spread(1)).max()) * float(np.abs(other.spread(1)).max())
-            along = u * np.einsum("ni,ni->n", response, run.normal).reshape(m, -1)
+            along = u * seen.product(one.input, other.input, effects).reshape(m, -1)
             for a, b in sorted(set(zip(one.codes.tolist(), other.codes.tolist()))):
                 yield np.where((one.codes == a) & (other.codes == b), along, 0.0)
 
     @cached_property
-    def _pairs(self) -> tuple[tuple[int, int, Machine], ...]:
-        """Influences that meet in a product, and a machine of the effects in which they meet."""
+    def _pairs(self) -> tuple[tuple[int, int, tuple[Effect, ...]], ...]:
+        """Influences that meet in a product, and the effects in which they meet."""
         run, machine = self.rows.run(self.reference[None]), self.rows.machine
-        sizes = [a.shape[1] for _, a in self._along(run)]
+        sizes = [a.shape[1] for _, a in self.along(self.reference[None])]
         found = [Influence(k.input, np.zeros((1, 3, s)), (), k.codes) for k, s in zip(self.known, sizes)]
         out = []
         for p in products(machine, run, found):
             effects = shared(machine, run, self.known[p.first].input, self.known[p.second].input)
-            out.append((p.first, p.second, replace(machine, effects=tuple(effects), inputs=())))
+            out.append((p.first, p.second, tuple(effects)))
         return tuple(out)
 
     @cached_property
@@ -164,6 +152,79 @@ class Closed:
 def _readers(machine: Machine, one: Input) -> tuple[Effect, ...]:
     """Effects that ask for a column."""
     return tuple(e for e in machine.effects if one.parameter in e.required())
+
+
+@dataclass(eq=False)
+class Seen:
+    """Effects of a machine projected on the normals of a run; the way of every link to the normals is made once.
+
+    First order is linear in the motions of the links, so that derivatives need no kinematics of their own.
+    """
+
+    machine: Machine
+    run: Run
+
+    def __post_init__(self) -> None:
+        self.maps: dict[tuple[str, str], Array] = {}
+        self.moved_runs: dict[str, tuple[Run, Run, float]] = {}
+
+    @cached_property
+    def frames(self) -> Any:
+        return link_frames(self.machine.chain, self.machine.axes, self.run)
+
+    def of(self, effect: Effect) -> Array:
+        """(rows, 6): indicated - true along the normal per unit of the six numbers of an effect."""
+        key = (effect.link, effect.place)
+        if key not in self.maps:
+            if effect.link == "reading":
+                self.maps[key] = np.concatenate([self.run.normal, np.zeros((self.run.n, 3))], axis=1)
+            else:
+                self.maps[key] = -sensed(self.frames, self.machine.axes, self.run, *key, self.run.normal)
+        return self.maps[key] if effect.link == "reading" else self.machine.sign(effect) * self.maps[key]
+
+    def parameter(self, known: Known) -> Array:
+        """(rows, k) per unit of each element of a parameter."""
+        total: Any = 0.0
+        for effect in known.effects:
+            total = total + projected_basis(effect, known.input.parameter, self.run, self.of(effect))
+        return np.asarray(total)
+
+    def channel(self, known: Known) -> Array:
+        """(rows, 1) per unit of a column."""
+        high, low, step = self.beside(known.input.parameter)
+        total = np.zeros(self.run.n)
+        for effect in known.effects:
+            total += self.along(effect, effect.error_motion(high) - effect.error_motion(low)) / (2 * step)
+        return total[:, None]
+
+    def along(self, effect: Effect, six: Array) -> Array:
+        return np.einsum("ni,ni->n", self.of(effect), six)
+
+    def beside(self, column: str) -> tuple[Run, Run, float]:
+        """The run with a column a step higher and lower."""
+        if column not in self.moved_runs:
+            step = next((s for ending, s in CHANNEL_STEP.items() if column.endswith(ending)), 1e-3)
+            pair = [shifted(self.run, column, np.full(self.run.n, v)) for v in (step, -step)]
+            self.moved_runs[column] = pair[0], pair[1], step
+        return self.moved_runs[column]
+
+    def product(self, one: Input, other: Input, effects: Sequence[Effect]) -> Array:
+        """(rows,) per product of the departures of two Inputs: the response to a parameter a step to both sides."""
+        if one.is_channel:
+            one, other = other, one  # the first is a parameter: temperatures do not meet one another
+        total = np.zeros(self.run.n)
+        for effect in effects:
+            if other.is_channel:
+                high, low, step = self.beside(other.parameter)
+                pair = [projected_basis(effect, one.parameter, run, self.of(effect)) for run in (high, low)]
+            else:
+                step = 1.0
+                name = parameter(effect, other.parameter).name
+                value = float(getattr(effect, name))
+                moved = [with_parameter(effect, name, value + v) for v in (step, -step)]
+                pair = [projected_basis(e, one.parameter, self.run, self.of(effect)) for e in moved]
+            total += (pair[0] - pair[1])[:, 0] / (2 * step)
+        return total
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,8 +265,11 @@ class Look:
     @cached_property
     def systematic(self) -> Array:
         """(m, n): what the known errors of the machine move each touch along its normal, mm."""
-        error = self.closed.rows.machine.indication_error(self.run)
-        return np.einsum("ni,ni->n", error, self.run.normal).reshape(self.m, -1)
+        machine = self.closed.rows.machine
+        seen, total = Seen(machine, self.run), np.zeros(self.run.n)
+        for effect in machine.effects:
+            total += seen.along(effect, effect.error_motion(self.run))
+        return total.reshape(self.m, -1)
 
     def _lanes(self, known: Known, moved: Array, weights: Array) -> Array:
         """(m, C, lanes): change of q per independent unit draw."""

@@ -60,8 +60,8 @@ class Extremes:
     def moments(self, look: Look) -> tuple[Array, Array]:
         """Mean less the value on a perfect machine, and standard deviation, (m, C) mm each."""
         model, which = self.closed.model, self.quantities
-        factors = _factors(look.covariances(model.operator[which]))
-        middle = model.q0 + look.systematic @ model.operator.T
+        factors = _factors(look.covariances(self.closed.operator[which]))
+        middle = model.q0 + look.systematic @ self.closed.operator.T
         mean, u = np.empty((look.m, len(self.characteristics))), np.empty((look.m, len(self.characteristics)))
         for i in range(0, look.m, 50):
             s = slice(i, i + 50)

@@ -22,6 +22,7 @@ from vcmm.placing.closed import Closed, Look
 from vcmm.placing.extremes import Extremes
 from vcmm.placing.risk import Wrong, guard_band, wrong
 from vcmm.placing.rows import Rows
+from vcmm.plan import Ints
 from vcmm.run import Array
 from vcmm.scenario import Scenario
 from vcmm.settings import CORRECTED
@@ -65,7 +66,8 @@ class Uncertain:
             raise UsageError(
                 "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
             )
-        return cls(Closed.of(rows), complete(scenario, goal or Goal()))
+        closed, goal = Closed.of(rows), complete(scenario, goal or Goal())
+        return cls(closed.only(_read(closed, goal)), goal)
 
     @property
     def scenario(self) -> Scenario:
@@ -105,7 +107,7 @@ class Uncertain:
     def gradient_rows(self) -> Array:
         """(C, n): characteristics per displacement of each touch along its normal; rows of extreme values are 0."""
         model = self.closed.model
-        rows = model.gradient() @ model.operator
+        rows = model.gradient() @ self.closed.operator
         rows[[i for i in range(len(rows)) if i not in self.smooth]] = 0.0
         return np.asarray(rows)
 
@@ -200,6 +202,16 @@ class Uncertain:
         return wrong(found.u[:, i], found.bias[:, i], (low, high), guard, process(c, self.goal, nominal))
 
 
+def _read(closed: Closed, goal: Goal) -> Ints:
+    """Numbers of the touches on features that a characteristic of some weight reads."""
+    placed, part = closed.rows.placed, closed.rows.scenario.part
+    counted = [c for c in part.characteristics if goal.weights.get(c.name)]
+    names = {n for c in counted for n in gps.needs(c)}
+    if any(c.type == "position" for c in counted):
+        names = set(placed.rows)  # the alignment reads the others
+    return np.sort(np.concatenate([placed.rows[n] for n in names if n in placed.rows]))
+
+
 def _unit_term() -> Term:
     from vcmm.laws import Normal
 
@@ -210,8 +222,8 @@ def exact_terms(closed: Closed, weights: Array, six: Array) -> list[Term]:
     """Terms of one smooth characteristic at one pose, each with its own law (products left out)."""
     from vcmm.laws import MultivariateSamples
 
-    run, terms = closed.rows.run(six[None]), []
-    for known, along in closed._along(run):
+    terms = []
+    for known, along in closed.along(six[None]):
         law, factor = known.input.spread(along.shape[1])
         if isinstance(law, MultivariateSamples):
             continue

@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.fixture import pose_of
 from vcmm.kinematics import nominal_tip
 from vcmm.machine import Machine
-from vcmm.plan import Touches, probe_angles
+from vcmm.plan import Ints, Touches, probe_angles
 from vcmm.pose import Pose
 from vcmm.qualification import qualified_machine
 from vcmm.run import Array, Run
@@ -32,6 +32,7 @@ class Rows:
     scenario: Scenario
     machine: Machine
     task: Task  # on a machine without errors and limits, at the present pose
+    kept: Ints | None = None  # touches that are looked at; None = all
 
     @classmethod
     def of(cls, scenario: Scenario) -> Rows:
@@ -49,9 +50,19 @@ class Rows:
     def placed(self) -> Touches:
         return self.task.touches
 
+    @cached_property
+    def still(self) -> Run:
+        """The touches that are looked at, at the present pose: labels and columns that do not move."""
+        return self.placed.run if self.kept is None else self.placed.run.take(self.kept)
+
     @property
     def n(self) -> int:
-        return self.placed.run.n
+        """Touches that are looked at."""
+        return self.still.n
+
+    def only(self, kept: Ints) -> Rows:
+        """The same plan, of which `run` makes some touches only."""
+        return replace(self, kept=kept)
 
     @cached_property
     def zero(self) -> Array:
@@ -73,53 +84,64 @@ class Rows:
 
     def wanted(self, six: Array) -> Array:
         """(m, n, 3): axis positions along x y z that the touches need at poses (m, 6), reachable or not."""
-        pose = pose_of(six)
-        return np.asarray(pose.apply(np.broadcast_to(self.balls, (len(six), self.n, 3))) - self.zero)
+        return np.asarray(_moved(pose_of(six), self.balls) - self.zero)
 
     def run(self, six: Array) -> Run:
         """The prepared Run of m n rows for poses (m, 6)."""
-        m, t = len(six), self.placed
-        pose = pose_of(six)
-        tip = pose.apply(np.broadcast_to(self.balls, (m, self.n, 3)))
-        position, flat = tip - self.zero, (m * self.n,)
+        m, rows = len(six), slice(None) if self.kept is None else self.kept
+        t, pose, still = self.placed, pose_of(six), self.still
+        tip = _moved(pose, self.balls[rows])
+        position, flat = tip - self.zero[rows], (m * self.n,)
         axes = {a: position[..., "XYZ".index(a)].reshape(flat) for a in self.machine.chain.letters if a in "XYZ"}
         axes |= {a: np.zeros(flat) for a in self.machine.chain.letters if a in "ABC"}
-        normal = pose.turn(np.broadcast_to(t.normals, tip.shape)).reshape(-1, 3)
-        part = pose.turn(np.broadcast_to(t.points, tip.shape)).reshape(-1, 3)
+        normal = _turned(pose, t.normals[rows]).reshape(-1, 3)
+        part = _turned(pose, t.points[rows]).reshape(-1, 3)
         columns = {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}
         columns |= {f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}
         columns |= {f"tip_{c}_mm": tip[..., i].reshape(flat) for i, c in enumerate("xyz")}
-        columns |= self._history(pose, tip, position)
+        columns |= {k: v[:, rows].ravel() for k, v in self._history(six).items()}
         columns |= self._probe(normal, m)
-        for name, values in t.run.columns.items():
-            if name not in columns:
-                columns[name] = np.tile(values, m)
-        labels = {k: np.tile(v, m) for k, v in t.run.labels.items()}
-        return Run(axes, np.tile(t.run.offset, (m, 1)), columns, labels, t.run.series)
+        columns |= {k: np.tile(still.columns[k], m) for k in self.constant if k not in columns}
+        labels = {k: np.tile(v, m) for k, v in still.labels.items()}
+        return Run(axes, np.tile(still.offset, (m, 1)), columns, labels, still.series)
+
+    @cached_property
+    def constant(self) -> tuple[str, ...]:
+        """Columns that do not move with the pose: time, temperatures and whatever an effect or input may ask for."""
+        moving = ("tip_", "part_", "sense_", "speed_", "probe_")
+        names = [c for c in self.still.columns if not c.startswith(moving) and c not in ("nx", "ny", "nz")]
+        return tuple(names)
 
     def _probe(self, normal: Array, m: int) -> Mapping[str, Array]:
         if not {"probe_angle_rad", "probe_lateral", "stylus_length_mm"} & self.needed:
             return {}
-        styli = [self.scenario.plan.styli[str(s)] for s in self.placed.run.labels["stylus"]]
+        styli = [self.scenario.plan.styli[str(s)] for s in self.still.labels["stylus"]]
         direction, length = np.array([s.direction for s in styli]), np.array([s.length for s in styli])
         return probe_angles(np.tile(direction, (m, 1)), np.tile(length, m), normal)
 
-    def _history(self, pose: Pose, tip: Array, position: Array) -> dict[str, Array]:
-        """Speeds and senses of the axes, as `plan.touches` makes them; only those that an effect asks for."""
-        wanted = [c for c in self.needed if c.startswith(("speed_", "sense_"))]
-        if not wanted:
+    def _history(self, six: Array) -> dict[str, Array]:
+        """Speeds and senses (m, all touches), as `plan.touches` makes them; only where an effect asks for some."""
+        if not any(c.startswith(("speed_", "sense_")) for c in self.needed):
             return {}
-        t, touch = self.placed, self.scenario.plan.touch
-        direction = pose.turn(np.broadcast_to(t.approach, tip.shape))
-        normal = pose.turn(np.broadcast_to(t.normals, tip.shape))
+        t, touch, pose = self.placed, self.scenario.plan.touch, pose_of(six)
+        position, direction, normal = self.wanted(six), _turned(pose, t.approach), _turned(pose, t.normals)
         out: dict[str, Array] = {}
         for i, letter in enumerate("XYZ"):
-            out[f"speed_{letter}_mm_s"] = (touch.speed * direction[..., i]).ravel()
+            out[f"speed_{letter}_mm_s"] = touch.speed * direction[..., i]
             if letter in self.machine.chain.letters:
                 lift = touch.clearance if i == 2 else 0.0
                 path = direction[..., i], normal[..., i], touch.approach, lift
-                out[f"sense_{letter}"] = _sense(position[..., i], *path).ravel()
+                out[f"sense_{letter}"] = _sense(position[..., i], *path)
         return out
+
+
+def _moved(pose: Pose, points: Array) -> Array:
+    """(m, n, 3): points (n, 3) at every pose of a batch."""
+    return _turned(pose, points) + pose.shift[:, None, :]
+
+
+def _turned(pose: Pose, vectors: Array) -> Array:
+    return np.asarray(vectors @ pose.rotation.swapaxes(1, 2))
 
 
 def _sense(q: Array, direction: Array, normal: Array, approach: float, lift: float) -> Array:
