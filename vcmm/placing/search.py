@@ -1,7 +1,7 @@
 """Search over the boxes of a fixture: a space-filling sample, DIRECT in rounds, then multistart descent and a compass.
 
 DIRECT: Jones, Perttunen, Stuckman, J. Optim. Theory Appl. 79 (1993) 157 (locally biased: Gablonsky & Kelley 2001).
-Descent: L-BFGS-B with central differences of all coordinates in one call. Compass: steps along the coordinates that
+Descent: L-BFGS-B with differences of all coordinates in one call. Compass: steps along the coordinates that
 are halved when none helps; it also serves where the objective has kinks (linear tables) or steps (nearest nodes).
 """
 
@@ -19,7 +19,8 @@ from vcmm.run import Array
 DIFFERENCE = 1e-4  # of the box, for gradients
 STEPS = (2e-2, 1e-5)  # first and last step of the compass
 KEPT = 4  # boxes that are searched beyond the sample
-STARTS = 8
+STARTS = 20  # first steps of descent from so many
+SHORT, FULL = 6, 6  # gradients of the first steps; starts that are followed to the end
 
 
 @dataclass
@@ -78,7 +79,7 @@ def search(
     """The lowest value over all boxes with at most so many evaluations of the objective."""
     report = progress or (lambda text, share: None)
     asked = [Counted(box, objective) for box in found]
-    sample = int(np.clip(0.4 * evaluations / len(asked), 16, 1024))
+    sample = int(np.clip(0.25 * evaluations / len(asked), 16, 1024))
     for k, one in enumerate(asked):
         one(_sobol(one.box.d, sample, seed))
         report("sampling the fixture", 0.4 * (k + 1) / len(asked))
@@ -91,7 +92,7 @@ def search(
         )
     for one in asked[:KEPT]:
         if one.box.d:
-            _direct(one, int(0.3 * evaluations / min(KEPT, len(asked))))
+            _direct(one, int(0.25 * evaluations / min(KEPT, len(asked))))
         report("dividing rectangles", 0.6)
     minima = _polished(asked, evaluations, report)
     value, unit, one = min(minima, key=lambda item: item[0])
@@ -193,23 +194,40 @@ def _divided(
 def _polished(
     asked: Sequence[Counted], evaluations: int, report: Callable[[str, float], None]
 ) -> list[tuple[float, Array, Counted]]:
-    """Descent from the best starts of all boxes, then the compass from the best of those."""
+    """A few steps of descent from many starts, the rest of the way from the best of those, the compass at the end.
+
+    What is left of the evaluations is shared out anew before every descent, so that starts that end early leave theirs to
+    the others.
+    """
     starts = [(v, u, one) for one in asked[:KEPT] for v, u in one.best(STARTS)]
-    starts = sorted(starts, key=lambda item: item[0])[:STARTS]
-    out = []
-    for k, (value, unit, one) in enumerate(starts):
-        left = evaluations - sum(a.count for a in asked)
-        if one.box.d and left > 10 * one.box.d:
-            share = left // (2 * (len(starts) - k))
-            value, unit = _descended(one, unit, value, share)
-        out.append((value, unit, one))
-        report("descending", 0.6 + 0.3 * (k + 1) / len(starts))
-    out.sort(key=lambda item: item[0])
-    for k, (value, unit, one) in enumerate(out[:3]):
-        left = evaluations - sum(a.count for a in asked)
-        share = left // (2 if k < 2 else 1)
-        out[k] = (*_compass(one, unit, value, share), one) if one.box.d else (value, unit, one)
-    return out
+    found = sorted(starts, key=lambda item: item[0])[:STARTS]
+    for k, (value, unit, one) in enumerate(found):
+        most = min(SHORT * (one.box.d + 1), _left(asked, evaluations) // (2 * (len(found) - k)))
+        found[k] = (*_descended(one, unit, value, most), one)
+        report("descending", 0.6 + 0.2 * (k + 1) / len(found))
+    found = _different(found)
+    for k, (value, unit, one) in enumerate(found[:FULL]):
+        most = _left(asked, evaluations) * 2 // (3 * (min(FULL, len(found)) - k))
+        found[k] = (*_descended(one, unit, value, most), one)
+        report("descending", 0.8 + 0.15 * (k + 1) / FULL)
+    found.sort(key=lambda item: item[0])
+    for k, (value, unit, one) in enumerate(found[:3]):
+        most = _left(asked, evaluations) // (2 if k < 2 else 1)
+        found[k] = (*_compass(one, unit, value, most), one)
+    return found
+
+
+def _left(asked: Sequence[Counted], evaluations: int) -> int:
+    return evaluations - sum(a.count for a in asked)
+
+
+def _different(found: Sequence[tuple[float, Array, Counted]]) -> list[tuple[float, Array, Counted]]:
+    """From the lowest up, without those that came to the same place."""
+    kept: list[tuple[float, Array, Counted]] = []
+    for value, unit, one in sorted(found, key=lambda item: item[0]):
+        if all(one is not other or np.abs(unit - at).max(initial=0.0) > 0.01 for _, at, other in kept):
+            kept.append((value, unit, one))
+    return kept
 
 
 def differences(ask: Callable[[Array], Array], unit: Array, step: float = DIFFERENCE) -> tuple[float, Array]:
@@ -223,16 +241,28 @@ def differences(ask: Callable[[Array], Array], unit: Array, step: float = DIFFER
     return float(value[0]), np.where(np.isfinite(slope), slope, 0.0)
 
 
+def _forward(ask: Callable[[Array], Array], unit: Array, step: float = DIFFERENCE) -> tuple[float, Array]:
+    """Value and gradient (d,) by one-sided differences into the box: half the evaluations, good enough to descend."""
+    d = len(unit)
+    step_of = np.where(unit > 0.5, -step, step)
+    value = ask(np.concatenate([unit[None], unit + np.diag(step_of)]))
+    with np.errstate(invalid="ignore"):
+        slope = (value[1 : d + 1] - value[0]) / step_of
+    return float(value[0]), np.where(np.isfinite(slope), slope, 0.0)
+
+
 def _descended(one: Counted, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
     from scipy.optimize import minimize
 
+    if not one.box.d or evaluations < 2 * (one.box.d + 1):
+        return value, unit
     scale = max(abs(value), 1e-300)
 
     def asked(at: Array) -> tuple[float, Array]:
-        found, slope = differences(one, at)
+        found, slope = _forward(one, at)
         return (found / scale if np.isfinite(found) else 10.0), slope / scale
 
-    most = max(2, evaluations // (2 * one.box.d + 1))
+    most = evaluations // (one.box.d + 1)
     options = {"maxfun": most, "maxiter": most, "ftol": 1e-9, "gtol": 1e-7}
     done = minimize(asked, unit, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * one.box.d, options=options)
     return (float(done.fun) * scale, np.asarray(done.x)) if done.fun * scale < value else (value, unit)
@@ -240,6 +270,8 @@ def _descended(one: Counted, unit: Array, value: float, evaluations: int) -> tup
 
 def _compass(one: Counted, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
     d, step = one.box.d, STEPS[0]
+    if not d:
+        return value, unit
     last = np.zeros(d)
     while step > STEPS[1] and evaluations >= 2 * d + 1:
         around = np.concatenate([unit + step * np.eye(d), unit - step * np.eye(d), (unit + last)[None]])
