@@ -72,27 +72,33 @@ def timed(call: Callable[[], object], repeats: int = 3) -> float:
     return best
 
 
+def compare(name: str, poses: int) -> str:
+    """One line: times of the three ways on the smooth characteristics of an embedded scenario."""
+    scenario = load_scenario(path(name))
+    smooth = [c for c in scenario.part.characteristics if c.type in ("size", "distance")]
+    scenario = replace(scenario, part=replace(scenario.part, characteristics=tuple(smooth)))
+    objective = Uncertain.of(scenario, Goal({"U": 1.0}))
+    box = boxes(default_fixture(), six_of(scenario.pose), Travels(objective.closed.rows))[0]
+    six = box.poses(np.random.default_rng(0).random((poses, box.d)))[0]
+    model = objective.closed.model
+    weights = model.gradient() @ model.operator
+    closed = objective.spread(six[:1]).u[0]
+    matrix, trials = (f(scenario, model, weights, six[0]) for f in (by_matrix, by_trials))
+    assert np.allclose(closed, matrix, rtol=0.02), (closed, matrix)
+    assert np.allclose(closed, trials, rtol=0.05), (closed, trials)
+    t = timed(lambda: objective.values(six)) / poses
+    t_matrix = timed(lambda: [by_matrix(scenario, model, weights, p) for p in six[:10]]) / 10
+    t_trials = timed(lambda: by_trials(scenario, model, weights, six[0]))
+    return (
+        f"{name}: {objective.closed.rows.n} touches; closed form {t * 1e6:.0f} us per pose; matrix {t_matrix * 1e3:.2f} ms, "
+        f"{t_matrix / t:.0f} times (bar 20); 10^4 trials {t_trials * 1e3:.0f} ms, {t_trials / t:.0f} times (bar 2000)"
+    )
+
+
 def main() -> None:
     poses = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
     for name in ("plate", "gaska2014"):
-        scenario = load_scenario(path(name))
-        smooth = [c for c in scenario.part.characteristics if c.type in ("size", "distance")]
-        scenario = replace(scenario, part=replace(scenario.part, characteristics=tuple(smooth)))
-        objective = Uncertain.of(scenario, Goal({"U": 1.0}))
-        box = boxes(default_fixture(), six_of(scenario.pose), Travels(objective.closed.rows))[0]
-        six = box.poses(np.random.default_rng(0).random((poses, box.d)))[0]
-        model = objective.closed.model
-        weights = model.gradient() @ model.operator
-        closed = objective.spread(six[:1]).u[0]
-        matrix, trials = (f(scenario, model, weights, six[0]) for f in (by_matrix, by_trials))
-        assert np.allclose(closed, matrix, rtol=0.02) and np.allclose(closed, trials, rtol=0.05), (closed, matrix, trials)
-        t = timed(lambda: objective.values(six)) / poses
-        t_matrix = timed(lambda: [by_matrix(scenario, model, weights, p) for p in six[:10]]) / 10
-        t_trials = timed(lambda: by_trials(scenario, model, weights, six[0]))
-        print(
-            f"{name}: {objective.closed.rows.n} touches; closed form {t * 1e6:.0f} us per pose; matrix {t_matrix * 1e3:.2f} ms, "
-            f"{t_matrix / t:.0f} times (bar 20); 10^4 trials {t_trials * 1e3:.0f} ms, {t_trials / t:.0f} times (bar 2000)"
-        )
+        print(compare(name, poses))
 
 
 if __name__ == "__main__":

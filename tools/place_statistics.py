@@ -17,9 +17,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "placing"))
 
-from drawn import Problem, problem  # noqa: E402
+from drawn import Problem, problem
 
-from vcmm.placing.search import Counted, search  # noqa: E402
+from vcmm.placing.search import Counted, search
 
 SCAN, EVOLUTION, BAR = 25_000, 26_000, 1e-3
 
@@ -32,7 +32,9 @@ def reference(one: Problem, seed: int, scan: int = SCAN, evolution: int = EVOLUT
     best, count = np.inf, 0
     for box in one.boxes:
         ask = Counted(box, one.objective)
-        for part in np.array_split(qmc.Sobol(box.d, seed=seed).random_base2(17)[: scan // len(one.boxes)], 20):
+        for part in np.array_split(
+            qmc.Sobol(box.d, seed=seed).random_base2(17)[: scan // len(one.boxes)], 20
+        ):
             best = min(best, float(ask(part).min()))
         size = 15 * box.d
         rounds = max(1, evolution // len(one.boxes) // size - 1)

@@ -6,7 +6,7 @@ A pose is six numbers: shift x y z (mm) of the part's origin and turns about the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -113,7 +113,7 @@ def _join(label: str, more: str) -> str:
     return f"{label}, {more}" if label else more
 
 
-def _with(six: Array, where: tuple[int, ...], values: object) -> Array:
+def _with(six: Array, where: tuple[int, ...], values: Sequence[float]) -> Array:
     out = six.copy()
     out[list(where)] = values
     return out

@@ -40,7 +40,9 @@ def with_field(scenario: Scenario, seed: int, redraw: str = "run", step: int = 3
     """The scenario with a correlated field whose standard deviations are drawn between 0.2 and 2 um."""
     rng = np.random.default_rng([seed, 5])
     at = nodes(step)
-    field = CorrelatedField(nodes=at, deviation=rng.uniform(0.2e-3, 2e-3, at.shape), length=float(rng.uniform(120, 250)))
+    field = CorrelatedField(
+        nodes=at, deviation=rng.uniform(0.2e-3, 2e-3, at.shape), length=float(rng.uniform(120, 250))
+    )
     known = Input("correlated_field", "", "values", MultivariateNormal(field.covariance()), redraw)
     machine = scenario.machine
     machine = replace(machine, effects=(*machine.effects, field), inputs=(*machine.inputs, known))

@@ -42,7 +42,9 @@ def problem(seed: int) -> Problem:
     """Problem number `seed`."""
     rng = np.random.default_rng([seed, 20140425])
     machine, part = _machine(rng), _part(rng)
-    scenario = Scenario(f"drawn {seed}", machine, part, _plan(part), Pose.from_turns((350, 300, -300), (0, 0, 0)))
+    scenario = Scenario(
+        f"drawn {seed}", machine, part, _plan(part), Pose.from_turns((350, 300, -300), (0, 0, 0))
+    )
     weights = rng.dirichlet(np.ones(3))
     names = [c.name for c in scenario.part.characteristics]
     objective = Uncertain.of(scenario, Goal({"U": 1.0}, dict(zip(names, map(float, weights)))))
@@ -54,7 +56,9 @@ def _machine(rng: np.random.Generator) -> Machine:
     axes = {a: Axis(a, t) for a, t in TRAVEL.items()}
     grid = [np.linspace(-1, 701, 3), np.linspace(-1, 601, 3), np.linspace(-600, 0, 2)]
     at = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, 3)
-    field = CorrelatedField(nodes=at, deviation=rng.uniform(0.2e-3, 2e-3, at.shape), length=float(rng.uniform(150, 350)))
+    field = CorrelatedField(
+        nodes=at, deviation=rng.uniform(0.2e-3, 2e-3, at.shape), length=float(rng.uniform(150, 350))
+    )
     effects: list[Effect] = [Scatter(), field, Squareness("C0Y")]
     inputs = [
         Input("scatter", "", "value", Normal(float(rng.uniform(0.1e-3, 0.5e-3))), "touch"),
@@ -65,12 +69,29 @@ def _machine(rng: np.random.Generator) -> Machine:
         nodes = np.linspace(*TRAVEL[component[2]], 5)
         effects.append(ComponentSpline(str(component), nodes=nodes, values=np.zeros(5)))
         size = 1e-6 if component[1] in "ABC" else 1e-3
-        inputs.append(Input("component_spline", str(component), "values", Normal(1.0), scale=size * rng.uniform(0.2, 2.0, 5)))
-    return Machine("drawn", "cmm", parse_structure(str(rng.choice(["w b Y X Z t", "w Y' b X Z t"]))), axes, tuple(effects), tuple(inputs))
+        inputs.append(
+            Input(
+                "component_spline",
+                str(component),
+                "values",
+                Normal(1.0),
+                scale=size * rng.uniform(0.2, 2.0, 5),
+            )
+        )
+    return Machine(
+        "drawn",
+        "cmm",
+        parse_structure(str(rng.choice(["w b Y X Z t", "w Y' b X Z t"]))),
+        axes,
+        tuple(effects),
+        tuple(inputs),
+    )
 
 
 def _part(rng: np.random.Generator) -> Part:
-    far = rng.uniform(60, 220) * np.array([1.0, 0.0, 0.0]) + np.array([0.0, rng.uniform(-60, 60), rng.uniform(-40, 40)])
+    far = rng.uniform(60, 220) * np.array([1.0, 0.0, 0.0]) + np.array(
+        [0.0, rng.uniform(-60, 60), rng.uniform(-40, 40)]
+    )
     balls = {
         n: Feature(n, "sphere", p, np.zeros(3), np.array([r]))
         for n, p, r in (("a", np.zeros(3), rng.uniform(8, 20)), ("b", far, rng.uniform(8, 20)))
@@ -86,7 +107,9 @@ def _part(rng: np.random.Generator) -> Part:
 def _plan(part: Part) -> Plan:
     """Five touches on each ball: its top and four at its equator."""
     directions = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], dtype=float)
-    steps = tuple(Step(n, "down", f.point + f.sizes[0] * directions, directions) for n, f in part.features.items())
+    steps = tuple(
+        Step(n, "down", f.point + f.sizes[0] * directions, directions) for n, f in part.features.items()
+    )
     return Plan(steps, {"down": Stylus("down", np.array([0.0, 0.0, -120.0]), 2.0)})
 
 

@@ -29,7 +29,18 @@ def source(tmp_path):
 def test_document_of_the_contract(source, capsys):
     found = document(capsys, "place", str(source), *FAST)
     assert found["schema"] == "vcmm.place/1"
-    assert {"pose", "objective", "present", "median", "worst", "certificate", "map", "flat", "why", "confirmation"} <= set(found)
+    assert {
+        "pose",
+        "objective",
+        "present",
+        "median",
+        "worst",
+        "certificate",
+        "map",
+        "flat",
+        "why",
+        "confirmation",
+    } <= set(found)
     assert found["objective"]["value"] <= found["median"]["value"] <= found["worst"]["value"]
     assert found["objective"]["weights"] == {"bore to front": 1.0}
     chart = found["map"]
@@ -41,7 +52,9 @@ def test_document_of_the_contract(source, capsys):
 
 
 def test_folder_with_a_scenario_that_reads_back(source, tmp_path, capsys):
-    text = source.read_text().replace('shift = "300 250 -300 mm"', 'shift = "300 250 -300 mm"   # on the left')
+    text = source.read_text().replace(
+        'shift = "300 250 -300 mm"', 'shift = "300 250 -300 mm"   # on the left'
+    )
     source.write_text(text)
     assert run(["place", str(source), *FAST, "--out", str(tmp_path / "out")]) == 0
     out = tmp_path / "out"
@@ -63,7 +76,10 @@ def test_placed_text_keeps_everything_else(tmp_path):
     old = source.read_text().splitlines()
     changed = [(a, b) for a, b in zip(old, new) if a != b]
     assert [b for _, b in changed] == ['shift = "100 120.5 -300 mm"', 'turn = "0 0 90 deg"']
-    for edit in (("turn = \"0 0 30 deg\"\n", ""), ("[pose]\nshift = \"300 250 -300 mm\"\nturn = \"0 0 30 deg\"\n", "")):
+    for edit in (
+        ('turn = "0 0 30 deg"\n', ""),
+        ('[pose]\nshift = "300 250 -300 mm"\nturn = "0 0 30 deg"\n', ""),
+    ):
         one = written(tmp_path, "", edit)
         (tmp_path / "placed.toml").write_text(placed_text(one, tmp_path / "placed.toml", six))
         assert np.allclose(six_of(load_scenario(tmp_path / "placed.toml").pose), six, atol=1e-9)
@@ -78,8 +94,13 @@ def test_placed_text_keeps_everything_else(tmp_path):
 
 def machine_file(folder, name, u, travel=600):
     path = folder / f"{name}.toml"
-    axes = "".join(f'[axes.{a}]\ntravel = ["{lo} mm", "{hi} mm"]\n' for a, lo, hi in (("X", 0, travel), ("Y", 0, 500), ("Z", -400, 0)))
-    path.write_text(f'vcmm = "machine/1"\nname = "{name}"\nstructure = "w b Y X Z t"\n{axes}[repeatability]\nlaw = "normal"\nu = "{u} um"\n')
+    axes = "".join(
+        f'[axes.{a}]\ntravel = ["{lo} mm", "{hi} mm"]\n'
+        for a, lo, hi in (("X", 0, travel), ("Y", 0, 500), ("Z", -400, 0))
+    )
+    path.write_text(
+        f'vcmm = "machine/1"\nname = "{name}"\nstructure = "w b Y X Z t"\n{axes}[repeatability]\nlaw = "normal"\nu = "{u} um"\n'
+    )
     return str(path)
 
 
@@ -87,7 +108,11 @@ def test_choice_of_machine(source, tmp_path, capsys):
     """The one with the smaller scatter wins, one without room is named."""
     text = source.read_text().replace('temperature = { part = "21.2 degC", scale_x = "20.4 degC" }', "")
     source.write_text(text.replace('u_temperature = { part = "0.1 K" }', ""))
-    files = [machine_file(tmp_path, "coarse", 1.0), machine_file(tmp_path, "fine", 0.2), machine_file(tmp_path, "tiny", 0.1, 50)]
+    files = [
+        machine_file(tmp_path, "coarse", 1.0),
+        machine_file(tmp_path, "fine", 0.2),
+        machine_file(tmp_path, "tiny", 0.1, 50),
+    ]
     found = document(capsys, "place", str(source), "--machines", *files, *FAST)
     assert found["machine"] == files[1]
     assert [m["name"] for m in found["machines"]] == ["fine", "coarse", "tiny"]
@@ -109,4 +134,6 @@ def test_bad_input_is_refused_with_one_line(tmp_path, capsys, more, text):
     path = written(tmp_path, "\n" + more)
     assert run(["place", str(path), "--json", *FAST]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and text in err and "plate.toml" in err
+    assert out == ""
+    assert text in err
+    assert "plate.toml" in err

@@ -60,12 +60,20 @@ def test_variances_are_those_of_the_task_at_each_pose(tmp_path, name):
     for j, row in enumerate(six):
         model = build(scenario.at(pose_of(row)).task())
         gradient = model.gradient()[smooth]
-        wanted = np.array([[((g @ t.gain) ** 2).sum() * np.max(t.law.u) ** 2 for t in model.terms()] for g in gradient])
+        wanted = np.array(
+            [[((g @ t.gain) ** 2).sum() * np.max(t.law.u) ** 2 for t in model.terms()] for g in gradient]
+        )
         scale = np.sqrt(wanted.sum(axis=1, keepdims=True))
         assert np.abs(np.sqrt(first[j, smooth]) - np.sqrt(wanted)).max() < 1e-4 * scale.max()
         product = np.zeros(len(smooth))
         for p in model.products:
-            u = [float(np.max(model.influences[i].input.law.u) * np.abs(model.influences[i].input.spread(1)[1]).max()) for i in (p.first, p.second)]
+            u = [
+                float(
+                    np.max(model.influences[i].input.law.u)
+                    * np.abs(model.influences[i].input.spread(1)[1]).max()
+                )
+                for i in (p.first, p.second)
+            ]
             for _, _, gain in model.meetings(p):
                 product += (gradient @ gain * u[0] * u[1]) ** 2
         assert np.abs(np.sqrt(second[j, smooth]) - np.sqrt(product)).max() < 1e-4 * scale.max()
@@ -92,11 +100,19 @@ def test_sensed_is_the_transpose_of_tip_motion(structure):
     rng = np.random.default_rng(1)
     chain = parse_structure(structure)
     axes = {a: Axis(a, (-1e3, 1e3), measured_at=(10.0, -20.0, 30.0)) for a in chain.letters}
-    run = Run({a: rng.uniform(-1, 1, 5) * (300 if a in "XYZ" else 1) for a in chain.letters}, rng.normal(size=(5, 3)) * 100)
+    run = Run(
+        {a: rng.uniform(-1, 1, 5) * (300 if a in "XYZ" else 1) for a in chain.letters},
+        rng.normal(size=(5, 3)) * 100,
+    )
     direction = rng.normal(size=(5, 3))
-    links = [(a, p) for a in chain.letters for p in ("motion", "travel", "location")] + [("tip", "motion"), ("tool", "motion")]
+    links = [(a, p) for a in chain.letters for p in ("motion", "travel", "location")] + [
+        ("tip", "motion"),
+        ("tool", "motion"),
+    ]
     for link, place in links:
-        if (place == "travel") != (link in "XYZ" and place == "travel") or (place == "location" and link in "XYZ"):
+        if (place == "travel") != (link in "XYZ" and place == "travel") or (
+            place == "location" and link in "XYZ"
+        ):
             continue
         six = rng.normal(size=(5, 6))
         if place == "travel" or link in ("tip", "tool"):
@@ -104,7 +120,10 @@ def test_sensed_is_the_transpose_of_tip_motion(structure):
             six[:, 3:] *= place == "travel"
         moved = tip_motion(chain, axes, run, [Motion(link, place, six)])[:, :3]
         seen = sensed(link_frames(chain, axes, run), axes, run, link, place, direction)
-        assert np.allclose((moved * direction).sum(axis=1), (seen * six).sum(axis=1), rtol=1e-12), (link, place)
+        assert np.allclose((moved * direction).sum(axis=1), (seen * six).sum(axis=1), rtol=1e-12), (
+            link,
+            place,
+        )
 
 
 def test_projected_responses_are_weights_times_responses(tmp_path):
@@ -129,7 +148,9 @@ def test_factor_k_and_u_at_the_present_pose_are_those_of_the_evaluation():
         assert found.u[0, i] == pytest.approx(c.u, rel=share)
     terms = exact_terms(objective.closed, objective.gradient_rows[0], six_of(scenario.pose))
     first, second = objective.closed.variances(six_of(scenario.pose)[None], objective.gradient_rows)
-    assert sum(float((t.gain**2).sum()) * t.law.u**2 for t in terms) == pytest.approx(first[0, 0].sum(), rel=1e-9)
+    assert sum(float((t.gain**2).sum()) * t.law.u**2 for t in terms) == pytest.approx(
+        first[0, 0].sum(), rel=1e-9
+    )
     assert first[0, 0].sum() + second[0, 0] == pytest.approx(found.u[0, 0] ** 2, rel=1e-12)
     assert objective.factors[0] == pytest.approx(result.characteristics[0].k, rel=1e-3)
 
@@ -140,6 +161,11 @@ def test_extreme_values_follow_the_monte_carlo_from_pose_to_pose():
     objective = Uncertain.of(scenario, Goal({"U": 1.0}, {"form of the bore": 1.0}))
     six = np.array([six_of(scenario.places[n]) for n in ("1", "4")])
     u = objective.spread(six).u[:, 0]
-    found = [evaluate(scenario.at(pose_of(p)).task(), replace(scenario.settings, trials=20_000)).characteristics[0].u for p in six]
+    found = [
+        evaluate(scenario.at(pose_of(p)).task(), replace(scenario.settings, trials=20_000))
+        .characteristics[0]
+        .u
+        for p in six
+    ]
     assert u[0] / u[1] == pytest.approx(found[0] / found[1], rel=0.05)
     assert np.allclose(u, found, rtol=0.06)

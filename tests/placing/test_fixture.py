@@ -19,12 +19,16 @@ from vcmm.placing.travels import Travels
 @pytest.mark.parametrize("direction", [*DOWN.values(), (0.6, 0.0, -0.8), (0.36, 0.48, 0.8)])
 def test_a_face_is_turned_down(direction):
     a, b = turned_down(direction)
-    assert np.allclose(pose_of(np.array([0, 0, 0, a, b, 0])).turn(np.array(direction)), [0, 0, -1], atol=1e-12)
+    assert np.allclose(
+        pose_of(np.array([0, 0, 0, a, b, 0])).turn(np.array(direction)), [0, 0, -1], atol=1e-12
+    )
 
 
 def test_plus_x_down_by_hand():
     # Ry(90 deg) takes x = (1, 0, 0) to (cos 90, 0, -sin 90) = (0, 0, -1)
-    assert turned_down((1, 0, 0)) == pytest.approx((0.0, np.pi / 2)) or turned_down((1, 0, 0))[1] == pytest.approx(np.pi / 2)
+    assert turned_down((1, 0, 0)) == pytest.approx((0.0, np.pi / 2)) or turned_down((1, 0, 0))[
+        1
+    ] == pytest.approx(np.pi / 2)
 
 
 def test_placement_table_is_read(tmp_path):
@@ -39,7 +43,8 @@ weights = { "bore diameter" = 0.7, "bore square to top" = 0.3 }
 process = { "bore diameter" = { mean = "0.001 mm", u = "0.003 mm" } }
 """
     found = plate(tmp_path, text).placement
-    assert found is not None and found.fixture is not None
+    assert found is not None
+    assert found.fixture is not None
     free = {f.name: f for f in found.fixture.freedoms}
     assert (free["x"].low, free["x"].high) == (100.0, 500.0)
     assert free["y"].values == (250.0,)
@@ -113,7 +118,9 @@ def test_no_reachable_pose_says_what_would_open_one(tmp_path):
     scenario = plate(tmp_path)
     low = np.concatenate([six_of(scenario.pose)[:2], [-640.0], [0, 0, 0]])
     with pytest.raises(ModelLimit, match=r"travel of axis Z allows z from -524 to"):
-        boxes(Fixture((Freedom("z", -660.0, -640.0), Freedom("x", 0.0, 600.0))), low, Travels(Rows.of(scenario)))
+        boxes(
+            Fixture((Freedom("z", -660.0, -640.0), Freedom("x", 0.0, 600.0))), low, Travels(Rows.of(scenario))
+        )
     with pytest.raises(ModelLimit, match=r"move its upper end by 116 mm to open a pose"):  # -524 - -640 = 116
         boxes(Fixture((Freedom("z", -660.0, -640.0),)), low, Travels(Rows.of(scenario)))
 
@@ -140,7 +147,10 @@ def test_machine_of_a_scenario_is_replaced(tmp_path):
     other = tmp_path / "other.toml"
     other.write_text(
         'vcmm = "machine/1"\nname = "other"\nstructure = "w b Y X Z t"\n'
-        + "".join(f'[axes.{a}]\ntravel = ["{lo} mm", "{hi} mm"]\n' for a, lo, hi in (("X", 0, 700), ("Y", 0, 600), ("Z", -500, 0)))
+        + "".join(
+            f'[axes.{a}]\ntravel = ["{lo} mm", "{hi} mm"]\n'
+            for a, lo, hi in (("X", 0, 700), ("Y", 0, 600), ("Z", -500, 0))
+        )
         + '[repeatability]\nlaw = "normal"\nu = "0.5 um"\n'
     )
     found = load_scenario(written(tmp_path), other)

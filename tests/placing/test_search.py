@@ -71,7 +71,12 @@ def test_a_constraint_of_another_kind_is_kept(tmp_path):
             return poses[:, 0] <= 350
 
     scenario = plate(tmp_path)
-    box = boxes(Fixture((Freedom("x", 0, 600), Freedom("y", 0, 500))), six_of(scenario.pose), Travels(Rows.of(scenario)), (West(),))
+    box = boxes(
+        Fixture((Freedom("x", 0, 600), Freedom("y", 0, 500))),
+        six_of(scenario.pose),
+        Travels(Rows.of(scenario)),
+        (West(),),
+    )
     found = search(Bowl(), box, evaluations=3000)
     assert found.pose[0] <= 350
     dense, ok = box[0].poses(qmc.Sobol(2, seed=1).random(16384))
@@ -97,7 +102,8 @@ def test_the_certificate_sees_a_better_pose(tmp_path):
     seen = scan(Bowl(), box, 1024, 0, silent)
     bad = replace(good, pose=np.array([120.0, 400, -300, 0, 0, 0]), value=1.02)
     better = certify(Bowl(), box, bad, seen).better
-    assert better == pytest.approx(1 - seen.values.min() / 1.02) and 0.015 < better <= 0.02 / 1.02
+    assert better == pytest.approx(1 - seen.values.min() / 1.02)
+    assert 0.015 < better <= 0.02 / 1.02
     found = certify(Bowl(), box, good, seen)
     assert found.better == 0
     assert 0 < found.hidden < 0.05
@@ -127,11 +133,15 @@ def placed(tmp_path_factory):
 def test_gain_is_confirmed_out_of_sample(placed):
     """The gain by paired trials agrees with the closed form within its standard error and what k is good for."""
     sure = placed.confirmation
-    assert sure is not None and placed.present is not None and sure.confirmed
+    assert sure is not None
+    assert placed.present is not None
+    assert sure.confirmed
     assert sure.seed == fresh_seed(placed.seed) != placed.seed
     closed = placed.present.value - placed.best.value
     assert sure.gain == pytest.approx(closed, abs=4 * sure.u_gain + 0.02 * closed)
-    assert 0 < sure.u_gain < 0.1 * sure.gain  # common random numbers: the difference is known better than either
+    assert (
+        0 < sure.u_gain < 0.1 * sure.gain
+    )  # common random numbers: the difference is known better than either
 
 
 def test_order_of_the_poses_and_the_full_evaluation(placed):
@@ -145,30 +155,46 @@ def test_order_of_the_poses_and_the_full_evaluation(placed):
 
 def test_map_and_region_hold_what_they_say(placed):
     chart, flat = placed.map, placed.region
-    assert chart.names == ("x", "y") and chart.values.shape == (33, 33)
+    assert chart.names == ("x", "y")
+    assert chart.values.shape == (33, 33)
     assert np.nanmin(chart.values) >= placed.best.value * (1 - 1e-9)
-    box = boxes(Fixture((*(Freedom(n, -np.inf, np.inf) for n in ("x", "y")), Freedom("turn_z", -np.pi, np.pi))), six_of(placed.objective.scenario.pose), Travels(placed.objective.closed.rows))[0]
+    box = boxes(
+        Fixture((*(Freedom(n, -np.inf, np.inf) for n in ("x", "y")), Freedom("turn_z", -np.pi, np.pi))),
+        six_of(placed.objective.scenario.pose),
+        Travels(placed.objective.closed.rows),
+    )[0]
     rng = np.random.default_rng(77)
     poses = np.tile(placed.best.pose, (300, 1))
     for i, (low, high) in zip((0, 1, 5), flat.box.values()):
         poses[:, i] = rng.uniform(low, high, 300)
     values = values_at(placed.objective, box, poses)
     assert (values <= placed.best.value * 1.02).mean() > 0.98  # checked on other poses than these
-    assert flat.convenient is not None and flat.convenient_value <= placed.best.value * 1.02
+    assert flat.convenient is not None
+    assert flat.convenient_value <= placed.best.value * 1.02
     placed.objective.scenario.at(pose_of(flat.convenient)).task()  # it can be measured there
 
 
 def test_the_same_seed_gives_the_same_answer(tmp_path):
     scenario = with_field(plate(tmp_path), 5)
-    options = {"evaluations": 300, "scanned": 64, "trials": 1000, "goal": Goal({"U": 1.0}, {"bore diameter": 1.0})}
+    options = {
+        "evaluations": 300,
+        "scanned": 64,
+        "trials": 1000,
+        "goal": Goal({"U": 1.0}, {"bore diameter": 1.0}),
+    }
     first, again = vcmm.place(scenario, **options), vcmm.place(scenario, **options)
-    assert np.array_equal(first.best.pose, again.best.pose) and first.confirmation == again.confirmation
+    assert np.array_equal(first.best.pose, again.best.pose)
+    assert first.confirmation == again.confirmation
 
 
 def test_present_pose_out_of_reach_is_said(tmp_path):
     scenario = plate(tmp_path, "", ('shift = "300 250 -300 mm"', 'shift = "20 250 -300 mm"'))
-    found = vcmm.place(scenario, evaluations=400, scanned=128, trials=2000, goal=Goal({"U": 1.0}, {"bore diameter": 1.0}))
-    assert found.present is None and found.before is None and found.gain is None
+    found = vcmm.place(
+        scenario, evaluations=400, scanned=128, trials=2000, goal=Goal({"U": 1.0}, {"bore diameter": 1.0})
+    )
+    assert found.present is None
+    assert found.before is None
+    assert found.gain is None
     assert found.problems[0].constraint == "travel of axis X"
     assert any("cannot be used" in w for w in found.warnings)
 
@@ -178,7 +204,9 @@ def test_discrete_choices_are_enumerated(tmp_path):
     slots = ((150.0, 150.0, -300.0), (300.0, 250.0, -300.0), (430.0, 330.0, -300.0))
     turns = Freedom("turn_z", values=tuple(np.radians([0.0, 90.0, 180.0])))
     goal = Goal({"U": 1.0}, {"bore to front": 1.0})
-    found = vcmm.place(scenario, fixture=Fixture((turns,), slots), goal=goal, evaluations=300, scanned=64, trials=2000)
+    found = vcmm.place(
+        scenario, fixture=Fixture((turns,), slots), goal=goal, evaluations=300, scanned=64, trials=2000
+    )
     every = np.array([[*s, 0, 0, t] for s in slots for t in turns.values])
     values = found.objective.values(every)
     assert np.allclose(found.best.pose, every[values.argmin()])

@@ -22,9 +22,13 @@ def show_placement(folder: Path | None, draws: int, seed: int | None, json: bool
     scenario = load_scenario(source)
     with progress() as report:
         rankings = twin.ranking(scenario, draws, report)
-        reductions = twin.reduction(scenario, min(draws, 100), seed=1 if seed is None else seed, progress=report)
+        reductions = twin.reduction(
+            scenario, min(draws, 100), seed=1 if seed is None else seed, progress=report
+        )
         optima = [twin.optimum(scenario, redraw, report) for redraw in ("touch", "run")]
-    content = document("vcmm.place/1", body(rankings, optima, reductions, draws), seed=scenario.settings.seed, files=[source])
+    content = document(
+        "vcmm.place/1", body(rankings, optima, reductions, draws), seed=scenario.settings.seed, files=[source]
+    )
     if folder:
         import json as _json
 
@@ -53,17 +57,26 @@ def body(rankings: Any, optima: Any, reductions: Any, draws: int) -> dict[str, A
         "ranking": [
             {
                 "redraw": r.redraw,
-                "best": {name: dict(zip(("form", "distance", "both"), shares)) for name, shares in r.shares().items()},
+                "best": {
+                    name: dict(zip(("form", "distance", "both"), shares))
+                    for name, shares in r.shares().items()
+                },
                 "3_and_5_best": dict(zip(("form", "distance", "both"), r.both_best())),
             }
             for r in rankings
         ],
         "optimum": [
-            {"redraw": o.redraw, "pose": pose_json(o.found.best.pose), "value": o.found.best.value, "places": o.places}
+            {
+                "redraw": o.redraw,
+                "pose": pose_json(o.found.best.pose),
+                "value": o.found.best.value,
+                "places": o.places,
+            }
             for o in optima
         ],
         "nodes": [
-            {"nodes": r.nodes, "loss_median": r.median, "loss_95": r.worst, "right_place": r.right} for r in reductions
+            {"nodes": r.nodes, "loss_median": r.median, "loss_95": r.worst, "right_place": r.right}
+            for r in reductions
         ],
     }
     return place_json(run.found) | {"twin": twin}

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 
-def choose(scenario: Path, machines: list[Path], options: dict[str, Any], json: bool, folder: Path | None) -> int:
+def choose(
+    scenario: Path, machines: list[Path], options: dict[str, Any], json: bool, folder: Path | None
+) -> int:
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
     from vcmm.cli.common import document, print_json, progress, sources
     from vcmm.cli.place import place_json
@@ -15,11 +17,17 @@ def choose(scenario: Path, machines: list[Path], options: dict[str, Any], json: 
 
     loaded = {str(p): load_scenario(scenario, p) for p in machines}
     with progress() as report:
-        chosen = choose_machine(loaded, progress=report, **{k: v for k, v in options.items() if v is not None})
+        chosen = choose_machine(
+            loaded, progress=report, **{k: v for k, v in options.items() if v is not None}
+        )
     best = chosen.placed[chosen.order[0]]
     ranking = [
-        {"machine": m, "name": loaded[m].machine.name, "value": chosen.placed[m].best.value} for m in chosen.order
-    ] + [{"machine": m, "name": loaded[m].machine.name, "value": None, "why": why} for m, why in chosen.refused.items()]
+        {"machine": m, "name": loaded[m].machine.name, "value": chosen.placed[m].best.value}
+        for m in chosen.order
+    ] + [
+        {"machine": m, "name": loaded[m].machine.name, "value": None, "why": why}
+        for m, why in chosen.refused.items()
+    ]
     files = [*sources(scenario), *machines]
     content = document(
         "vcmm.place/1", place_json(best) | {"machine": chosen.order[0], "machines": ranking}, seed=best.seed, files=files, warnings=best.warnings
@@ -44,7 +52,9 @@ def _write(folder: Path, scenario: Path, chosen: Any, content: dict[str, Any]) -
         "report.html": place_page(chosen.placed[chosen.order[0]]),
     }
     write_files(folder, texts)
-    say(f"wrote {folder}/report.html, place.json for {chosen.order[0]}; name it in machine = of {scenario} to use it")
+    say(
+        f"wrote {folder}/report.html, place.json for {chosen.order[0]}; name it in machine = of {scenario} to use it"
+    )
 
 
 def _show(loaded: Any, chosen: Any) -> None:
@@ -53,7 +63,13 @@ def _show(loaded: Any, chosen: Any) -> None:
 
     first = chosen.placed[chosen.order[0]].best.value
     rows = [
-        [loaded[m].machine.name, m, pose_text(f.best.pose), amount(f.best.value, f), f"{f.best.value / first - 1:+.1%}"]
+        [
+            loaded[m].machine.name,
+            m,
+            pose_text(f.best.pose),
+            amount(f.best.value, f),
+            f"{f.best.value / first - 1:+.1%}",
+        ]
         for m, f in ((m, chosen.placed[m]) for m in chosen.order)
     ]
     rows += [[loaded[m].machine.name, m, "cannot take the part", "–", "–"] for m in chosen.refused]

@@ -56,13 +56,21 @@ def place_command(
     if str(scenario) == "gaska2014" and not scenario.exists():
         return _gaska(folder, draws, seed, json)
     if machines:
-        return _choice(scenario, machines, {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}, json, folder)
+        return _choice(
+            scenario,
+            machines,
+            {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials},
+            json,
+            folder,
+        )
     from vcmm.files.scenario import load_scenario
     from vcmm.placing.job import place
 
     loaded = load_scenario(scenario)
     with progress() as report, about(scenario):
-        found = place(loaded, seed=seed, evaluations=evaluations, scanned=scan, trials=trials, progress=report)
+        found = place(
+            loaded, seed=seed, evaluations=evaluations, scanned=scan, trials=trials, progress=report
+        )
     content = document(
         "vcmm.place/1", place_json(found), seed=found.seed, files=sources(scenario), warnings=found.warnings
     )
@@ -138,7 +146,9 @@ def _spread(found: Any, at: Any) -> list[dict[str, Any]]:
     out = []
     for i, c in enumerate(found.objective.characteristics):
         if found.objective.weights[c.name]:
-            out.append({"name": c.name, f"u_{unit(c)}": float(at.u[i]), f"U_{unit(c)}": float(at.expanded[i])})
+            out.append(
+                {"name": c.name, f"u_{unit(c)}": float(at.u[i]), f"U_{unit(c)}": float(at.expanded[i])}
+            )
     return out
 
 
@@ -149,8 +159,15 @@ def why_json(found: Any) -> list[dict[str, Any]]:
         before = found.before.characteristics[k] if found.before else None
         old = {b.input: b.u for b in before.budget} if before else {}
         unit = after.unit
-        budget = [{"input": b.input, f"u_present_{unit}": old.get(b.input), f"u_best_{unit}": b.u} for b in after.budget]
-        row = {"name": after.name, f"U_present_{unit}": before.expanded if before else None, f"U_best_{unit}": after.expanded}
+        budget = [
+            {"input": b.input, f"u_present_{unit}": old.get(b.input), f"u_best_{unit}": b.u}
+            for b in after.budget
+        ]
+        row = {
+            "name": after.name,
+            f"U_present_{unit}": before.expanded if before else None,
+            f"U_best_{unit}": after.expanded,
+        }
         out.append(row | {"budget": budget})
     return out
 
@@ -181,7 +198,13 @@ def show(found: Any) -> None:
     lines = [["certificate", found.certificate.text], ["flatness", region_text(found)]]
     if found.confirmation is not None:
         sure = found.confirmation
-        lines.insert(0, ["gain, out of sample", f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials"])
+        lines.insert(
+            0,
+            [
+                "gain, out of sample",
+                f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials",
+            ],
+        )
     show_table("how sure, how flat", ["", ""], lines, left=(0, 1))
     if found.region.convenient is not None:
         print(f"convenient pose within 2 %: {pose_text(found.region.convenient)}")
@@ -205,7 +228,9 @@ def _write(folder: Path, source: Path, found: Any, content: dict[str, Any]) -> N
     say(f"wrote {folder}/report.html, place.json, placed.toml")
 
 
-def _choice(scenario: Path, machines: list[Path], options: dict[str, Any], json: bool, folder: Path | None) -> int:
+def _choice(
+    scenario: Path, machines: list[Path], options: dict[str, Any], json: bool, folder: Path | None
+) -> int:
     from vcmm.cli.machines import choose
 
     return choose(scenario, machines, options, json, folder)

@@ -63,7 +63,9 @@ def _with_value(line: str, value: str, where: str) -> str:
     """The line with its text or list of texts replaced; indentation and comment stay."""
     found = re.match(r"""(\s*\w+\s*=\s*)("[^"]*"|'[^']*'|\[[^\]]*\])(.*)$""", line)
     if not found:
-        raise DataError(f"{where}: this value goes over several lines; write it on one, then it can be replaced")
+        raise DataError(
+            f"{where}: this value goes over several lines; write it on one, then it can be replaced"
+        )
     return f"{found[1]}{value}{found[3]}"
 
 

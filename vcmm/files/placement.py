@@ -10,7 +10,7 @@ from pydantic import Field
 
 from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Problems
-from vcmm.files.schema import Distance, Point, Table
+from vcmm.files.schema import Point, Table
 from vcmm.files.toml import Document
 from vcmm.fixture import DOFS, DOWN, Fixture, Freedom, Goal, Placement
 from vcmm.gps import characteristics as gps
@@ -31,23 +31,24 @@ class PlacementTable(Table):
     x: str | list[str] | dict[str, list[str]] | None = Field(default=None, examples=[RANGE])
     y: str | list[str] | dict[str, list[str]] | None = Field(default=None, examples=[RANGE])
     z: str | list[str] | dict[str, list[str]] | None = Field(default=None, examples=[RANGE])
-    turn_x: str | list[str] | dict[str, list[str]] | None = Field(default=None, examples=['["-10 deg", "10 deg"]'])
-    turn_y: str | list[str] | dict[str, list[str]] | None = Field(default=None, examples=['["-10 deg", "10 deg"]'])
+    turn_x: str | list[str] | dict[str, list[str]] | None = Field(
+        default=None, examples=['["-10 deg", "10 deg"]']
+    )
+    turn_y: str | list[str] | dict[str, list[str]] | None = Field(
+        default=None, examples=['["-10 deg", "10 deg"]']
+    )
     turn_z: str | list[str] | dict[str, list[str]] | None = Field(
         default=None, examples=['["-180 deg", "180 deg"]']
     )
     slots: list[Point] = Field(default_factory=list, examples=['["100 50 -300 mm", "200 50 -300 mm"]'])
     faces_down: list[str] = Field(default_factory=list, examples=['["-z", "+x"]'])
-    safe_distance: Distance = 0.0
     objective: str | dict[str, float] = Field(default="", examples=['"U/T"'])
     weights: dict[str, float] = Field(default_factory=dict, examples=['{ "bore diameter" = 1.0 }'])
     costs: dict[str, float] = Field(default_factory=dict, examples=["{ accept_bad = 100, reject_good = 20 }"])
     process: dict[str, ProcessTable] = Field(default_factory=dict)
 
 
-def placement_from(
-    document: Document, part: Part | None, model: Any, problems: Problems
-) -> Placement | None:
+def placement_from(document: Document, part: Part | None, model: Any, problems: Problems) -> Placement | None:
     """The placement of a scenario, or None where the file says nothing; notes every problem."""
     data = document.data.get("placement")
     if not isinstance(data, dict) or model is None or part is None:
@@ -66,7 +67,7 @@ def placement_from(
 
 
 def _freedom(name: str, value: Any) -> Freedom | None:
-    """"120 mm": fixed there; two values: a range; three or more, or { at = [...] }: one of these."""
+    """ "120 mm": fixed there; two values: a range; three or more, or { at = [...] }: one of these."""
     if value is None:
         return None
     if isinstance(value, dict):
@@ -107,13 +108,19 @@ def _faces(names: list[str], part: Part) -> Mapping[str, tuple[float, float, flo
 
 
 def _goal(table: PlacementTable, part: Part) -> Goal:
-    mixture = {table.objective: 1.0} if isinstance(table.objective, str) and table.objective else table.objective or {}
+    mixture = (
+        {table.objective: 1.0}
+        if isinstance(table.objective, str) and table.objective
+        else table.objective or {}
+    )
     assert isinstance(mixture, dict)
     names = [c.name for c in part.characteristics]
     for what, keys in (("weights", table.weights), ("process", table.process)):
         for name in keys:
             if name not in names:
-                raise UsageError(f'{what}: the part has no characteristic "{name}".{choose_from(name, names)}')
+                raise UsageError(
+                    f'{what}: the part has no characteristic "{name}".{choose_from(name, names)}'
+                )
     units = {c.name: gps.unit(c) for c in part.characteristics}
     process = {n: _process(n, p, units[n]) for n, p in table.process.items()}
     return Goal(mixture, table.weights, table.costs, process)

@@ -30,12 +30,22 @@ def placement_page(
 ) -> str:
     """One self-contained HTML file."""
     blocks = [r.note(CAUTION, "warning"), r.heading("Which of the five places is best")]
-    columns = ["field per", "place", "by form", "by distance", "by both", "paper: U form / µm", "paper: U distance / µm"]
+    columns = [
+        "field per",
+        "place",
+        "by form",
+        "by distance",
+        "by both",
+        "paper: U form / µm",
+        "paper: U distance / µm",
+    ]
     caption = f"Share of {draws} machines that agree with the published maxima and means."
     blocks.append(r.table(columns, ranking_rows(rankings), numeric=(2, 3, 4, 5, 6), caption=caption))
     blocks.append(r.heading("The pose found, probe errors included"))
     columns = ["field", "pose", "U / µm", "best of the five", "its U / µm", "saved", "certificate"]
-    blocks.append(r.table(columns, optimum_rows(optima), numeric=(2, 4, 5), caption="U: mean of form and distance."))
+    blocks.append(
+        r.table(columns, optimum_rows(optima), numeric=(2, 4, 5), caption="U: mean of form and distance.")
+    )
     for one in optima:
         blocks += [r.heading(f"Over the table: {FIELDS[one.redraw]}"), *maps(one.found)]
     blocks.append(r.heading("How few reference points still give the right place"))
@@ -44,7 +54,10 @@ def placement_page(
     blocks.append(r.table(columns, node_rows(reductions), numeric=(0, 1, 2, 3), caption=caption))
     blocks += [r.heading("Machine, nodes and the five places"), overview(scenario)]
     return r.page(
-        "Gąska 2014: the place that the program finds", blocks, subtitle=scenario.machine.name, footer=f"vcmm {__version__}."
+        "Gąska 2014: the place that the program finds",
+        blocks,
+        subtitle=scenario.machine.name,
+        footer=f"vcmm {__version__}.",
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from vcmm import __version__
@@ -10,7 +12,7 @@ from vcmm.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
 from vcmm.placing.flat import Map
 from vcmm.placing.result import Placed
-from vcmm.placing.words import UNITS, change, changes, goal_text, poses_rows, pose_text, region_text
+from vcmm.placing.words import UNITS, change, changes, goal_text, pose_text, poses_rows, region_text
 
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 
@@ -18,7 +20,11 @@ WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x"
 def place_page(found: Placed) -> str:
     """One self-contained HTML file."""
     scenario = found.objective.scenario
-    blocks = [r.paragraph(f"Minimised: {goal_text(found.objective.goal)}."), r.heading("Poses compared"), poses_table(found)]
+    blocks = [
+        r.paragraph(f"Minimised: {goal_text(found.objective.goal)}."),
+        r.heading("Poses compared"),
+        poses_table(found),
+    ]
     blocks += [r.note(w, "warning") for w in found.warnings]
     blocks += [r.heading("How sure"), sure_table(found)]
     blocks += [r.heading("Over the table"), *maps(found)]
@@ -43,14 +49,21 @@ def sure_table(found: Placed) -> str:
     rows: list[list[object]] = [["certificate", found.certificate.text], ["flatness", region_text(found)]]
     sure = found.confirmation
     if sure is not None:
-        verdict = r.Cell("confirmed" if sure.confirmed else "not confirmed", kind="good" if sure.confirmed else "warning")
+        verdict = r.Cell(
+            "confirmed" if sure.confirmed else "not confirmed", kind="good" if sure.confirmed else "warning"
+        )
         text = (
             f"{change(sure.gain, sure.present)} of the present value, standard error {sure.u_gain / sure.present:.2%}, {sure.trials:,} "
             f"paired trials with a seed of their own"
         )
         rows.insert(0, ["gain out of sample", text])
         rows.insert(1, ["the gain is", verdict])
-    rows.append(["search", f"{found.evaluations} evaluations; {found.feasible_share:.1%} of the fixture's poses can be used"])
+    rows.append(
+        [
+            "search",
+            f"{found.evaluations} evaluations; {found.feasible_share:.1%} of the fixture's poses can be used",
+        ]
+    )
     if found.region.convenient is not None:
         rows.append(["convenient pose", pose_text(found.region.convenient)])
     return r.table(["", ""], rows)
@@ -60,13 +73,17 @@ def maps(found: Placed) -> list[str]:
     """The objective over two degrees of freedom, and where it lies within 2 % of the value found."""
     chart = found.map
     if len(chart.names) < 2:
-        return [_line(found)] if chart.names else [r.paragraph("Nothing is free to move continuously: there is no map.")]
+        return (
+            [_line(found)]
+            if chart.names
+            else [r.paragraph("Nothing is free to move continuously: there is no map.")]
+        )
     word, scale = UNITS.get(found.objective.unit, ("", 1.0))
     x, y = _axis(chart, 0), _axis(chart, 1)
     marks = [("found", *_at(found, found.best.pose))]
     if found.present is not None:
         marks.append(("present", *_at(found, found.present.pose)))
-    labels = {"x_label": WORDS[chart.names[0]], "y_label": WORDS[chart.names[1]]}
+    labels: Any = {"x_label": WORDS[chart.names[0]], "y_label": WORDS[chart.names[1]]}
     whole = r.heat_map(
         chart.values * scale, x, y, unit=word or "objective", title="Objective, other freedoms as at the pose found", marks=marks, **labels
     )  # fmt: skip
@@ -99,7 +116,9 @@ def _line(found: Placed) -> str:
     name = found.map.names[0]
     good = np.isfinite(found.map.values[0])
     series = [r.Series("objective", _axis(found.map, 0)[good], found.map.values[0][good] * scale)]
-    return r.curve(series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective")
+    return r.curve(
+        series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective"
+    )
 
 
 def budgets(found: Placed) -> list[str]:
@@ -114,8 +133,16 @@ def budgets(found: Placed) -> list[str]:
         kept.sort(key=lambda line: -line[1])
         charts = []
         for k, (title, c) in enumerate((("present", before), ("found", after))):
-            items = [(line[0], line[1 + k] * scale if line[1 + k] > 1e-6 * c.u else 0.0) for line in kept]
-            charts.append(r.bars(items, unit=word.replace("u", "µ", 1), title=f"{name}: {title}, U = {c.expanded * scale:.3g}", total=c.u * scale))
+            found_u = [(n, (present, best)[k]) for n, present, best in kept]
+            items = [(n, u * scale if u > 1e-6 * c.u else 0.0) for n, u in found_u]  # the rest is rounding
+            charts.append(
+                r.bars(
+                    items,
+                    unit=word.replace("u", "µ", 1),
+                    title=f"{name}: {title}, U = {c.expanded * scale:.3g}",
+                    total=c.u * scale,
+                )
+            )
         out.append(r.columns(*charts))
     return out
 
@@ -127,8 +154,14 @@ def scene(found: Placed) -> str:
     features = list(task.part.features.values())
     last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
     stylus = task.plan.styli[task.plan.steps[-1].stylus]
-    items = [*volume_items(task.machine, stylus, last), *part_items(features, t.pose, task.part.mesh), *touch_items(t)]
+    items = [
+        *volume_items(task.machine, stylus, last),
+        *part_items(features, t.pose, task.part.mesh),
+        *touch_items(t),
+    ]
     if found.present is not None:
         here = pose_of(found.present.pose).apply(t.points)
         items.append(r.Points(here, "muted", 1.6, name="touches at the present pose"))
-    return r.scene(items, title="Part at the pose found", caption="Machine frame; the wire box is the reach of the tip.")
+    return r.scene(
+        items, title="Part at the pose found", caption="Machine frame; the wire box is the reach of the tip."
+    )

@@ -49,7 +49,9 @@ class Certificate:
 
     @property
     def text(self) -> str:
-        floor = "" if self.floor is None else f"; no more than {self.floor:.2%} by the floor of the influences"
+        floor = (
+            "" if self.floor is None else f"; no more than {self.floor:.2%} by the floor of the influences"
+        )
         found = "none better" if self.better <= 0 else f"one better by {self.better:.3%}"
         return (
             f"{found} among {self.scanned} further poses (spacing {self.spacing:.3f} of the ranges); by the slopes measured a "
@@ -105,7 +107,9 @@ def certify(objective: Objective, boxes: Sequence[Box], found: Found, seen: Scan
             continue
         reach = _spacing(unit)
         spacing = max(spacing, float(reach.max()))
-        hidden = max(hidden, _hidden(objective, boxes[k], unit, values, best, float(np.quantile(reach, 0.95))))
+        hidden = max(
+            hidden, _hidden(objective, boxes[k], unit, values, best, float(np.quantile(reach, 0.95)))
+        )
     floor = _floor(objective, seen.poses, best) if isinstance(objective, Uncertain) else None
     if floor is not None:
         hidden = min(hidden, floor)
@@ -120,9 +124,7 @@ def _spacing(unit: Array) -> Array:
     return np.asarray(cKDTree(unit).query(probes)[0])
 
 
-def _hidden(
-    objective: Objective, box: Box, unit: Array, values: Array, best: float, reach: float
-) -> float:
+def _hidden(objective: Objective, box: Box, unit: Array, values: Array, best: float, reach: float) -> float:
     """Share of `best` by which a pose near the lowest of the scan could be better: value - |slope| x spacing."""
 
     def ask(at: Array) -> Array:
@@ -154,5 +156,7 @@ def _floor(objective: Uncertain, poses: Array, best: float) -> float | None:
     first, second = objective.closed.variances(chosen, objective.gradient_rows)
     u = np.sqrt(first.min(axis=0).sum(axis=1) + second.min(axis=0))[None]
     least = Spread(u, u * objective.factors, np.zeros_like(u))
-    value = sum(share * float(objective.part(k, least)[0]) for k, share in objective.goal.mixture.items() if share)
+    value = sum(
+        share * float(objective.part(k, least)[0]) for k, share in objective.goal.mixture.items() if share
+    )
     return max(0.0, (best - value) / abs(best))

@@ -17,8 +17,8 @@ import numpy as np
 from vcmm.effect import Effect, parameter, projected_basis, with_parameter
 from vcmm.errors import ModelLimit
 from vcmm.fixture import six_of
-from vcmm.influence import Influence, products, shared, shifted, targets
 from vcmm.influence import STEP as CHANNEL_STEP
+from vcmm.influence import Influence, products, shared, shifted, targets
 from vcmm.inputs import Input
 from vcmm.kinematics import link_frames, sensed
 from vcmm.laws import MultivariateNormal, MultivariateSamples

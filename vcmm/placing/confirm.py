@@ -128,5 +128,3 @@ def _judged(
     if kind == "risk":
         return float(sum(shares.values()))
     return float(sum(price * shares[name] for name, price in objective.goal.costs.items()))
-
-

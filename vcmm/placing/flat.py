@@ -107,7 +107,9 @@ def _largest_box(
     best, size = (nothing, 0), 0.0
     for centre in centres:
         box, checked = _box_about(objective, found, centre, limit, draws)
-        volume = float(np.prod([(b - a) / (_ends(found, n)[1] - _ends(found, n)[0]) for n, (a, b) in box.items()]))
+        volume = float(
+            np.prod([(b - a) / (_ends(found, n)[1] - _ends(found, n)[0]) for n, (a, b) in box.items()])
+        )
         if checked and volume > size:
             best, size = (box, checked), volume
     return best
@@ -142,9 +144,7 @@ def _box_about(
     return {}, 0
 
 
-def _line(
-    objective: Objective, found: Found, centre: Array, name: str, limit: float
-) -> tuple[float, float]:
+def _line(objective: Objective, found: Found, centre: Array, name: str, limit: float) -> tuple[float, float]:
     """Range of one degree of freedom about a pose that stays within the limit, the others kept."""
     i, here = DOFS.index(name), float(centre[DOFS.index(name)])
     grid = np.unique(np.concatenate([np.linspace(*_ends(found, name), 41), [here]]))

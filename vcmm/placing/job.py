@@ -124,10 +124,14 @@ def _outcome(
     )  # fmt: skip
 
 
-def _evaluated(outcome: Placed, problems: tuple[Problem, ...], trials: int | None, report: Progress) -> Placed:
+def _evaluated(
+    outcome: Placed, problems: tuple[Problem, ...], trials: int | None, report: Progress
+) -> Placed:
     """Full evaluations at the present and the best pose, and what a reader must know."""
     scenario = outcome.objective.scenario
-    settings = replace(scenario.settings, trials=trials or min(scenario.settings.trials, TRIALS), seed=outcome.seed)
+    settings = replace(
+        scenario.settings, trials=trials or min(scenario.settings.trials, TRIALS), seed=outcome.seed
+    )
 
     def full(at: At) -> UncertaintyResult:
         return evaluate(scenario.at(pose_of(at.pose)).task(), settings, report)
@@ -135,14 +139,18 @@ def _evaluated(outcome: Placed, problems: tuple[Problem, ...], trials: int | Non
     after = full(outcome.best)
     before = None if outcome.present is None else full(outcome.present)
     notes = [*remarks(scenario), *_notes(outcome, problems), *after.warnings]
-    return replace(outcome, problems=problems, before=before, after=after, warnings=tuple(dict.fromkeys(notes)))
+    return replace(
+        outcome, problems=problems, before=before, after=after, warnings=tuple(dict.fromkeys(notes))
+    )
 
 
 def _notes(outcome: Placed, problems: Sequence[Problem]) -> list[str]:
     out = []
     if problems:
         out.append(
-            "the present pose cannot be used: " + "; ".join(p.text for p in problems[:3]) + "; no gain over it can be stated"
+            "the present pose cannot be used: "
+            + "; ".join(p.text for p in problems[:3])
+            + "; no gain over it can be stated"
         )
     objective = outcome.objective
     extremes = [
@@ -155,7 +163,9 @@ def _notes(outcome: Placed, problems: Sequence[Problem]) -> list[str]:
             f"{', '.join(extremes)}: an extreme value; the search used an approximation (normal inputs, few common draws), the "
             "gain and the results at the two poses are those of the full Monte Carlo"
         )
-    if any(i.effect == "residual_field" and i.scale is not None for i in objective.closed.rows.machine.inputs):
+    if any(
+        i.effect == "residual_field" and i.scale is not None for i in objective.closed.rows.machine.inputs
+    ):
         out.append(
             "residual_field interpolates independent draws, whose variance shrinks between the nodes: the pose found may gain from "
             "that and not from the machine; give correlated_field its covariance, as `vcmm place gaska2014` does"
@@ -166,6 +176,7 @@ def _notes(outcome: Placed, problems: Sequence[Problem]) -> list[str]:
             f"the gain of {sure.gain:.3g} is not larger than twice its standard error {sure.u_gain:.2g}: the two poses are as good"
         )
     if outcome.certificate.better > 0:
-        out.append(f"a pose of the scan is better by {outcome.certificate.better:.3%}; search with more evaluations")
+        out.append(
+            f"a pose of the scan is better by {outcome.certificate.better:.3%}; search with more evaluations"
+        )
     return out
-

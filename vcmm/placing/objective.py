@@ -60,7 +60,9 @@ class Uncertain:
     def of(cls, scenario: Scenario, goal: Goal | None = None) -> Uncertain:
         """Raises UsageError for weights of unknown characteristics or an objective that needs tolerances that lack."""
         if not scenario.part.characteristics:
-            raise UsageError("the part has no characteristics; add [[part.characteristics]] with name, type and of")
+            raise UsageError(
+                "the part has no characteristics; add [[part.characteristics]] with name, type and of"
+            )
         rows = Rows.of(scenario)
         if not rows.machine.inputs:
             raise UsageError(
@@ -131,7 +133,9 @@ class Uncertain:
 
     def spread(self, poses: Array) -> Spread:
         """u, U and bias of all characteristics at poses (m, 6); extreme values of weight 0 are NaN."""
-        parts = [self._seen(look) for look in self.closed.looks(np.atleast_2d(np.asarray(poses, dtype=float)))]
+        parts = [
+            self._seen(look) for look in self.closed.looks(np.atleast_2d(np.asarray(poses, dtype=float)))
+        ]
         return Spread(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("u", "expanded", "bias")))
 
     def _seen(self, look: Look) -> Spread:
@@ -287,7 +291,9 @@ def complete(scenario: Scenario, goal: Goal) -> Goal:
 
 def _equal(suits: list[Characteristic], limited: bool) -> dict[str, float]:
     if not suits:
-        raise UsageError('no characteristic has limits or a zone, which the objective needs; use objective = "U"')
+        raise UsageError(
+            'no characteristic has limits or a zone, which the objective needs; use objective = "U"'
+        )
     return {c.name: 1.0 / len(suits) for c in suits}
 
 

@@ -7,6 +7,7 @@ rejected what lies beyond the limits moved outwards, the rest is undecided.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from statistics import NormalDist
 
@@ -71,6 +72,6 @@ def _between(low: Array, high: Array, centre: Array, size: Array) -> Array:
 def _panels(cuts: list[float], parts: int = 4) -> tuple[Array, Array]:
     """Nodes and weights between consecutive cuts."""
     node, weight = np.polynomial.legendre.leggauss(NODES)
-    edges = np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in zip(cuts, cuts[1:])]))
+    edges = np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in itertools.pairwise(cuts)]))
     half = np.diff(edges)[:, None] / 2
     return (edges[:-1, None] + half * (1 + node)).ravel(), (half * weight).ravel()

@@ -39,7 +39,8 @@ class Rows:
         """Raises UsageError where the plan itself is wrong."""
         machine, found = qualified_machine(scenario.machine, scenario.plan, scenario.qualifications)
         axes = {
-            a: replace(axis, travel=(-FAR, FAR)) if not axis.rotary else axis for a, axis in machine.axes.items()
+            a: replace(axis, travel=(-FAR, FAR)) if not axis.rotary else axis
+            for a, axis in machine.axes.items()
         }
         bare = Machine(machine.name, machine.kind, machine.chain, axes)
         still = replace(scenario, machine=bare, inputs=(), qualifications={})
@@ -92,7 +93,9 @@ class Rows:
         t, pose, still = self.placed, pose_of(six), self.still
         tip = _moved(pose, self.balls[rows])
         position, flat = tip - self.zero[rows], (m * self.n,)
-        axes = {a: position[..., "XYZ".index(a)].reshape(flat) for a in self.machine.chain.letters if a in "XYZ"}
+        axes = {
+            a: position[..., "XYZ".index(a)].reshape(flat) for a in self.machine.chain.letters if a in "XYZ"
+        }
         axes |= {a: np.zeros(flat) for a in self.machine.chain.letters if a in "ABC"}
         normal = _turned(pose, t.normals[rows]).reshape(-1, 3)
         part = _turned(pose, t.points[rows]).reshape(-1, 3)

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from vcmm.placing.objective import Objective
 from vcmm.placing.space import Box
+from vcmm.plan import Ints
 from vcmm.run import Array
 
 DIFFERENCE = 1e-4  # of the box, for gradients
@@ -139,12 +141,12 @@ def _finite(value: Array, one: Counted) -> Array:
 def _potential(level: Array, value: Array) -> Array:
     """Numbers of the rectangles to divide."""
     size = level.min(axis=1)
-    best: list[tuple[int, float, Array]] = []
+    best: list[tuple[int, float, Ints]] = []
     for s in np.unique(size):
         mine = np.flatnonzero(size == s)
         order = mine[np.argsort(value[mine], kind="stable")[:EACH]]
         best.append((int(s), float(value[order[0]]), order))
-    hull: list[tuple[int, float, Array]] = []
+    hull: list[tuple[int, float, Ints]] = []
     for item in sorted(best, key=lambda b: -b[0]):  # from the smallest rectangles up
         while hull and hull[-1][1] >= item[1]:
             hull.pop()
@@ -154,7 +156,7 @@ def _potential(level: Array, value: Array) -> Array:
     return np.concatenate([order for _, _, order in hull])
 
 
-def _above(a: tuple[int, float, Array], b: tuple[int, float, Array], c: tuple[int, float, Array]) -> bool:
+def _above(a: tuple[int, float, Ints], b: tuple[int, float, Ints], c: tuple[int, float, Ints]) -> bool:
     """Whether b lies above the line from a to c over the size 3^-level."""
     xa, xb, xc = (3.0 ** -float(t[0]) for t in (a, b, c))
     return (b[1] - a[1]) * (xc - xa) > (c[1] - a[1]) * (xb - xa)
@@ -263,8 +265,10 @@ def _descended(one: Counted, unit: Array, value: float, evaluations: int) -> tup
         return (found / scale if np.isfinite(found) else 10.0), slope / scale
 
     most = evaluations // (one.box.d + 1)
-    options = {"maxfun": most, "maxiter": most, "ftol": 1e-9, "gtol": 1e-7}
-    done = minimize(asked, unit, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * one.box.d, options=options)
+    options: Any = {"maxfun": most, "maxiter": most, "ftol": 1e-9, "gtol": 1e-7}
+    done = minimize(
+        asked, unit, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * one.box.d, options=options
+    )
     return (float(done.fun) * scale, np.asarray(done.x)) if done.fun * scale < value else (value, unit)
 
 
@@ -286,7 +290,9 @@ def _compass(one: Counted, unit: Array, value: float, evaluations: int) -> tuple
     return value, unit
 
 
-def polished_from(objective: Objective, box: Box, unit: Array, before: Found, evaluations: int = 1000) -> Found:
+def polished_from(
+    objective: Objective, box: Box, unit: Array, before: Found, evaluations: int = 1000
+) -> Found:
     """Descent and compass from one more start; the better of its end and what was found before."""
     one = Counted(box, objective)
     value = float(one(unit[None])[0])

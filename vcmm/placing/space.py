@@ -103,7 +103,7 @@ def no_pose(found: Sequence[Box]) -> str:
     best: tuple[float, str] | None = None
     for box in found:
         unit = _probes(box)
-        six, ok = box.poses(unit)
+        six, _ok = box.poses(unit)
         low, high = box.travels.intervals(six)
         for row in range(len(six)):
             amount, text = _missing(box, six[row], low[row], high[row])
@@ -128,7 +128,9 @@ def _missing(box: Box, six: Array, low: Array, high: Array) -> tuple[float, str]
         if a <= b + 1e-9:
             continue
         total += a - b
-        words.append(_axis_text(box, i, six, (low[i], high[i]), (f.low, f.high) if f else (six[i], six[i]), a - b))
+        words.append(
+            _axis_text(box, i, six, (low[i], high[i]), (f.low, f.high) if f else (six[i], six[i]), a - b)
+        )
     return total, "; ".join(words) + f" (the least, found at {_at(box, six)})"
 
 

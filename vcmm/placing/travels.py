@@ -109,7 +109,11 @@ class Travels:
             worst = int(miss.argmax())
             if miss[worst] > EDGE:
                 label = str(self.rows.placed.run.labels["touch"][worst])
-                out.append(Problem("travel" if limit.of == "axis" else "range", limit.what, label, float(miss[worst])))
+                out.append(
+                    Problem(
+                        "travel" if limit.of == "axis" else "range", limit.what, label, float(miss[worst])
+                    )
+                )
         return out
 
 

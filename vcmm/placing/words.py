@@ -45,7 +45,14 @@ def poses_rows(found: Placed) -> list[list[str]]:
     flat = found.region
     rows = [_row("found", found.best, found)]
     if flat.convenient is not None:
-        rows.append(["convenient", *poses(flat.convenient), amount(flat.convenient_value, found), _against(flat.convenient_value, found)])
+        rows.append(
+            [
+                "convenient",
+                *poses(flat.convenient),
+                amount(flat.convenient_value, found),
+                _against(flat.convenient_value, found),
+            ]
+        )
     if found.present is not None:
         rows.append(_row("present", found.present, found))
     rows += [_row("median of the scan", found.median, found), _row("worst of the scan", found.worst, found)]
@@ -69,7 +76,15 @@ def why_rows(found: Placed, most: int = 4) -> list[list[str]]:
         word, scale = UNITS[unit]
         for k, (what, before, after) in enumerate(lines[:most]):
             moved = (after**2 - before**2) / total if total else 0.0
-            rows.append([name if k == 0 else "", what, f"{before * scale:.4g} {word}", f"{after * scale:.4g} {word}", f"{moved:+.1%}"])
+            rows.append(
+                [
+                    name if k == 0 else "",
+                    what,
+                    f"{before * scale:.4g} {word}",
+                    f"{after * scale:.4g} {word}",
+                    f"{moved:+.1%}",
+                ]
+            )
     return rows
 
 

@@ -25,6 +25,7 @@ from vcmm.linear import build
 from vcmm.placing.job import place
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.result import Placed
+from vcmm.plan import Ints
 from vcmm.run import Array
 from vcmm.scenario import Scenario
 from vcmm.twins.gaska2014 import (
@@ -127,7 +128,14 @@ def field_scenario(scenario: Scenario, redraw: str, deviations: Array | None = N
     one = CorrelatedField(nodes=NODES, deviation=scale * INFLATION, length=LENGTH)
     machine = scenario.machine
     effects = tuple(one if e.name == FIELD else e for e in machine.effects)
-    known = Input(one.name, "", "values", MultivariateNormal(one.covariance()), redraw, "Tables 1 and 2; 44 of 52 nodes drawn")
+    known = Input(
+        one.name,
+        "",
+        "values",
+        MultivariateNormal(one.covariance()),
+        redraw,
+        "Tables 1 and 2; 44 of 52 nodes drawn",
+    )
     inputs = tuple(known if i.effect == FIELD else i for i in machine.inputs)
     return replace(scenario, machine=replace(machine, effects=effects, inputs=inputs))
 
@@ -155,7 +163,11 @@ class Optimum:
 
 
 def optimum(
-    scenario: Scenario, redraw: str, progress: Progress | None = None, evaluations: int = 3000, scanned: int = 2048
+    scenario: Scenario,
+    redraw: str,
+    progress: Progress | None = None,
+    evaluations: int = 3000,
+    scanned: int = 2048,
 ) -> Optimum:
     """The best pose found on a correlated field (redraw "run") or on interpolated standard deviations ("touch")."""
     changed = field_scenario(scenario, redraw)
@@ -199,7 +211,14 @@ def reduction(
             chosen = int(_variance(gains, kernel, field, kept).argmin())
             loss.append(np.sqrt(full[chosen] / full.min()) - 1)
         values = np.array(loss)
-        out.append(Reduction(count, float(np.median(values)), float(np.quantile(values, 0.95)), float((values < 0.02).mean())))
+        out.append(
+            Reduction(
+                count,
+                float(np.median(values)),
+                float(np.quantile(values, 0.95)),
+                float((values < 0.02).mean()),
+            )
+        )
     return out
 
 
@@ -222,7 +241,7 @@ def _touch_gains(scenario: Scenario, count: int, seed: int) -> tuple[Array, Arra
     return gains, np.exp(-squared / (2 * LENGTH**2))
 
 
-def _variance(gains: Array, kernel: Array, deviation: Array, kept: Array) -> Array:
+def _variance(gains: Array, kernel: Array, deviation: Array, kept: Ints) -> Array:
     """(poses,): variance of the distance with standard deviations (52, 3) known at the kept nodes only."""
     near = kernel[:, :, kept]
     local = near @ deviation[kept] / near.sum(axis=2, keepdims=True)
@@ -233,5 +252,3 @@ def paper_best() -> tuple[str, ...]:
     """The places with the smallest sum of the U of Table 3."""
     total = {n: PAPER_FORM_U[n] + PAPER_DISTANCE_U[n] for n in PAPER_FORM_U}
     return tuple(sorted(total, key=lambda n: total[n])[:2])
-
-
