@@ -49,7 +49,7 @@ def show_placement(folder: Path | None, draws: int, seed: int | None, json: bool
 
 def body(rankings: Any, optima: Any, reductions: Any, draws: int) -> dict[str, Any]:
     """The document: that of the placement on the correlated field, and what the twin adds."""
-    from vcmm.cli.place import place_json, pose_json
+    from vcmm.cli.place_json import place_json, pose_json
 
     run = next(o for o in optima if o.redraw == "run")
     twin = {

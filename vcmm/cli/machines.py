@@ -11,7 +11,7 @@ def choose(
 ) -> int:
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
     from vcmm.cli.common import document, print_json, progress, sources
-    from vcmm.cli.place import place_json
+    from vcmm.cli.place_json import place_json
     from vcmm.files.scenario import load_scenario
     from vcmm.placing.machines import choose_machine
 
