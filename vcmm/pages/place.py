@@ -87,7 +87,7 @@ def maps(found: Placed) -> list[str]:
     whole = r.heat_map(
         chart.values * scale, x, y, unit=word or "objective", title="Objective, other freedoms as at the pose found", marks=marks, **labels
     )  # fmt: skip
-    loss = 100 * (chart.values / found.best.value - 1)
+    loss = np.round(100 * (chart.values / found.best.value - 1), 3) + 0.0  # the rest is rounding
     flat = r.heat_map(
         np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels
     )  # fmt: skip

@@ -123,7 +123,8 @@ def _direct(one: Counted, evaluations: int) -> None:
     while one.count and evaluations > 0:
         chosen = _potential(level, value)
         points, owner, axis = _thirds(centre, level, chosen)
-        points, owner, axis = points[: 2 * evaluations], owner[: 2 * evaluations], axis[: 2 * evaluations]
+        cut = slice(max(1, evaluations // 2))  # every entry is a pair of poses
+        points, owner, axis = points[cut], owner[cut], axis[cut]
         found = _finite(one(points.reshape(-1, d)), one).reshape(-1, 2)
         evaluations -= found.size
         centre, level, value = _divided(centre, level, value, (points, owner, axis, found))
