@@ -29,6 +29,7 @@ _HOME = {
     "measure": "vcmm.jobs",
     "uncertainty": "vcmm.jobs",
     "field": "vcmm.volumetric",
+    "place": "vcmm.placing.job",
     "diagnose": "vcmm.diagnosing",
     "cut": "vcmm.machining.job",
     "load_cut": "vcmm.files.cut_scenario",

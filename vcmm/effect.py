@@ -86,6 +86,13 @@ class Effect(ABC):
         """
         return None
 
+    def projected(self, name: str, run: Run, weights: Array) -> Array | None:
+        """Optional shortcut: sum over the six numbers of weights (n, 6) times the unit response, (n, k).
+
+        Only worth writing where `response` is large and nearly empty (fields of many nodes).
+        """
+        return None
+
     @property
     def where(self) -> str:
         """The place fields joined: "X" of backlash[X]; empty for an effect of the whole machine."""
@@ -141,6 +148,14 @@ def basis(effect: Effect, name: str, run: Run) -> Array:
     if known is not None:
         return known
     return stepped_basis(effect, name, run)
+
+
+def projected_basis(effect: Effect, name: str, run: Run, weights: Array) -> Array:
+    """weights (n, 6) times `basis`, summed over the six numbers: (n, k)."""
+    known = effect.projected(parameter(effect, name).name, run, weights)
+    if known is not None:
+        return known
+    return np.asarray(np.einsum("ni,nik->nk", weights, basis(effect, name, run)))
 
 
 def stepped_basis(effect: Effect, name: str, run: Run) -> Array:

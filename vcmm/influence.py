@@ -165,15 +165,16 @@ def products(machine: Machine, run: Run, found: Sequence[Influence]) -> tuple[Pr
     for a, i in enumerate(scalar):
         for j in scalar[a + 1 :]:
             one, other = found[i].input, found[j].input
-            shared = _shared(machine, run, one, other)
-            if shared:
-                response = _mixed(replace(machine, effects=tuple(shared)), run, one, other)
+            common = shared(machine, run, one, other)
+            if common:
+                response = _mixed(replace(machine, effects=tuple(common)), run, one, other)
                 if np.abs(response).max(initial=0.0) > 1e-12:
                     out.append(Product(i, j, response))
     return tuple(out)
 
 
-def _shared(machine: Machine, run: Run, one: Input, other: Input) -> list[Effect]:
+def shared(machine: Machine, run: Run, one: Input, other: Input) -> list[Effect]:
+    """Effects in which two scalar Inputs meet as a product."""
     if one.is_channel and other.is_channel:
         return []  # an effect is linear in each temperature
     if one.is_channel or other.is_channel:

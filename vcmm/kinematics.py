@@ -226,6 +226,39 @@ def _carried(
     return frame, shift, turn
 
 
+def sensed(
+    frames_of: tuple[dict[str, Pose6], Frame, Frame],
+    axes: Mapping[str, Axis],
+    run: Run,
+    link: str,
+    place: str,
+    direction: Array,
+) -> Array:
+    """How far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
+
+    The transpose of `tip_motion`: n . (t + r x d) = n . t + r . (d x n), with d from the pivot to the tip.
+    frames_of: `link_frames` of the run, made once for all links.
+    """
+    frames, tool, work = frames_of
+    seen = work.turn(direction)
+    out = np.zeros((run.n, 6))
+    if link in ("tip", "tool"):
+        out[:, :3] = direction if link == "tip" else tool.turn_back(seen)
+        out[:, 3:] = 0.0
+        return out
+    axis, pose = axes[link], frames[link]
+    fixed = place in ("travel", "location") or axis.error_frame == "fixed"
+    frame = pose.before if fixed else pose.after
+    local = frame.turn_back(seen)
+    if place == "travel":
+        out[:, 3:] = run.q(link)[:, None] * np.cross(UNIT[link], local)
+        return out
+    pivot = np.array(axis.centre) if place == "location" else axis.pivot
+    out[:, :3] = local
+    out[:, 3:] = np.cross(frame.undo(tool.apply(run.offset)) - pivot, local)
+    return out
+
+
 def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
     """Tip error (n, 3) mm by multiplying the transforms; motions of one link and place are added first."""
     summed = _by_link(motions, run.n)

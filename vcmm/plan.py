@@ -183,13 +183,18 @@ def _labels(plan: Plan, feature: Words, stylus: Words) -> dict[str, Words]:
 def probe_columns(plan: Plan, stylus: Words, normal: Array) -> dict[str, Array]:
     """probe_angle about the stylus axis (0 along the machine axis nearest to +X), lateral share of n, stylus length."""
     direction = np.array([plan.styli[s].direction for s in stylus])
+    length = np.array([plan.styli[s].length for s in stylus])
+    return probe_angles(direction, length, normal)
+
+
+def probe_angles(direction: Array, length: Array, normal: Array) -> dict[str, Array]:
+    """The same from the direction (n, 3) and the length (n,) of the stylus of every row."""
     along = (normal * direction).sum(axis=1)
     reference = np.where(np.abs(direction[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = reference - (reference * direction).sum(axis=1)[:, None] * direction
     first /= np.linalg.norm(first, axis=1)[:, None]
     second = np.cross(-direction, first)  # seen from the head, counter-clockwise for a stylus pointing down
     angle = np.arctan2((normal * second).sum(axis=1), (normal * first).sum(axis=1))
-    length = np.array([plan.styli[s].length for s in stylus])
     lateral = np.sqrt(np.maximum(0.0, 1.0 - along**2))
     return {"probe_angle_rad": angle, "probe_lateral": lateral, "stylus_length_mm": length}
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vcmm.fixture import Placement
 from vcmm.form import Lobes
 from vcmm.inputs import Input
 from vcmm.machine import Machine
@@ -34,6 +35,7 @@ class Scenario:
     qualifications: Mapping[str, Qualification] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
     places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
+    placement: Placement | None = None  # what `place` may move, and what it minimises
 
     def at(self, pose: Pose) -> Scenario:
         """The same job with the part elsewhere in the machine."""

@@ -16,6 +16,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "field": "Volumetric error map: tip errors, maxima, body diagonals.",
     "measure": "Measure the part once, virtually.",
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
+    "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
@@ -24,8 +25,8 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "doctor": "Check the installation.",
     "schema": "Print the JSON Schema of a file format.",
 }
-JOBS = ("demo", "new", "check", "field", "measure", "uncertainty", "diagnose", "nc", "cut")
-LATER = ("place", "compensate", "calibrate", "audit", "serve")
+JOBS = ("demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose", "nc", "cut")
+LATER = ("compensate", "calibrate", "audit", "serve")
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
 

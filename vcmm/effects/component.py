@@ -111,6 +111,14 @@ class ComponentTable(_Component):
             out[np.arange(run.n), self.column, nodes[:, corner]] += weights[:, corner]
         return out
 
+    def projected(self, name: str, run: Run, weights: Array) -> Array:
+        positions = [_inside(self.component, a, run.q(a), g) for a, g in zip(self.arguments, self.grids)]
+        shares, nodes = multilinear(positions, self.grids)
+        out = np.zeros((run.n, np.asarray(self.values).size))
+        for corner in range(shares.shape[1]):
+            out[np.arange(run.n), nodes[:, corner]] += shares[:, corner] * weights[:, self.column]
+        return out
+
 
 @dataclass(frozen=True, eq=False)
 class ComponentSpline(_Component):
@@ -138,6 +146,9 @@ class ComponentSpline(_Component):
         out = np.zeros((run.n, 6, weights.shape[1]))
         out[:, self.column, :] = weights
         return out
+
+    def projected(self, name: str, run: Run, weights: Array) -> Array:
+        return np.asarray(self._weights(run) * weights[:, self.column, None])
 
     def _weights(self, run: Run) -> Array:
         from scipy.interpolate import CubicSpline

@@ -69,6 +69,13 @@ class ResidualField(Effect):
         out[:, 2, :, 2] = vertical
         return out.reshape(run.n, 6, -1)
 
+    def projected(self, name: str, run: Run, weights: Array) -> Array:
+        lateral, vertical = self._weights(run.tip)
+        out = np.empty((run.n, len(self.nodes), 3))
+        for i, share in enumerate((lateral, lateral, vertical)):
+            out[:, :, i] = weights[:, i, None] * share
+        return out.reshape(run.n, -1)
+
     @cached_property
     def _triangles(self) -> Any:
         nodes = np.asarray(self.nodes, dtype=float)
@@ -155,7 +162,7 @@ def _triangle_weights(plane: Array, xy: Array, triangulation: Any) -> Array:
 
 
 def _nearest_weights(nodes: Array, points: Array) -> Array:
-    distance = np.linalg.norm(points[:, None, :] - nodes, axis=2)
+    distance = ((points[:, None, :] - nodes) ** 2).sum(axis=2)
     weights = np.zeros(distance.shape)
     weights[np.arange(len(points)), distance.argmin(axis=1)] = 1.0
     return weights
@@ -256,9 +263,19 @@ class CorrelatedField(Effect):
             out[:, i, :, i] = deviation[:, i, None] * weights
         return out.reshape(run.n, 6, -1)
 
+    def projected(self, name: str, run: Run, weights: Array) -> Array:
+        shares, deviation = self._weights(run.tip)
+        out = shares[:, :, None] * (weights[:, :3] * deviation)[:, None, :]
+        return np.asarray(out.reshape(run.n, -1))
+
     def covariance(self) -> Array:
         """Covariance (3 nodes, 3 nodes) of `values` flattened: K for each direction, directions independent."""
         return np.asarray(np.kron(self._kernel(np.asarray(self.nodes, dtype=float)), np.eye(3)))
+
+    @cached_property
+    def _jittered(self) -> Array:
+        """K with a jitter that keeps the factor stable."""
+        return self._kernel(np.asarray(self.nodes, dtype=float)) + 1e-10 * np.eye(len(self.nodes))
 
     def _kernel(self, points: Array) -> Array:
         nodes = np.asarray(self.nodes, dtype=float)
@@ -271,10 +288,9 @@ class CorrelatedField(Effect):
         bad = np.flatnonzero(((tip < low - 1e-6) | (tip > high + 1e-6)).any(axis=1))
         if len(bad):
             raise _outside(tip[bad[0]], "the nodes", int(bad[0]))
-        kernel = self._kernel(nodes) + 1e-10 * np.eye(len(nodes))  # the jitter keeps the factor stable
         near = self._kernel(tip)
-        weights = np.linalg.solve(kernel, near.T).T
-        size = np.sqrt(np.einsum("ni,ij,nj->n", weights, kernel, weights))
+        weights = np.linalg.solve(self._jittered, near.T).T
+        size = np.sqrt((weights * near).sum(axis=1))  # w^T K w = w . k, since K w = k
         share = near / near.sum(axis=1, keepdims=True)
         return weights / size[:, None], share @ np.asarray(self.deviation, dtype=float)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -15,6 +16,7 @@ from vcmm.errors import DataError, UsageError, choose_from
 from vcmm.files.knowledge import further_effects, further_inputs, merged, note_second, tables_in
 from vcmm.files.machine import machine_from
 from vcmm.files.part import PartData, part_from
+from vcmm.files.placement import PlacementTable, placement_from
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
 from vcmm.files.schema import (
@@ -89,11 +91,17 @@ class ScenarioFile(Table):
     job: str | dict[str, Any] = Field(default_factory=dict, examples=['"job.toml"'])
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
+    placement: PlacementTable = Field(default_factory=PlacementTable)
 
 
-def load_scenario(path: str | Path) -> Scenario:
-    """Read a scenario. Raises DataError with every problem of the file (and of the files it names)."""
+def load_scenario(path: str | Path, machine: str | Path | None = None) -> Scenario:
+    """Read a scenario. Raises DataError with every problem of the file (and of the files it names).
+
+    machine: a machine file that takes the place of the scenario's own.
+    """
     document = read_toml(path)
+    if machine is not None:
+        document = replace(document, data={**document.data, "machine": str(Path(machine).resolve())})
     check_version(document, "scenario")
     problems = Problems(document)
     scenario = _checked_scenario(document, problems)
@@ -126,6 +134,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
     )
     settings = section(document, "job", data.get("job", {}), problems, settings_from)
     known = with_knowledge(document, machine, part, environment, planned, problems)
+    placement = placement_from(document, part.part if part else None, model, problems)
     if problems.found or not (model and planned and part and settings and environment and known):
         return None
     machine, inputs = known
@@ -142,6 +151,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         qualifications,
         settings,
         {n: pose_from(t) for n, t in model.places.items()},
+        placement,
     )
 
 

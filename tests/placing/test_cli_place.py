@@ -1,0 +1,139 @@
+"""vcmm place on the command line: the document of the contract, files that read back, machines, bad input."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from cases import written
+
+from vcmm.cli import run
+from vcmm.files.placed import placed_text
+from vcmm.files.scenario import load_scenario
+from vcmm.fixture import pose_of, six_of
+
+FAST = ["--evaluations", "300", "--scan", "64", "--trials", "2000"]
+
+
+def document(capsys, *words):
+    assert run([*words, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.fixture
+def source(tmp_path):
+    return written(tmp_path, '\n[placement]\nobjective = "U"\nweights = { "bore to front" = 1.0 }\n')
+
+
+def test_document_of_the_contract(source, capsys):
+    found = document(capsys, "place", str(source), *FAST)
+    assert found["schema"] == "vcmm.place/1"
+    assert {
+        "pose",
+        "objective",
+        "present",
+        "median",
+        "worst",
+        "certificate",
+        "map",
+        "flat",
+        "why",
+        "confirmation",
+    } <= set(found)
+    assert found["objective"]["value"] <= found["median"]["value"] <= found["worst"]["value"]
+    assert found["objective"]["weights"] == {"bore to front": 1.0}
+    chart = found["map"]
+    assert np.array(chart["objective"], dtype=float).shape == (len(chart["y_mm"]), len(chart["x_mm"]))
+    assert found["pose"]["turn_deg"] == pytest.approx(np.degrees(found["pose"]["turn_rad"]))
+    scenario = load_scenario(source)
+    six = np.concatenate([found["pose"]["shift_mm"], found["pose"]["turn_rad"]])
+    scenario.at(pose_of(six)).task()  # within the travels
+
+
+def test_folder_with_a_scenario_that_reads_back(source, tmp_path, capsys):
+    text = source.read_text().replace(
+        'shift = "300 250 -300 mm"', 'shift = "300 250 -300 mm"   # on the left'
+    )
+    source.write_text(text)
+    assert run(["place", str(source), *FAST, "--out", str(tmp_path / "out")]) == 0
+    out = tmp_path / "out"
+    assert sorted(p.name for p in out.iterdir()) == ["place.json", "placed.toml", "report.html"]
+    pose = json.loads((out / "place.json").read_text())["pose"]
+    back = load_scenario(out / "placed.toml")
+    assert six_of(back.pose)[:3] == pytest.approx(pose["shift_mm"], abs=1e-5)
+    assert "# on the left" in (out / "placed.toml").read_text()
+    page = (out / "report.html").read_text()
+    assert "Which influence" in page or "which influence shrinks" in page
+    assert "objective: 1 bore to front" not in capsys.readouterr().err
+
+
+def test_placed_text_keeps_everything_else(tmp_path):
+    """Only the two values change; a missing key is added, an inline table replaced, file names follow the folder."""
+    source = written(tmp_path)
+    six = np.array([100.0, 120.5, -300.0, 0.0, 0.0, np.pi / 2])
+    new = placed_text(source, tmp_path / "placed.toml", six).splitlines()
+    old = source.read_text().splitlines()
+    changed = [(a, b) for a, b in zip(old, new) if a != b]
+    assert [b for _, b in changed] == ['shift = "100 120.5 -300 mm"', 'turn = "0 0 90 deg"']
+    for edit in (
+        ('turn = "0 0 30 deg"\n', ""),
+        ('[pose]\nshift = "300 250 -300 mm"\nturn = "0 0 30 deg"\n', ""),
+    ):
+        one = written(tmp_path, "", edit)
+        (tmp_path / "placed.toml").write_text(placed_text(one, tmp_path / "placed.toml", six))
+        assert np.allclose(six_of(load_scenario(tmp_path / "placed.toml").pose), six, atol=1e-9)
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    machine = tmp_path / "m.csv"
+    machine.write_text("x")
+    text = source.read_text() + '# names "m.csv" and "other.csv"\n'
+    source.write_text(text)
+    assert '"../m.csv" and "other.csv"' in placed_text(source, inner / "placed.toml", six)
+
+
+def machine_file(folder, name, u, travel=600):
+    path = folder / f"{name}.toml"
+    axes = "".join(
+        f'[axes.{a}]\ntravel = ["{lo} mm", "{hi} mm"]\n'
+        for a, lo, hi in (("X", 0, travel), ("Y", 0, 500), ("Z", -400, 0))
+    )
+    path.write_text(
+        f'vcmm = "machine/1"\nname = "{name}"\nstructure = "w b Y X Z t"\n{axes}[repeatability]\nlaw = "normal"\nu = "{u} um"\n'
+    )
+    return str(path)
+
+
+def test_choice_of_machine(source, tmp_path, capsys):
+    """The one with the smaller scatter wins, one without room is named."""
+    text = source.read_text().replace('temperature = { part = "21.2 degC", scale_x = "20.4 degC" }', "")
+    source.write_text(text.replace('u_temperature = { part = "0.1 K" }', ""))
+    files = [
+        machine_file(tmp_path, "coarse", 1.0),
+        machine_file(tmp_path, "fine", 0.2),
+        machine_file(tmp_path, "tiny", 0.1, 50),
+    ]
+    found = document(capsys, "place", str(source), "--machines", *files, *FAST)
+    assert found["machine"] == files[1]
+    assert [m["name"] for m in found["machines"]] == ["fine", "coarse", "tiny"]
+    # u of the distance is scatter times a factor of the plan: five times the scatter, five times the value
+    assert found["machines"][1]["value"] / found["machines"][0]["value"] == pytest.approx(5.0, rel=0.05)
+    assert "larger than the machine" in found["machines"][2]["why"]
+
+
+@pytest.mark.parametrize(
+    ("more", "text"),
+    [
+        ('[placement]\nz = "-900 mm"\n', "no pose of the fixture can be reached"),
+        ('[placement]\nx = ["500 mm", "100 mm"]\n', "the range of x is empty"),
+        ('[placement]\nweights = { "bore" = 1.0 }\n', 'the part has no characteristic "bore"'),
+        ('[placement]\nobjective = "risk"\nweights = { "bore to front" = 1.0 }\n', "has no two-sided tolerance"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_refused_with_one_line(tmp_path, capsys, more, text):
+    path = written(tmp_path, "\n" + more)
+    assert run(["place", str(path), "--json", *FAST]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert text in err
+    assert "plate.toml" in err

@@ -1,0 +1,133 @@
+"""vcmm place: the pose that serves best."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+
+def place_command(
+    scenario: Path,
+    *,
+    plan: Annotated[bool, Parameter(name="--plan", show=False)] = False,
+    machines: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
+    seed: int | None = None,
+    evaluations: int = 5000,
+    scan: int = 4096,
+    trials: int | None = None,
+    draws: int = 200,
+    json: Annotated[bool, Parameter(name="--json")] = False,
+    out: Path | None = None,
+) -> int:
+    """The pose, among those that the fixture allows, with the smallest objective: gain, map, flatness, certificate.
+
+    [placement] of the scenario says what may move and what is minimised; without it the part slides on the table, turns
+    about the vertical, and U/T of all characteristics counts. `vcmm place gaska2014` runs the twin of a published study.
+
+    Parameters
+    ----------
+    scenario
+        Scenario file (scenario/1).
+    machines
+        Machine files to choose from; each takes the place of the scenario's machine.
+    seed
+        Seed of the search, the scan and the trials (default: the scenario's, else 0).
+    evaluations
+        Evaluations of the objective that the search may use.
+    scan
+        Further poses for the certificate, the median and the worst pose.
+    trials
+        Monte Carlo trials of the full evaluation at the present and the best pose.
+    draws
+        Machines consistent with the published figures (for gaska2014 only).
+    json
+        Print one JSON document.
+    out
+        Folder for report.html, place.json and placed.toml, the scenario with the new pose.
+    """
+    from vcmm.cli.common import output_folder
+    from vcmm.errors import UsageError
+
+    if plan:
+        raise UsageError("--plan is not built yet; without it the points stay as they are planned")
+    folder = output_folder(out) if out else None
+    if str(scenario) == "gaska2014" and not scenario.exists():
+        from vcmm.cli.gaska_placement import show_placement
+
+        return show_placement(folder, draws, seed, json)
+    options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
+    if machines:
+        from vcmm.cli.machines import choose
+
+        return choose(scenario, machines, options, json, folder)
+    return _placed(scenario, options, json, folder)
+
+
+def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
+    """Place one scenario and say what was found."""
+    from vcmm.cli.common import about, document, print_json, progress, sources
+    from vcmm.cli.place_json import place_json
+    from vcmm.files.scenario import load_scenario
+    from vcmm.placing.job import place
+
+    loaded = load_scenario(scenario)
+    with progress() as report, about(scenario):
+        found = place(loaded, progress=report, **options)
+    content = document(
+        "vcmm.place/1", place_json(found), seed=found.seed, files=sources(scenario), warnings=found.warnings
+    )
+    if folder:
+        _write(folder, scenario, found, content)
+    if json:
+        print_json(content)
+    else:
+        show(found)
+    return 0
+
+
+def show(found: Any) -> None:
+    """Poses compared, why, certificate and flatness."""
+    from vcmm.cli.common import say, show_table
+    from vcmm.placing.words import change, goal_text, pose_text, poses_rows, region_text, why_rows
+
+    show_table(
+        f"objective: {goal_text(found.objective.goal)}; the smaller the better",
+        ["pose", "shift mm", "turn deg", "objective", "against present"], poses_rows(found), left=(0, 1, 2),
+    )  # fmt: skip
+    show_table(
+        "why: contributions u_i, present and best pose (up to four largest changes each)",
+        ["characteristic", "influence", "present", "best", "change of u²"], why_rows(found), left=(0, 1),
+    )  # fmt: skip
+    lines = [["certificate", found.certificate.text], ["flatness", region_text(found)]]
+    if found.confirmation is not None:
+        sure = found.confirmation
+        lines.insert(
+            0,
+            [
+                "gain, out of sample",
+                f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials",
+            ],
+        )
+    show_table("how sure, how flat", ["", ""], lines, left=(0, 1))
+    if found.region.convenient is not None:
+        print(f"convenient pose within 2 %: {pose_text(found.region.convenient)}")
+    for warning in found.warnings:
+        say(f"note: {warning}")
+
+
+def _write(folder: Path, source: Path, found: Any, content: dict[str, Any]) -> None:
+    import json as _json
+
+    from vcmm.cli.common import say, write_files
+    from vcmm.files.placed import placed_text
+    from vcmm.pages.place import place_page
+
+    texts = {
+        "place.json": _json.dumps(content, indent=1, allow_nan=False),
+        "report.html": place_page(found),
+        "placed.toml": placed_text(source, folder / "placed.toml", found.best.pose),
+    }
+    write_files(folder, texts)
+    say(f"wrote {folder}/report.html, place.json, placed.toml")

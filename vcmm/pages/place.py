@@ -1,0 +1,167 @@
+"""The report of a placement: poses compared, map, region within 2 %, budgets side by side, the part where it goes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vcmm import __version__
+from vcmm import report as r
+from vcmm.fixture import DOFS, pose_of
+from vcmm.pages.view import part_items, touch_items, volume_items
+from vcmm.placing.flat import Map
+from vcmm.placing.result import Placed
+from vcmm.placing.words import UNITS, change, changes, goal_text, pose_text, poses_rows, region_text
+
+WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
+
+
+def place_page(found: Placed) -> str:
+    """One self-contained HTML file."""
+    scenario = found.objective.scenario
+    blocks = [
+        r.paragraph(f"Minimised: {goal_text(found.objective.goal)}."),
+        r.heading("Poses compared"),
+        poses_table(found),
+    ]
+    blocks += [r.note(w, "warning") for w in found.warnings]
+    blocks += [r.heading("How sure"), sure_table(found)]
+    blocks += [r.heading("Over the table"), *maps(found)]
+    if found.before is not None:
+        blocks += [r.heading("Why: which influence shrinks"), *budgets(found)]
+    blocks += [r.heading("Where the part goes"), scene(found)]
+    footer = (
+        f"vcmm {__version__}, seed {found.seed}. Pose: shift of the part's origin after turns about the fixed x, then y, "
+        "then z. The search is in closed form; budgets and the gain are those of the full evaluation."
+    )
+    return r.page(f"Placement: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
+
+
+def poses_table(found: Placed) -> str:
+    columns = ["pose", "shift x y z / mm", "turn x y z / °", "objective", "against present"]
+    caption = "Median and worst: of even draws over the fixture. Convenient: rounded, and within 2 % of the pose found."
+    return r.table(columns, poses_rows(found), numeric=(3, 4), emphasise=(0,), caption=caption)
+
+
+def sure_table(found: Placed) -> str:
+    """Certificate, confirmation, flatness, effort."""
+    rows: list[list[object]] = [["certificate", found.certificate.text], ["flatness", region_text(found)]]
+    sure = found.confirmation
+    if sure is not None:
+        verdict = r.Cell(
+            "confirmed" if sure.confirmed else "not confirmed", kind="good" if sure.confirmed else "warning"
+        )
+        text = (
+            f"{change(sure.gain, sure.present)} of the present value, standard error {sure.u_gain / sure.present:.2%}, {sure.trials:,} "
+            f"paired trials with a seed of their own"
+        )
+        rows.insert(0, ["gain out of sample", text])
+        rows.insert(1, ["the gain is", verdict])
+    rows.append(
+        [
+            "search",
+            f"{found.evaluations} evaluations; {found.feasible_share:.1%} of the fixture's poses can be used",
+        ]
+    )
+    if found.region.convenient is not None:
+        rows.append(["convenient pose", pose_text(found.region.convenient)])
+    return r.table(["", ""], rows)
+
+
+def maps(found: Placed) -> list[str]:
+    """The objective over two degrees of freedom, and where it lies within 2 % of the value found."""
+    chart = found.map
+    if len(chart.names) < 2:
+        return (
+            [_line(found)]
+            if chart.names
+            else [r.paragraph("Nothing is free to move continuously: there is no map.")]
+        )
+    word, scale = UNITS.get(found.objective.unit, ("", 1.0))
+    x, y = _axis(chart, 0), _axis(chart, 1)
+    marks = [("found", *_at(found, found.best.pose))]
+    if found.present is not None:
+        marks.append(("present", *_at(found, found.present.pose)))
+    labels: Any = {"x_label": WORDS[chart.names[0]], "y_label": WORDS[chart.names[1]]}
+    whole = r.heat_map(
+        chart.values * scale, x, y, unit=word or "objective", title="Objective, other freedoms as at the pose found", marks=marks, **labels
+    )  # fmt: skip
+    loss = np.round(100 * (chart.values / found.best.value - 1), 3) + 0.0  # the rest is rounding
+    flat = r.heat_map(
+        np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels
+    )  # fmt: skip
+    return [r.columns(whole, flat)]
+
+
+def _axis(chart: Map, k: int) -> np.ndarray:
+    values = (chart.x, chart.y)[k]
+    return np.degrees(values) if chart.names[k].startswith("turn") else values
+
+
+def _at(found: Placed, six: np.ndarray) -> tuple[float, float]:
+    """The place of a pose in the map; NaN where it lies outside of it."""
+    out = []
+    for k, name in enumerate(found.map.names[:2]):
+        value = float(six[DOFS.index(name)])
+        axis = (found.map.x, found.map.y)[k]
+        inside = axis[0] - 1e-9 <= value <= axis[-1] + 1e-9
+        out.append((np.degrees(value) if name.startswith("turn") else value) if inside else np.nan)
+    return float(out[0]), float(out[1])
+
+
+def _line(found: Placed) -> str:
+    """The objective over the one degree of freedom that is free."""
+    word, scale = UNITS.get(found.objective.unit, ("", 1.0))
+    name = found.map.names[0]
+    good = np.isfinite(found.map.values[0])
+    series = [r.Series("objective", _axis(found.map, 0)[good], found.map.values[0][good] * scale)]
+    return r.curve(
+        series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective"
+    )
+
+
+def budgets(found: Placed) -> list[str]:
+    """Contributions of the influences at both poses, side by side, for every characteristic that counts."""
+    out = []
+    assert found.before is not None
+    for name, unit, lines, _ in changes(found):
+        word, scale = UNITS[unit]
+        before = next(c for c in found.before.characteristics if c.name == name)
+        after = next(c for c in found.after.characteristics if c.name == name)
+        kept = [line for line in lines if max(line[1], line[2]) > 1e-3 * before.u][:8]
+        kept.sort(key=lambda line: -line[1])
+        charts = []
+        for k, (title, c) in enumerate((("present", before), ("found", after))):
+            found_u = [(n, (present, best)[k]) for n, present, best in kept]
+            items = [(n, u * scale if u > 1e-6 * c.u else 0.0) for n, u in found_u]  # the rest is rounding
+            charts.append(
+                r.bars(
+                    items,
+                    unit=word.replace("u", "µ", 1),
+                    title=f"{name}: {title}, U = {c.expanded * scale:.3g}",
+                    total=c.u * scale,
+                )
+            )
+        out.append(r.columns(*charts))
+    return out
+
+
+def scene(found: Placed) -> str:
+    """The machine with the part at the pose found, and a ghost where it lies now."""
+    task = found.after.model.task
+    t = task.touches
+    features = list(task.part.features.values())
+    last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
+    stylus = task.plan.styli[task.plan.steps[-1].stylus]
+    items = [
+        *volume_items(task.machine, stylus, last),
+        *part_items(features, t.pose, task.part.mesh),
+        *touch_items(t),
+    ]
+    if found.present is not None:
+        here = pose_of(found.present.pose).apply(t.points)
+        items.append(r.Points(here, "muted", 1.6, name="touches at the present pose"))
+    return r.scene(
+        items, title="Part at the pose found", caption="Machine frame; the wire box is the reach of the tip."
+    )

@@ -1,0 +1,192 @@
+"""How flat the optimum is: a map of the objective over the table, the region within 2 %, a convenient pose in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.fixture import DOFS
+from vcmm.placing.objective import Objective
+from vcmm.placing.search import Found
+from vcmm.placing.space import Box
+from vcmm.run import Array
+
+WITHIN = 0.02
+ROUND = ((100.0, 90.0), (50.0, 45.0), (20.0, 15.0), (10.0, 10.0), (5.0, 5.0), (1.0, 1.0))  # mm, deg
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """values (ny, nx) of the objective over two degrees of freedom, the others at the best pose; NaN: not allowed.
+
+    With one degree of freedom ny = 1; without any, both axes have one entry.
+    """
+
+    names: tuple[str, ...]
+    x: Array
+    y: Array
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Poses within `within` of the best. share: of the feasible poses of the scan; box: name -> range, all poses of
+    which are within it (checked on `checked` poses); convenient: a rounded pose (6,) within it, or None, and its value.
+    """
+
+    within: float
+    share: float
+    box: dict[str, tuple[float, float]]
+    checked: int
+    convenient: Array | None
+    convenient_value: float
+
+
+def values_at(objective: Objective, box: Box, poses: Array) -> Array:
+    """The objective at poses (m, 6); NaN where the fixture or a constraint does not allow them."""
+    unit = box.unit(poses)
+    _, ok = box.poses(np.clip(unit, 0.0, 1.0))
+    ok &= ((unit >= -1e-9) & (unit <= 1 + 1e-9)).all(axis=1)
+    ok &= box.travels.feasible(poses)
+    out = np.full(len(poses), np.nan)
+    if ok.any():
+        out[ok] = objective.values(poses[ok])
+    return np.where(np.isfinite(out), out, np.nan)
+
+
+def table_map(objective: Objective, found: Found, nodes: int = 33) -> Map:
+    """The objective over x and y where both are free, else over the first two free degrees of freedom."""
+    names = [f.name for f in found.box.freedoms]
+    names = ["x", "y"] if {"x", "y"} <= set(names) else names[:2]
+    axes = [_axis(objective, found, n, nodes) for n in names]
+    x = axes[0] if names else found.pose[:1]
+    y = axes[1] if len(names) > 1 else found.pose[1:2]
+    poses = np.tile(found.pose, (len(x) * len(y), 1))
+    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    for j, name in enumerate(names):
+        poses[:, DOFS.index(name)] = grid[:, j]
+    return Map(tuple(names), x, y, values_at(objective, found.box, poses).reshape(len(y), len(x)))
+
+
+def _axis(objective: Objective, found: Found, name: str, nodes: int) -> Array:
+    """Grid values of one degree of freedom over what the fixture and the travels leave, at the best orientation."""
+    return np.linspace(*_ends(found, name), nodes)
+
+
+def _ends(found: Found, name: str) -> tuple[float, float]:
+    f = next(f for f in found.box.freedoms if f.name == name)
+    if name.startswith("turn"):
+        return f.low, f.high
+    i = DOFS.index(name)
+    low, high = found.box.travels.intervals(found.pose[None])
+    a, b = max(f.low, float(low[0, i])), min(f.high, float(high[0, i]))
+    return (a, b) if b > a else (a, a + 1e-6)
+
+
+def region(objective: Objective, found: Found, poses: Array, values: Array, seed: int) -> Region:
+    """Poses within 2 % of the best one. poses, values: those of the scan."""
+    limit = found.value + WITHIN * abs(found.value)
+    share = float((values <= limit).mean()) if len(values) else 0.0
+    box, checked = _largest_box(objective, found, poses[values <= limit], limit, seed)
+    pose, value = _convenient(objective, found, limit)
+    return Region(WITHIN, share, box, checked, pose, value)
+
+
+def _largest_box(
+    objective: Objective, found: Found, near: Array, limit: float, seed: int
+) -> tuple[dict[str, tuple[float, float]], int]:
+    """The largest box found about the pose found and about two poses in the middle of those within the limit."""
+    names = [f.name for f in found.box.freedoms]
+    nothing = {n: (float(found.pose[DOFS.index(n)]),) * 2 for n in names}
+    if not names:
+        return {}, 0
+    centres = [found.pose, *_middles(found, near)]
+    rng = np.random.default_rng([seed, 13])
+    draws = np.concatenate([_corners(len(names), rng), rng.random((150, len(names)))])
+    best, size = (nothing, 0), 0.0
+    for centre in centres:
+        box, checked = _box_about(objective, found, centre, limit, draws)
+        volume = float(
+            np.prod([(b - a) / (_ends(found, n)[1] - _ends(found, n)[0]) for n, (a, b) in box.items()])
+        )
+        if checked and volume > size:
+            best, size = (box, checked), volume
+    return best
+
+
+def _middles(found: Found, near: Array) -> list[Array]:
+    """Up to two of the poses (m, 6) nearest to the middle of them, with the discrete choices of the one found."""
+    free = [DOFS.index(f.name) for f in found.box.freedoms]
+    fixed = [i for i in range(6) if i not in free]
+    near = near[(np.abs(near[:, fixed] - found.pose[fixed]) < 1e-9).all(axis=1)] if len(near) else near
+    if not len(near):
+        return []
+    spread = np.ptp(near[:, free], axis=0) + 1e-12
+    away = (((near[:, free] - np.median(near[:, free], axis=0)) / spread) ** 2).sum(axis=1)
+    return [near[i] for i in np.argsort(away)[:2]]
+
+
+def _box_about(
+    objective: Objective, found: Found, centre: Array, limit: float, draws: Array
+) -> tuple[dict[str, tuple[float, float]], int]:
+    """A box about a centre, from the ranges of each freedom alone, shrunk until all poses tried stay within the limit."""
+    ends = {f.name: _line(objective, found, centre, f.name, limit) for f in found.box.freedoms}
+    scale = 1.0
+    for _ in range(6):
+        box = {}
+        for name, (low, high) in ends.items():
+            here = float(centre[DOFS.index(name)])
+            box[name] = (here + scale * (low - here), here + scale * (high - here))
+        if _inside(objective, found, box, draws, limit):
+            return box, len(draws)
+        scale *= 0.7
+    return {}, 0
+
+
+def _line(objective: Objective, found: Found, centre: Array, name: str, limit: float) -> tuple[float, float]:
+    """Range of one degree of freedom about a pose that stays within the limit, the others kept."""
+    i, here = DOFS.index(name), float(centre[DOFS.index(name)])
+    grid = np.unique(np.concatenate([np.linspace(*_ends(found, name), 41), [here]]))
+    poses = np.tile(centre, (len(grid), 1))
+    poses[:, i] = grid
+    good = values_at(objective, found.box, poses) <= limit
+    at = int(np.searchsorted(grid, here))
+    low = high = at
+    while low > 0 and good[low - 1]:
+        low -= 1
+    while high < len(grid) - 1 and good[high + 1]:
+        high += 1
+    return float(grid[low]), float(grid[high])
+
+
+def _corners(d: int, rng: np.random.Generator) -> Array:
+    """All corners of the unit cube, at most 64 of them."""
+    from itertools import product
+
+    corners = np.array(list(product((0.0, 1.0), repeat=d)))
+    return corners if len(corners) <= 64 else rng.permutation(corners)[:64]
+
+
+def _inside(
+    objective: Objective, found: Found, box: dict[str, tuple[float, float]], draws: Array, limit: float
+) -> bool:
+    poses = np.tile(found.pose, (len(draws), 1))
+    for j, (name, (low, high)) in enumerate(box.items()):
+        poses[:, DOFS.index(name)] = low + draws[:, j] * (high - low)
+    found_values = values_at(objective, found.box, poses)
+    return bool((found_values <= limit).all())
+
+
+def _convenient(objective: Objective, found: Found, limit: float) -> tuple[Array | None, float]:
+    """The most coarsely rounded pose that is still within the limit."""
+    free = [DOFS.index(f.name) for f in found.box.freedoms]
+    for mm, deg in ROUND if free else ():
+        pose = found.pose.copy()
+        for i in free:
+            step = mm if i < 3 else np.radians(deg)
+            pose[i] = np.round(pose[i] / step) * step
+        value = float(values_at(objective, found.box, pose[None])[0])
+        if value <= limit:
+            return pose, value
+    return None, float("nan")

@@ -1,0 +1,182 @@
+"""place: the pose of a scenario that serves best, what it gains, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.evaluation import evaluate
+from vcmm.fixture import Fixture, Goal, Placement, pose_of, six_of
+from vcmm.placing.certificate import Scan, certify, scan
+from vcmm.placing.confirm import confirm
+from vcmm.placing.flat import region, table_map
+from vcmm.placing.objective import Uncertain
+from vcmm.placing.result import At, Placed
+from vcmm.placing.search import Found, polished_from, search
+from vcmm.placing.space import Box, boxes, default_fixture
+from vcmm.placing.travels import Feasibility, Problem, Travels
+from vcmm.remarks import remarks
+from vcmm.result import UncertaintyResult
+from vcmm.run import Array
+from vcmm.scenario import Scenario
+
+EVALUATIONS, SCANNED = 5000, 4096
+TRIALS = 100_000  # of the full evaluation at the present and the best pose
+Progress = Callable[[str, float], None]
+
+
+def place(
+    scenario: Scenario,
+    *,
+    fixture: Fixture | None = None,
+    goal: Goal | None = None,
+    constraints: Sequence[Feasibility] = (),
+    seed: int | None = None,
+    evaluations: int = EVALUATIONS,
+    scanned: int = SCANNED,
+    trials: int | None = None,
+    progress: Progress | None = None,
+) -> Placed:
+    """The best pose that was found for a scenario, with certificate, map, flatness and a confirmed gain.
+
+    fixture, goal: those of the scenario's [placement] unless given. constraints: further ones (collision, access).
+    Raises ModelLimit when no pose can be reached, UsageError for an objective that does not suit the part.
+    """
+    report = progress or (lambda text, share: None)
+    planned = scenario.placement or Placement()
+    fixture = fixture or planned.fixture or default_fixture()
+    objective = Uncertain.of(scenario, goal or planned.goal)
+    seed = scenario.settings.seed if seed is None else seed
+    travels, six = Travels(objective.closed.rows), six_of(scenario.pose)
+    problems = _problems(scenario, travels, constraints)
+    found_boxes = boxes(fixture, six, travels, constraints)
+    objective = _at_reference(objective, found_boxes, problems)
+    found = search(objective, found_boxes, evaluations=evaluations, seed=seed, progress=report)
+    seen = scan(objective, found_boxes, scanned, seed, report)
+    found = _improved(objective, found_boxes, found, seen)
+    present = None if problems else _at(objective, six)
+    outcome = _outcome(objective, found_boxes, found, seen, present, seed, report)
+    return _evaluated(outcome, problems, trials, report)
+
+
+def _problems(scenario: Scenario, travels: Travels, further: Sequence[Feasibility]) -> tuple[Problem, ...]:
+    out = travels.problems(scenario.pose)
+    for one in further:
+        out += one.problems(scenario.pose)
+    return tuple(out)
+
+
+def _at_reference(objective: Uncertain, found: Sequence[Box], problems: Sequence[Problem]) -> Uncertain:
+    """Coverage factors are taken at the present pose; where that cannot be used, at the first pose that can."""
+    if not problems:
+        return objective
+    six, ok = found[0].poses(np.random.default_rng(3).random((256, found[0].d)))
+    closed = objective.closed
+    if ok.any():
+        closed = replace(closed, at=six[ok][0])
+    return replace(objective, closed=closed)
+
+
+def _improved(objective: Uncertain, found_boxes: Sequence[Box], found: Found, seen: Scan) -> Found:
+    """Where the scan found a better pose, the search goes on from there."""
+    if seen.values.min() >= found.value:
+        return found
+    k = int(seen.values.argmin())
+    sizes = np.cumsum([len(u) for u in seen.unit])
+    number = int(np.searchsorted(sizes, k, side="right"))
+    start = seen.unit[number][k - (sizes[number - 1] if number else 0)]
+    return polished_from(objective, found_boxes[seen.box[number]], start, found)
+
+
+def _at(objective: Uncertain, six: Array) -> At:
+    spread = objective.spread(six[None])
+    return At(six, float(objective.values(six[None])[0]), spread.u[0], spread.expanded[0])
+
+
+def _outcome(
+    objective: Uncertain,
+    found_boxes: Sequence[Box],
+    found: Found,
+    seen: Scan,
+    present: At | None,
+    seed: int,
+    report: Progress,
+) -> Placed:
+    order = np.argsort(seen.values, kind="stable")
+    middle, last = order[len(order) // 2], order[-1]
+    certificate = certify(objective, found_boxes, found, seen)
+    report("drawing the map", 0.0)
+    chart = table_map(objective, found)
+    flat = region(objective, found, seen.poses, seen.values, seed)
+    best = _at(objective, found.pose)
+    if present is not None and present.value <= best.value:
+        best = present  # nothing better was found: the part stays where it is
+    confirmation = None
+    if present is not None and best is not present:
+        confirmation = confirm(objective, present.pose, best.pose, seed, report)
+    return Placed(
+        objective=objective, label=found.box.label, best=best, present=present, problems=(),
+        median=_at(objective, seen.poses[middle]), worst=_at(objective, seen.poses[last]), minima=found.local,
+        evaluations=found.evaluations, feasible_share=seen.share, certificate=certificate, map=chart, region=flat,
+        confirmation=confirmation, before=None, after=None, seed=seed, warnings=(),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def _evaluated(
+    outcome: Placed, problems: tuple[Problem, ...], trials: int | None, report: Progress
+) -> Placed:
+    """Full evaluations at the present and the best pose, and what a reader must know."""
+    scenario = outcome.objective.scenario
+    settings = replace(
+        scenario.settings, trials=trials or min(scenario.settings.trials, TRIALS), seed=outcome.seed
+    )
+
+    def full(at: At) -> UncertaintyResult:
+        return evaluate(scenario.at(pose_of(at.pose)).task(), settings, report)
+
+    after = full(outcome.best)
+    before = None if outcome.present is None else full(outcome.present)
+    notes = [*remarks(scenario), *_notes(outcome, problems), *after.warnings]
+    return replace(
+        outcome, problems=problems, before=before, after=after, warnings=tuple(dict.fromkeys(notes))
+    )
+
+
+def _notes(outcome: Placed, problems: Sequence[Problem]) -> list[str]:
+    out = []
+    if problems:
+        out.append(
+            "the present pose cannot be used: "
+            + "; ".join(p.text for p in problems[:3])
+            + "; no gain over it can be stated"
+        )
+    objective = outcome.objective
+    extremes = [
+        c.name
+        for i, c in enumerate(objective.characteristics)
+        if i not in objective.smooth and objective.weights[c.name]
+    ]
+    if extremes:
+        out.append(
+            f"{', '.join(extremes)}: an extreme value; the search used an approximation (normal inputs, few common draws), the "
+            "gain and the results at the two poses are those of the full Monte Carlo"
+        )
+    if any(
+        i.effect == "residual_field" and i.scale is not None for i in objective.closed.rows.machine.inputs
+    ):
+        out.append(
+            "residual_field interpolates independent draws, whose variance shrinks between the nodes: the pose found may gain from "
+            "that and not from the machine; give correlated_field its covariance, as `vcmm place gaska2014` does"
+        )
+    sure = outcome.confirmation
+    if sure is not None and not sure.confirmed:
+        out.append(
+            f"the gain of {sure.gain:.3g} is not larger than twice its standard error {sure.u_gain:.2g}: the two poses are as good"
+        )
+    if outcome.certificate.better > 0:
+        out.append(
+            f"a pose of the scan is better by {outcome.certificate.better:.3%}; search with more evaluations"
+        )
+    return out

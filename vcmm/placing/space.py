@@ -1,0 +1,172 @@
+"""The poses that a fixture allows, as boxes of unit coordinates: one box per combination of discrete choices.
+
+Turns come first. For the orientation they give, the travels leave an interval of shifts along each axis; a free shift
+is the fraction of what is left of its range, so that no coordinate of the box lies out of the travels and an optimum
+at the end of an axis is an optimum on a face of the box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.errors import ModelLimit
+from vcmm.fixture import DOFS, Fixture, Freedom, pose_of, shown
+from vcmm.placing.travels import Feasibility, Travels
+from vcmm.run import Array
+
+Bools = npt.NDArray[np.bool_]
+
+
+def default_fixture() -> Fixture:
+    """x and y free within the travels, turned at will about the vertical."""
+    ends = (-np.inf, np.inf)
+    return Fixture((Freedom("x", *ends), Freedom("y", *ends), Freedom("turn_z", -np.pi, np.pi)))
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """One combination of discrete choices; d free coordinates, each 0 to 1."""
+
+    label: str
+    template: Array
+    freedoms: tuple[Freedom, ...]
+    travels: Travels
+    further: Sequence[Feasibility] = field(default=())
+
+    @property
+    def d(self) -> int:
+        return len(self.freedoms)
+
+    def poses(self, unit: Array) -> tuple[Array, Bools]:
+        """Poses (m, 6) of coordinates (m, d), and which of them are feasible."""
+        six = np.tile(self.template, (len(unit), 1))
+        for j, f in enumerate(self.freedoms):
+            if f.name.startswith("turn"):
+                six[:, DOFS.index(f.name)] = f.low + unit[:, j] * (f.high - f.low)
+        low, high = self.travels.intervals(six)
+        ok = np.ones(len(unit), dtype=bool)
+        free = {DOFS.index(f.name): j for j, f in enumerate(self.freedoms)}
+        for i in range(3):
+            if i not in free:
+                ok &= (six[:, i] >= low[:, i] - 1e-9) & (six[:, i] <= high[:, i] + 1e-9)
+                continue
+            f = self.freedoms[free[i]]
+            a, b = np.maximum(low[:, i], f.low), np.minimum(high[:, i], f.high)
+            ok &= a <= b
+            six[:, i] = np.where(a <= b, a + unit[:, free[i]] * (b - a), (a + b) / 2)
+        for one in self.further:
+            if ok.any():
+                ok[ok] = one.feasible(six[ok])
+        return six, ok
+
+    def unit(self, six: Array) -> Array:
+        """Coordinates (m, d) of poses (m, 6); outside 0 to 1 where the fixture does not allow them."""
+        low, high = self.travels.intervals(six)
+        out = np.zeros((len(six), self.d))
+        for j, f in enumerate(self.freedoms):
+            i = DOFS.index(f.name)
+            a = np.maximum(low[:, i], f.low) if i < 3 else np.full(len(six), f.low)
+            b = np.minimum(high[:, i], f.high) if i < 3 else np.full(len(six), f.high)
+            out[:, j] = (six[:, i] - a) / np.where(b > a, b - a, 1.0)
+        return out
+
+
+def boxes(
+    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Feasibility] = ()
+) -> list[Box]:
+    """All boxes of a fixture. Raises ModelLimit when no pose of any of them can be reached."""
+    found = [
+        Box(label, six, fixture.continuous, travels, further) for label, six in fixture.orientations(present)
+    ]
+    kept = [box for box in found if box.poses(_probes(box))[1].any()]
+    if not kept:
+        raise ModelLimit(no_pose(found))
+    return kept
+
+
+def _probes(box: Box, count: int = 1024) -> Array:
+    """Coordinates that cover a box, the middle and the corners of its turns among them."""
+    if not box.d:
+        return np.zeros((1, 0))
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(box.d, scramble=False).random(count)
+    return np.concatenate([points, np.full((1, box.d), 0.5)])
+
+
+def no_pose(found: Sequence[Box]) -> str:
+    """Why no pose can be reached: the constraint, and the smallest relaxation that opens one."""
+    best: tuple[float, str] | None = None
+    for box in found:
+        unit = _probes(box)
+        six, _ok = box.poses(unit)
+        low, high = box.travels.intervals(six)
+        for row in range(len(six)):
+            amount, text = _missing(box, six[row], low[row], high[row])
+            if amount > 1e-9 and (best is None or amount < best[0]):
+                best = amount, text
+    if best is None:
+        return (
+            "no pose of the fixture can be reached: the travels would allow some, but another constraint (collision, "
+            "access) refuses every one; " + _further(found)
+        )
+    return f"no pose of the fixture can be reached: {best[1]}"
+
+
+def _missing(box: Box, six: Array, low: Array, high: Array) -> tuple[float, str]:
+    """Total mm by which one orientation misses, and what to change."""
+    total, words = 0.0, []
+    free = {DOFS.index(f.name): f for f in box.freedoms}
+    for i in range(3):
+        f = free.get(i)
+        a = max(low[i], f.low if f else six[i])
+        b = min(high[i], f.high if f else six[i])
+        if a <= b + 1e-9:
+            continue
+        total += a - b
+        words.append(
+            _axis_text(box, i, six, (low[i], high[i]), (f.low, f.high) if f else (six[i], six[i]), a - b)
+        )
+    return total, "; ".join(words) + f" (the least, found at {_at(box, six)})"
+
+
+def _axis_text(
+    box: Box, i: int, six: Array, travel: tuple[float, float], ends: tuple[float, float], lacks: float
+) -> str:
+    axis = "XYZ"[i]
+    extent = np.ptp(box.travels.rows.wanted(six[None])[0][:, i])
+    if travel[0] > travel[1]:
+        room = extent - (travel[0] - travel[1])
+        names = ", ".join(dict.fromkeys(x.what for x in box.travels.limits if x.direction == i))
+        return (
+            f"the part is larger than the machine: the touches need {extent:.6g} mm along {axis}, {names} leaves {room:.6g} mm; "
+            f"{lacks:.4g} mm more would open a pose"
+        )
+    said = f"{ends[0]:.6g} to {ends[1]:.6g} mm" if ends[0] < ends[1] else f"{ends[0]:.6g} mm"
+    names = ", ".join(dict.fromkeys(x.what for x in box.travels.limits if x.direction == i))
+    return (
+        f"{names} allows {DOFS[i]} from {travel[0]:.6g} to {travel[1]:.6g} mm, the fixture {said}; "
+        f"move its {'upper' if travel[0] > ends[1] else 'lower'} end by {lacks:.4g} mm to open a pose"
+    )
+
+
+def _at(box: Box, six: Array) -> str:
+    turns = ", ".join(shown(n, six[DOFS.index(n)]) for n in DOFS[3:])
+    return (f"{box.label}, " if box.label else "") + f"turn {turns}"
+
+
+def _further(found: Sequence[Box]) -> str:
+    """The smallest problem that the other constraints name at the middle of each box."""
+    problems = []
+    for box in found:
+        six, _ = box.poses(np.full((1, box.d), 0.5))
+        for one in box.further:
+            problems += one.problems(pose_of(six[0]))
+    if not problems:
+        return "widen the fixture"
+    least = min(problems, key=lambda p: p.amount)
+    return f"at the middle of the fixture: {least.constraint} at {least.point}, {least.amount:.4g} mm to give way"

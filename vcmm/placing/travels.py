@@ -1,0 +1,134 @@
+"""What keeps a pose from being used: the travels of the axes and the ranges in which the machine's errors are known.
+
+`Feasibility` is the interface of all constraints; `Travels` is the one that every machine has. For a given orientation
+the travels leave an interval of shifts along each axis, which `intervals` gives in closed form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.effects.component import ComponentSpline, ComponentTable
+from vcmm.effects.residual import CorrelatedField, ResidualField
+from vcmm.fixture import six_of
+from vcmm.placing.rows import Rows
+from vcmm.pose import Pose
+from vcmm.run import Array
+
+EDGE = 1e-9  # mm of rounding
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Why a pose cannot be used. amount: mm by which the constraint is missed."""
+
+    name: str
+    constraint: str
+    point: str
+    amount: float
+
+    @property
+    def text(self) -> str:
+        where = f" at {self.point}" if self.point else ""
+        return f"{self.constraint}{where}: {self.amount:.3g} mm too far"
+
+
+class Feasibility(Protocol):
+    """Constraints on poses."""
+
+    def problems(self, pose: Pose) -> list[Problem]: ...
+
+    def feasible(self, poses: Array) -> npt.NDArray[np.bool_]: ...
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Positions along x, y or z (0, 1, 2) that one constraint allows, mm. of: "axis" positions or "tip" positions."""
+
+    what: str
+    direction: int
+    low: float
+    high: float
+    of: str = "axis"
+
+
+@dataclass(frozen=True, eq=False)
+class Travels:
+    """Travels and known ranges of a machine for a plan."""
+
+    rows: Rows
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        machine = self.rows.machine
+        out = [
+            Limit(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
+            for a in machine.chain.letters
+            if a in "XYZ"
+        ]
+        for i, letter in enumerate("XYZ"):
+            if letter not in machine.chain.letters:
+                out.append(Limit(f"no axis {letter}", i, 0.0, 0.0))
+        for effect in machine.effects:
+            out += _known_range(effect)
+        return tuple(out)
+
+    def intervals(self, six: Array) -> tuple[Array, Array]:
+        """Shifts (m, 3) low and high that all limits allow for the orientations of poses (m, 6); low > high: none."""
+        turned = np.array(six, dtype=float)
+        turned[:, :3] = 0.0
+        axis = self.rows.wanted(turned)
+        both = {"axis": axis, "tip": axis + self.rows.zero}
+        low, high = np.full((len(six), 3), -np.inf), np.full((len(six), 3), np.inf)
+        for limit in self.limits:
+            at = both[limit.of][..., limit.direction]
+            i = limit.direction
+            low[:, i] = np.maximum(low[:, i], limit.low - at.min(axis=1))
+            high[:, i] = np.minimum(high[:, i], limit.high - at.max(axis=1))
+        return low, high
+
+    def feasible(self, poses: Array) -> npt.NDArray[np.bool_]:
+        """Which of the poses (m, 6) keep all limits."""
+        low, high = self.intervals(poses)
+        shift = poses[:, :3]
+        return np.asarray(((shift >= low - EDGE) & (shift <= high + EDGE)).all(axis=1))
+
+    def problems(self, pose: Pose) -> list[Problem]:
+        """Every limit that the pose misses, with the point that misses it most."""
+        axis = self.rows.wanted(six_of(pose)[None])[0]
+        both = {"axis": axis, "tip": axis + self.rows.zero}
+        out = []
+        for limit in self.limits:
+            at = both[limit.of][:, limit.direction]
+            miss = np.maximum(limit.low - at, at - limit.high)
+            worst = int(miss.argmax())
+            if miss[worst] > EDGE:
+                label = str(self.rows.placed.run.labels["touch"][worst])
+                out.append(
+                    Problem(
+                        "travel" if limit.of == "axis" else "range", limit.what, label, float(miss[worst])
+                    )
+                )
+        return out
+
+
+def _known_range(effect: object) -> list[Limit]:
+    """Where a tabulated effect is known; outside it refuses."""
+    if isinstance(effect, ComponentTable):
+        pairs = [(a, np.asarray(g, float)) for a, g in zip(effect.arguments, effect.grids) if a in "XYZ"]
+    elif isinstance(effect, ComponentSpline) and effect.link in "XYZ":
+        pairs = [(effect.link, np.asarray(effect.nodes, float))]
+    elif isinstance(effect, ResidualField | CorrelatedField):
+        nodes = np.asarray(effect.nodes, float)
+        ends = zip(nodes.min(axis=0), nodes.max(axis=0))
+        name = f"range of {effect.name}"
+        return [Limit(name, i, float(a), float(b), "tip") for i, (a, b) in enumerate(ends)]
+    else:
+        return []
+    what = f"range of the table {effect.component}"
+    return [Limit(what, "XYZ".index(a), float(g[0]), float(g[-1])) for a, g in pairs]

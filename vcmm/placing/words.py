@@ -1,0 +1,123 @@
+"""A placement in words and table cells; the same in the terminal and the report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vcmm.fixture import shown
+from vcmm.placing.result import At, Placed
+from vcmm.run import Array
+
+UNITS = {"mm": ("um", 1e3), "rad": ("urad", 1e6)}
+
+
+def amount(value: float, found: Placed) -> str:
+    """A value of the objective with its unit."""
+    word, scale = UNITS.get(found.objective.unit, ("", 1.0))
+    return f"{value * scale:.4g} {word}".strip()
+
+
+def change(gain: float, before: float) -> str:
+    """A gain as a share of what was before."""
+    return f"{gain / before:+.2%}" if before else "none"
+
+
+def pose_text(six: Array) -> str:
+    shift, turn = poses(six)
+    return f"shift ({shift}) mm, turn ({turn}) deg"
+
+
+def poses(six: Array) -> tuple[str, str]:
+    """Shift and turns as text."""
+    turns = np.degrees(six[3:])
+    return " ".join(_short(v, 3) for v in six[:3]), " ".join(_short(v, 3) for v in turns)
+
+
+def _short(value: float, digits: int) -> str:
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def poses_rows(found: Placed) -> list[list[str]]:
+    """One row per pose: best of those tried, convenient, present, median, worst."""
+    flat = found.region
+    rows = [_row("found", found.best, found)]
+    if flat.convenient is not None:
+        rows.append(
+            [
+                "convenient",
+                *poses(flat.convenient),
+                amount(flat.convenient_value, found),
+                _against(flat.convenient_value, found),
+            ]
+        )
+    if found.present is not None:
+        rows.append(_row("present", found.present, found))
+    rows += [_row("median of the scan", found.median, found), _row("worst of the scan", found.worst, found)]
+    return rows
+
+
+def _row(name: str, at: At, found: Placed) -> list[str]:
+    return [name, *poses(at.pose), amount(at.value, found), _against(at.value, found)]
+
+
+def _against(value: float, found: Placed) -> str:
+    if found.present is None or not found.present.value:
+        return "–"
+    return f"{value / found.present.value - 1:+.2%}"
+
+
+def why_rows(found: Placed, most: int = 4) -> list[list[str]]:
+    """characteristic | influence | present | best | change as a share of the present u^2, largest changes first."""
+    rows: list[list[str]] = []
+    for name, unit, lines, total in changes(found):
+        word, scale = UNITS[unit]
+        for k, (what, before, after) in enumerate(lines[:most]):
+            moved = (after**2 - before**2) / total if total else 0.0
+            rows.append(
+                [
+                    name if k == 0 else "",
+                    what,
+                    f"{before * scale:.4g} {word}",
+                    f"{after * scale:.4g} {word}",
+                    f"{moved:+.1%}",
+                ]
+            )
+    return rows
+
+
+def changes(found: Placed) -> list[tuple[str, str, list[tuple[str, float, float]], float]]:
+    """Per characteristic that counts: name, unit, (influence, u present, u best) by size of change, u^2 at present."""
+    out = []
+    if found.before is None:
+        return []
+    for before, after in zip(found.before.characteristics, found.after.characteristics):
+        if not found.objective.weights[after.name]:
+            continue
+        old = {b.input: b.u for b in before.budget}
+        lines = [(b.input, old.get(b.input, 0.0), b.u) for b in after.budget]
+        lines = [x for x in lines if max(x[1], x[2]) > 1e-4 * after.u]  # the rest is rounding
+        lines.sort(key=lambda line: -abs(line[2] ** 2 - line[1] ** 2))
+        out.append((after.name, after.unit, lines, before.u**2))
+    return out
+
+
+def region_text(found: Placed) -> str:
+    """The region within 2 % in words."""
+    flat = found.region
+    ranges = [f"{n} {shown(n, a)} to {shown(n, b)}" for n, (a, b) in flat.box.items()]
+    whole = f"{flat.share:.1%} of the poses of the fixture lie within {flat.within:.0%} of the value found"
+    if not ranges:
+        return whole
+    if not flat.checked:
+        return f"{whole}; no box around the pose found stays within it"
+    return f"{whole}; all {flat.checked} poses tried in the box " + ", ".join(ranges) + " do"
+
+
+def goal_text(goal: Any) -> str:
+    """The objective in words."""
+    kinds = " + ".join(f"{v:g} {k}" if v != 1 else str(k) for k, v in goal.mixture.items() if v)
+    parts = ", ".join(f"{w:.3g} {n}" for n, w in goal.weights.items() if w)
+    return f"{kinds} over {parts}"
