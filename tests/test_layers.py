@@ -26,7 +26,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "numbers": ("streams", "_stream_kernels", "interval", "summary", "montecarlo", "gaussian"),
     "effects": ("effects",),
     "tasks": (
-        "contact", "strategies", "plan", "qualification", "task", "scenario", "recording", "nuisance", "observe", "instruments",
+        "contact", "strategies", "surroundings", "plan", "qualification", "task", "scenario", "recording", "nuisance", "observe", "instruments",
         "influence", "linear", "exact",
     ),
     "files": ("files", "library", "nc"),

@@ -66,7 +66,9 @@ def _checked_machine(
     name = model.name or document.path.stem
     return problems.attempt(
         (*at, "structure"),
-        lambda: Machine(name, model.kind, chain, axes, tuple(effects), tuple(inputs), state, active),  # type: ignore[arg-type]
+        lambda: Machine(
+            name, model.kind, chain, axes, tuple(effects), tuple(inputs), state, active, model.load_limit  # type: ignore[arg-type]
+        ),
     )
 
 

@@ -14,6 +14,7 @@ from vcmm.files.schema import (
     Frequency,
     Jerk,
     KelvinSpread,
+    Mass,
     Point,
     Size,
     Speed,
@@ -84,4 +85,5 @@ class MachineFile(Table):
     environment: MachineEnvironment | None = None
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
+    load_limit: Mass | None = None
     certificate: dict[str, str] | None = None

@@ -27,6 +27,7 @@ from vcmm.files.schema import (
     checked_model,
     read_model,
 )
+from vcmm.files.surroundings import SurroundingsTable, surroundings_of
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.gps.decision import RULES
 from vcmm.inputs import Input
@@ -87,6 +88,7 @@ class ScenarioFile(Table):
     places: dict[str, PoseTable] = Field(default_factory=dict)
     environment: str | dict[str, Any] = Field(default_factory=dict, examples=['"environment.toml"'])
     job: str | dict[str, Any] = Field(default_factory=dict, examples=['"job.toml"'])
+    surroundings: SurroundingsTable = Field(default_factory=SurroundingsTable)
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
 
@@ -129,6 +131,9 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         return None
     machine, inputs = known
     plan, qualifications = planned
+    around = surroundings_of(model.surroundings, part.part, plan, problems)
+    if around is None:
+        return None
     return Scenario(
         model.name or document.path.stem,
         machine,
@@ -141,6 +146,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         qualifications,
         settings,
         {n: _pose(t) for n, t in model.places.items()},
+        surroundings=around,
     )
 
 
@@ -210,7 +216,7 @@ def _with_knowledge(
     complete = not problems.found
     machine = Machine(
         machine.name, machine.kind, machine.chain, machine.axes, tuple(effects), machine.inputs,
-        machine.state, machine.compensation,
+        machine.state, machine.compensation, machine.load_limit,
     )  # fmt: skip
     inputs = part.inputs()
     for location, one in temperatures:
