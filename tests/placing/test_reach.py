@@ -213,7 +213,7 @@ def test_pocket_floor_is_reached_and_its_wall_is_not_crossed():
 
 @pytest.mark.parametrize("both", [False, True])
 def test_no_violation_against_an_independent_test(both):
-    feasible, infeasible, wrong = compare(400, seed=11, both=both)
+    feasible, infeasible, wrong = compare(150, seed=11, both=both)
     assert wrong == 0
-    assert feasible > 30
+    assert feasible > 10
     assert infeasible > 30

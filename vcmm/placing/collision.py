@@ -2,9 +2,9 @@
 
 A body is a rounded zonotope: centre + sum of c_k e_k with |c_k| <= 1, and everything within `radius` of it. A shaft is one
 edge with a radius, a quill three edges, and a straight move of either adds one more edge. The distance d of a solid
-is Lipschitz, so over a cell with half-edges h_k its minimum is at least d(centre) - |half diagonal|. Cells that cannot
-hold the minimum are dropped, others halved, until the rest is known within `tolerance`. The result is a lower
-bound: a body that is called clear is clear, up to rounding.
+is Lipschitz, so over a cell with half-edges h_k its minimum is at least d(centre) - |half diagonal|. Cells that are
+clear are dropped, others halved, until all are clear or a point is found that is not. A body that is called clear is
+clear, up to rounding.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from vcmm.pose import Array
 Ints = npt.NDArray[np.intp]
 TOLERANCE = 0.02  # mm: how well a gap near its limit is known
 EDGES = 4
+CELLS, BEAM = 20_000, 50  # cells of one body at a time: while it may be clear, and once it is known not to be
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +70,9 @@ def rods(start: Array, end: Array, radius: Array) -> Bodies:
 def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = TOLERANCE) -> Array:
     """Gap between each body and the solid less the gap that it needs (n,), mm; where it is positive the body is clear.
 
-    A lower bound: at most `tolerance` (one, or one per body) too small where it is near zero, and a tenth of its size where it is negative.
-    A positive value only says that there is room, not how much.
+    Positive values are proved, and say only that there is room, not how much. A body whose room is known to be smaller
+    than `tolerance` (one, or one per body), or takes more than CELLS cells to decide, counts as not clear. A negative
+    value is what the worst point found lacks, known to about a quarter.
     """
     owner = np.arange(bodies.n)
     due, known = bodies.radius + need, np.broadcast_to(tolerance, (bodies.n,))
@@ -83,13 +85,26 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
         value, reach = solid.distance(centre) - due[owner], _half_diagonal(edges)
         inside, outside = _round(bodies, owner, middle, half)
         np.minimum.at(best, owner[inside], value[inside])
-        fine = np.maximum(known[owner], -0.1 * best[owner])
+        fine = np.maximum(known[owner], -0.25 * best[owner])
         low = value - reach
-        done = outside | (low > 0.0) | (reach <= fine) | (low >= best[owner] - fine)
+        crowded = np.bincount(owner, minlength=bodies.n)[owner] > CELLS
+        done = outside | (low > 0.0) | (reach <= fine) | (low >= best[owner] - fine) | crowded
         settled = done & ~outside
         np.minimum.at(sure, owner[settled], low[settled])
-        owner, middle, half = _halved(owner[~done], middle[~done], half[~done], edges[~done])
-    return sure
+        keep = np.flatnonzero(~done)
+        keep = keep[_most_promising(owner[keep], low[keep], best)]
+        owner, middle, half = _halved(owner[keep], middle[keep], half[keep], edges[keep])
+    return np.where(best < 0.0, best, sure)
+
+
+def _most_promising(owner: Ints, low: Array, best: Array) -> npt.NDArray[np.bool_]:
+    """All cells of bodies that may be clear; of bodies that are known not to be, the BEAM lowest ones."""
+    order = np.lexsort((low, owner))
+    first = np.concatenate([[True], owner[order][1:] != owner[order][:-1]]) if len(owner) else np.zeros(0, bool)
+    place = np.arange(len(order)) - np.maximum.accumulate(np.where(first, np.arange(len(order)), 0))
+    rank = np.empty(len(owner), dtype=np.intp)
+    rank[order] = place
+    return (best[owner] >= 0.0) | (rank < BEAM)
 
 
 def _half_diagonal(edges: Array) -> Array:
