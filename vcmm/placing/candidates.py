@@ -29,7 +29,7 @@ from vcmm.pose import Array, Pose
 from vcmm.run import Run
 from vcmm.scenario import Scenario
 
-DENSE = 24  # candidates around a round feature, or along the side of a plane
+DENSE = 24  # candidates around a round feature; half as many along the side of a plane
 HOUR = 3600.0
 
 
@@ -56,7 +56,8 @@ def spots(scenario: Scenario, styli: Mapping[str, str], extra: Mapping[str, Arra
         radius = scenario.plan.styli[stylus].tip_radius
         present = [s.points for s in scenario.plan.steps if s.feature == name]
         more = [extra[name]] if extra and name in extra else []
-        grid = surface_grid(feature, DENSE, margin=radius)
+        dense = DENSE // 2 if feature.kind == "plane" else DENSE
+        grid = surface_grid(feature, dense, margin=radius)
         points = np.unique(np.round(np.concatenate([grid, *present, *more]), 9), axis=0)
         out[name] = points[accessible(scenario, feature, stylus, points)]
     return out

@@ -21,7 +21,7 @@ from vcmm.pose import Array
 Ints = npt.NDArray[np.intp]
 TOLERANCE = 0.02  # mm: how well a gap near its limit is known
 EDGES = 4
-CELLS, BEAM = 20_000, 50  # cells of one body at a time: while it may be clear, and once it is known not to be
+CELLS, BEAM = 3000, 50  # cells of one body at a time: while it may be clear, and once it is known not to be
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.part import normal
 from vcmm.placing.candidates import Problem, accessible, nearest, problem_of, spots
 from vcmm.placing.design import CRITERIA, Candidates, Design, Target, best_candidate, exchanged, least
 from vcmm.placing.formcheck import FormCheck
@@ -195,13 +196,18 @@ def _styli(
 
 
 def _reaches(scenario: Scenario, feature: str, stylus: str) -> bool:
-    """Whether a stylus reaches enough of a feature for its fit, with a touch to spare."""
+    """Whether a stylus reaches enough of a feature to determine its fit, with a touch to spare."""
     from vcmm.placing.formfield import surface_grid
 
     f = scenario.part.features[feature]
     present = [s.points for s in scenario.plan.steps if s.feature == feature]
     grid = np.concatenate([surface_grid(f, 12, scenario.plan.styli[stylus].tip_radius), *present])
-    return bool(accessible(scenario, f, stylus, grid).sum() > motions_of(f).count)
+    touched = grid[accessible(scenario, f, stylus, grid)]
+    moving = motions_of(f)
+    if len(touched) <= moving.count or f.kind == "mesh":
+        return len(touched) > 0 and f.kind == "mesh"
+    jac = moving.rows(touched, normal(f, touched)) / moving.scale()
+    return bool(np.linalg.matrix_rank(jac, tol=1e-6) == moving.count)
 
 
 def _goal(problem: Problem, weights: Mapping[str, float] | None, criterion: str, seed: int, plain: bool = False) -> _Goal:
@@ -250,7 +256,8 @@ def _scales(problem: Problem, rows: Mapping[str, Array]) -> dict[str, float]:
             out[c.name] = limits[1] - limits[0]
             continue
         if base is None:
-            base = Design(problem.candidates, Target(np.zeros((0, 1)), np.zeros(0), "D"), least(problem.candidates, 3))
+            empty = np.zeros((0, rows[c.name].shape[1]))
+            base = Design(problem.candidates, Target(empty, np.zeros(0), "D"), least(problem.candidates, 3))
         out[c.name] = float(np.sqrt(max(float(base.variances(rows[c.name]).sum()), 1e-24)))
     return out
 

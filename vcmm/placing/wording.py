@@ -22,6 +22,15 @@ class Problem:
     amount: float
     unit: str = "mm"
 
+    @property
+    def name(self) -> str:
+        """The constraint, as other constraints of a placement call it."""
+        return self.constraint
+
+    @property
+    def point(self) -> str:
+        return self.where
+
 
 WHAT = {
     "shaft": "use a thinner or longer stylus, or another direction of the stylus",
