@@ -23,8 +23,9 @@ from vcmm.laws import Normal
 from vcmm.machine import Machine
 from vcmm.part import Characteristic, Feature, Part
 from vcmm.placing.candidates import nearest, problem_of, spots
-from vcmm.placing.design import Design
-from vcmm.placing.planning import _curve, _goal, _standards
+from vcmm.placing.goal import goal_of
+from vcmm.placing.growing import growing
+from vcmm.placing.planning import standard_spots
 from vcmm.placing.standards import standard_points
 from vcmm.plan import Plan, Step, Stylus
 from vcmm.pose import Pose
@@ -70,19 +71,21 @@ def scenario(feature: Feature, what: str) -> Scenario:
     effects = (Scatter(), Squareness("B0Z", 0.0), Squareness("C0Y", 0.0))
     machine = Machine("m", "cmm", parse_structure("w b Y X Z t"), axes, effects, known)
     plan = Plan(tuple(steps), {"down": Stylus("down", np.array([0.0, 0.0, -120.0]), 1.5, 120.0)})
-    return Scenario("job", machine, Part({f.name: f for f in features}, (c,)), plan, Pose(np.eye(3), np.zeros(3)))
+    return Scenario(
+        "job", machine, Part({f.name: f for f in features}, (c,)), plan, Pose(np.eye(3), np.zeros(3))
+    )
 
 
 def compare(feature: Feature, what: str, most: int) -> list[tuple[str, int, float, float]]:
     """(strategy, touches on the feature, its u, u of the best optimised plan of no more touches), um."""
     job = scenario(feature, what)
     styli = {s.feature: s.stylus for s in job.plan.steps}
-    problem = problem_of(job, styli, spots(job, styli, _standards(job)), {})
-    goal = _goal(problem, None, "U", 0)
+    problem = problem_of(job, styli, spots(job, styli, standard_spots(job)), {})
+    goal = goal_of(problem, None, "U", 0)
     c = problem.candidates
     f = c.names.index("f")
     out = []
-    curve = _curve(problem, goal, 1e9, 0.0, most + (6 if len(c.names) > 1 else 0), lambda text, share: None)
+    curve = growing(problem, goal, 1e9, 0.0, most + (10 if len(c.names) > 1 else 0), lambda text, share: None)
     best = [(d, goal.variances(d)["c"]) for d in curve]
     for name, points in standard_points(feature, most, 1.5):
         found = nearest(c, "f", points)
@@ -92,6 +95,8 @@ def compare(feature: Feature, what: str, most: int) -> list[tuple[str, int, floa
             trial = d.copy()
             trial.counts[trial.rows_of[f]] = 0
             np.add.at(trial.counts, found, 1)
+            if trial.n > max(e.n for e, _ in best):
+                continue  # more touches than any optimised plan: not at equal number
             try:
                 trial.refresh()
             except ModelLimit:
@@ -103,11 +108,15 @@ def compare(feature: Feature, what: str, most: int) -> list[tuple[str, int, floa
 
 def main() -> None:
     most = int(sys.argv[1]) if len(sys.argv) > 1 else 16
-    print(f"{'feature':24s} {'plans compared':>14s} {'dominated':>10s} {'median gain':>12s} {'least gain':>11s}")
+    print(
+        f"{'feature':24s} {'plans compared':>14s} {'dominated':>10s} {'median gain':>12s} {'least gain':>11s}"
+    )
     for case, (feature, what) in CASES.items():
         rows = compare(feature, what, most)
         gain = np.array([theirs / ours for _, _, theirs, ours in rows if np.isfinite(ours)])
-        print(f"{case:24s} {len(gain):14d} {int((gain < 1 - 1e-6).sum()):10d} {np.median(gain):12.2f} {gain.min():11.3f}")
+        print(
+            f"{case:24s} {len(gain):14d} {int((gain < 1 - 1e-6).sum()):10d} {np.median(gain):12.2f} {gain.min():11.3f}"
+        )
 
 
 if __name__ == "__main__":

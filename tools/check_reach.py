@@ -25,10 +25,14 @@ def main() -> None:
     totals = [0, 0, 0]
     for seed in range(max(1, capsules // 1000)):
         totals = [a + b for a, b in zip(totals, random_checks(1000, 100 + seed))]
-    print(f"shafts: {totals[0]} called clear, {totals[1]} not, {totals[2]} called clear in error ({time.perf_counter() - begin:.0f} s)")
+    print(
+        f"shafts: {totals[0]} called clear, {totals[1]} not, {totals[2]} called clear in error ({time.perf_counter() - begin:.0f} s)"
+    )
     begin = time.perf_counter()
     feasible, infeasible, wrong = compare(poses, seed=2026)
-    print(f"poses: {feasible} called feasible, {infeasible} not, {wrong} called feasible in error ({time.perf_counter() - begin:.0f} s)")
+    print(
+        f"poses: {feasible} called feasible, {infeasible} not, {wrong} called feasible in error ({time.perf_counter() - begin:.0f} s)"
+    )
 
 
 if __name__ == "__main__":

@@ -40,7 +40,9 @@ def candidates(feature, points, shared=None, touch=1e-3, short=0.0) -> Candidate
     rows = motions_of(feature).rows(points, normals)
     a = np.zeros((n, 0)) if shared is None else shared
     whole = np.zeros(n, dtype=int)
-    return Candidates((feature.name,), whole, points, normals, (rows,), a, np.full(n, touch), np.full(n, short), np.ones(1))
+    return Candidates(
+        (feature.name,), whole, points, normals, (rows,), a, np.full(n, touch), np.full(n, short), np.ones(1)
+    )
 
 
 def on_plane(*xy):
@@ -97,7 +99,9 @@ def lobed(n: int, lobes: int) -> float:
     there = (reference, reference / 10.0)
     shared, _ = form_factor(motions_of(CIRCLE), points, 0.0, Lobes(lobes, 1e-3), there)
     c = candidates(CIRCLE, points, shared, touch=0.0)
-    return float(np.sqrt(Design(c, Target(np.array([[0, 0, 2.0]]), np.ones(1)), np.ones(n, dtype=int)).variances()[0]))
+    return float(
+        np.sqrt(Design(c, Target(np.array([[0, 0, 2.0]]), np.ones(1)), np.ones(n, dtype=int)).variances()[0])
+    )
 
 
 def test_three_touches_take_three_lobes_for_diameter():
@@ -136,7 +140,10 @@ def test_one_touch_more_or_less_by_rank_one_update():
     rng = np.random.default_rng(5)
     c = candidates(PLANE, surface_grid(PLANE, 7), rng.normal(size=(49, 6)) * 1e-3, short=4e-4)
     counts = rng.integers(0, 3, 49)
-    for target in (Target(rng.normal(size=(2, 3)), np.array([1.0, 3.0])), Target(np.zeros((0, 3)), np.zeros(0), "D")):
+    for target in (
+        Target(rng.normal(size=(2, 3)), np.array([1.0, 3.0])),
+        Target(np.zeros((0, 3)), np.zeros(0), "D"),
+    ):
         design = Design(c, target, counts)
         for sign in (1, -1):
             change = design.changes(0, sign)
@@ -154,7 +161,9 @@ def test_u_agrees_with_the_evaluation_of_the_same_plan(tmp_path: Path):
     scenario = load_scenario(edited(tmp_path))
     styli = {s.feature: s.stylus for s in scenario.plan.steps}
     problem = problem_of(scenario, styli, spots(scenario, styli), dict.fromkeys(styli, 0.0))
-    found = outputs(scenario.part.characteristics, scenario.part.features, problem.motions, scenario.plan.alignment)
+    found = outputs(
+        scenario.part.characteristics, scenario.part.features, problem.motions, scenario.plan.alignment
+    )
     counts = np.zeros(len(problem.candidates.feature), dtype=int)
     for step in scenario.plan.steps:
         counts[nearest(problem.candidates, step.feature, step.points)] += 1
@@ -189,13 +198,17 @@ def test_a_dense_measurement_sees_no_error_of_form():
     factor, _ = form_factor(motions_of(CIRCLE), reference, 1e-3, None, (reference, reference / 10.0))
     c = candidates(CIRCLE, reference, factor, touch=0.0)
     rows = np.eye(3)
-    assert np.allclose(Design(c, Target(rows, np.ones(3)), np.ones(48, dtype=int)).variances(), 0.0, atol=1e-20)
+    assert np.allclose(
+        Design(c, Target(rows, np.ones(3)), np.ones(48, dtype=int)).variances(), 0.0, atol=1e-20
+    )
 
 
 def test_there_and_back_takes_drift_out_of_a_distance():
     """Two faces, four touches each, drift along the distance: A B ... A again leaves less than a tenth of A A A A B B B B."""
     group = np.repeat([0, 1], 4)
-    tips = np.concatenate([on_plane(*((0, y) for y in range(0, 40, 10))), on_plane(*((100, y) for y in range(0, 40, 10)))])
+    tips = np.concatenate(
+        [on_plane(*((0, y) for y in range(0, 40, 10))), on_plane(*((100, y) for y in range(0, 40, 10)))]
+    )
     pull = np.where(group == 0, -0.25, 0.25)[None, :, None]
     visit = Visit(group, 1.2, ways(tips, group, group * 0, 100.0, 20.0, 0.0), pull)
     plain, careful = ordered(visit, 0.0), ordered(visit, 1e3)
@@ -230,7 +243,9 @@ def test_the_chosen_plan_reads_back_and_takes_the_time_it_says(planned, tmp_path
     tail = rest[rest.index("[environment]") :]
     lines = head.splitlines()
     at = lines.index("[machine]")
-    (tmp_path / "again.toml").write_text("\n".join([*lines[:at], 'plan = "plan.toml"', *lines[at:]]) + "\n" + tail)
+    (tmp_path / "again.toml").write_text(
+        "\n".join([*lines[:at], 'plan = "plan.toml"', *lines[at:]]) + "\n" + tail
+    )
     again = load_scenario(tmp_path / "again.toml")
     assert [s.feature for s in again.plan.steps] == [s.feature for s in result.plan.steps]
     for ours, theirs in zip(result.plan.steps, again.plan.steps):

@@ -79,7 +79,11 @@ def test_a_short_stylus_brings_the_head_into_the_part():
     # stylus of 15 mm in a bore of 30 mm with a head of 40 mm diameter: at 4 mm depth the head is 16 + 2 - 15 = inside
     short = Stylus("short", np.array([0.0, 0.0, -15.0]), 2.0, 15.0)
     base = job(both=False)
-    plan = Plan((Step("bore", "short", *plan_points(BORE, Levels((4.0,), 5))),), {"short": short}, Touch(clearance=10.0))
+    plan = Plan(
+        (Step("bore", "short", *plan_points(BORE, Levels((4.0,), 5))),),
+        {"short": short},
+        Touch(clearance=10.0),
+    )
     check = Feasibility.of(replace(base, plan=plan))
     # tip at z = 4: underside of the head at 19, the top at 20: 1 mm too low, 2 mm safe distance: 3 mm
     assert amount(check, HERE, "head") == pytest.approx(3.0, abs=0.6)
@@ -138,7 +142,11 @@ class Free:
     """A fixture as the search describes it."""
 
     def __init__(self, **kw):
-        self.freedoms, self.slots, self.faces = kw.get("freedoms", ()), kw.get("slots", ()), kw.get("faces", {})
+        self.freedoms, self.slots, self.faces = (
+            kw.get("freedoms", ()),
+            kw.get("slots", ()),
+            kw.get("faces", {}),
+        )
 
 
 class Freedom:

@@ -22,7 +22,16 @@ def run_plan_option(
 
     budget: a time with its unit, "5 min". source: the scenario file, for the record of inputs. Exit code 0.
     """
-    from vcmm.cli.common import about, document, output_folder, print_json, progress, say, sources, write_files
+    from vcmm.cli.common import (
+        about,
+        document,
+        output_folder,
+        print_json,
+        progress,
+        say,
+        sources,
+        write_files,
+    )
     from vcmm.placing.planfiles import plan_files, plan_json
     from vcmm.placing.planning import optimise_plan
     from vcmm.units import quantity

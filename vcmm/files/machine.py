@@ -67,7 +67,15 @@ def _checked_machine(
     return problems.attempt(
         (*at, "structure"),
         lambda: Machine(
-            name, model.kind, chain, axes, tuple(effects), tuple(inputs), state, active, model.load_limit  # type: ignore[arg-type]
+            name,
+            model.kind,
+            chain,
+            axes,
+            tuple(effects),
+            tuple(inputs),
+            state,
+            active,
+            model.load_limit,  # type: ignore[arg-type]
         ),
     )
 

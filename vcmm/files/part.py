@@ -184,7 +184,9 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     mesh = None
     if model.mesh:
         mesh = problems.attempt((*at, "mesh"), lambda: load_mesh(_beside(document, str(model.mesh))))
-    part = problems.attempt(at, lambda: Part(features, tuple(characteristics), model.expansion, mesh, model.mass))
+    part = problems.attempt(
+        at, lambda: Part(features, tuple(characteristics), model.expansion, mesh, model.mass)
+    )
     if part is None:
         return None
     for i, c in enumerate(characteristics):

@@ -12,8 +12,8 @@ from pydantic import Field
 from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Angle, Deviation, Direction, Distance, Point, Size, Table, Turn
-from vcmm.plan import Plan
 from vcmm.part import Part
+from vcmm.plan import Plan
 from vcmm.pose import Pose
 from vcmm.surroundings import Clamp, Head, Surroundings
 from vcmm.units import quantity

@@ -100,7 +100,9 @@ def room(tooling: Tooling, solid: Solid, reach: Array, rows: Rows, rotation: Arr
     """
     every = np.arange(rows.n)
     slope = np.abs(np.einsum("ni,ni->n", rows.start - rows.tip, rows.normal))
-    ways = [(rows.tip, rows.start)] + ([(rows.tip, rows.left)] if not np.allclose(rows.start, rows.left) else [])
+    ways = [(rows.tip, rows.start)] + (
+        [(rows.tip, rows.left)] if not np.allclose(rows.start, rows.left) else []
+    )
     asked = [tooling.body(b, every, *way, rotation) for way in ways for b in range(len(NAMES))]
     asked.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))
     asked.append(tooling.ball(every, rows.start, rows.start, np.minimum(tooling.around.safe, 0.5 * slope)))
@@ -132,9 +134,7 @@ def back_lacking(
     return tooling.moving(solid, both, begin, end, rotation).reshape(2, -1).max(axis=0)
 
 
-def beyond(
-    tooling: Tooling, reach: Array, rows: Rows, which: Ints, begin: Array, rotation: Array
-) -> Array:
+def beyond(tooling: Tooling, reach: Array, rows: Rows, which: Ints, begin: Array, rotation: Array) -> Array:
     """(k, 3): where the tip is when the whole tool, drawn back along its shaft, is `clearance` beyond the points (p, 3)."""
     out = begin.copy()
     for s, name in enumerate(rows.styli):

@@ -48,7 +48,9 @@ class Problem:
     form: slice
 
 
-def spots(scenario: Scenario, styli: Mapping[str, str], extra: Mapping[str, Array] | None = None) -> dict[str, Array]:
+def spots(
+    scenario: Scenario, styli: Mapping[str, str], extra: Mapping[str, Array] | None = None
+) -> dict[str, Array]:
     """feature -> points (k, 3) that its stylus can touch: a dense grid, the present points, and `extra` ones."""
     out = {}
     for name, stylus in styli.items():
@@ -67,7 +69,9 @@ def accessible(scenario: Scenario, feature: Feature, stylus: str, points: Array)
     """(k,): which points on a feature the stylus reaches at the pose of the scenario: travels, direction, room for the tool."""
     if not len(points):
         return np.zeros(0, dtype=bool)
-    plan = replace(scenario.plan, steps=(Step(feature.name, stylus, points, normals_at(scenario, feature, points)),))
+    plan = replace(
+        scenario.plan, steps=(Step(feature.name, stylus, points, normals_at(scenario, feature, points)),)
+    )
     rows, around = rows_of(plan), scenario.surroundings
     one = replace(scenario, plan=plan)
     tooling = Tooling(rows, around)
@@ -153,7 +157,9 @@ def _at(run: Run, time: float) -> Run:
     return run.with_columns({"time_s": np.full(run.n, time)})
 
 
-def _columns(still: tuple[Influence, ...], later: tuple[Influence, ...], run: Run) -> tuple[list[Array], Array, list[Array]]:
+def _columns(
+    still: tuple[Influence, ...], later: tuple[Influence, ...], run: Run
+) -> tuple[list[Array], Array, list[Array]]:
     """(shared columns, scatter per touch, drift per second) along the normal, in standard uncertainties."""
     shared, square, slopes = [np.zeros((run.n, 0))], np.zeros(run.n), [np.zeros((run.n, 0))]
     for now, then in zip(still, later):
@@ -174,7 +180,9 @@ def _along(influence: Influence, run: Run) -> Array:
     law, factor = influence.input.spread(influence.response.shape[2])
     u = np.atleast_1d(np.asarray(getattr(law, "u", np.nan), dtype=float))
     if not np.all(np.isfinite(u)):
-        raise ModelLimit(f"{influence.input.id} has no finite standard deviation; give a law of more than 2 degrees of freedom")
+        raise ModelLimit(
+            f"{influence.input.id} has no finite standard deviation; give a law of more than 2 degrees of freedom"
+        )
     along = np.einsum("nik,ni->nk", influence.response, run.normal)
     return np.asarray(along @ (factor * u))
 

@@ -57,14 +57,18 @@ class Bodies:
 
 def joined(parts: Sequence[Bodies]) -> Bodies:
     """Bodies one after the other."""
-    return Bodies(*(np.concatenate([getattr(p, k) for p in parts]) for k in ("centre", "edges", "radius", "round")))
+    return Bodies(
+        *(np.concatenate([getattr(p, k) for p in parts]) for k in ("centre", "edges", "radius", "round"))
+    )
 
 
 def rods(start: Array, end: Array, radius: Array) -> Bodies:
     """Capsules between two points (n, 3) each."""
     edges = np.zeros((len(start), EDGES, 3))
     edges[:, 0] = 0.5 * (end - start)
-    return Bodies(0.5 * (start + end), edges, np.broadcast_to(radius, (len(start),)).astype(float), np.zeros(len(start)))
+    return Bodies(
+        0.5 * (start + end), edges, np.broadcast_to(radius, (len(start),)).astype(float), np.zeros(len(start))
+    )
 
 
 def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = TOLERANCE) -> Array:
@@ -100,7 +104,9 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
 def _most_promising(owner: Ints, low: Array, best: Array) -> npt.NDArray[np.bool_]:
     """All cells of bodies that may be clear; of bodies that are known not to be, the BEAM lowest ones."""
     order = np.lexsort((low, owner))
-    first = np.concatenate([[True], owner[order][1:] != owner[order][:-1]]) if len(owner) else np.zeros(0, bool)
+    first = (
+        np.concatenate([[True], owner[order][1:] != owner[order][:-1]]) if len(owner) else np.zeros(0, bool)
+    )
     place = np.arange(len(order)) - np.maximum.accumulate(np.where(first, np.arange(len(order)), 0))
     rank = np.empty(len(owner), dtype=np.intp)
     rank[order] = place

@@ -92,7 +92,9 @@ class Design:
             if jac.shape[1]:
                 size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
                 if np.linalg.eigvalsh(matrix / np.outer(size, size))[0] < RANK:
-                    raise ModelLimit(f'the chosen points do not determine the feature "{self.c.names[f]}"; add points')
+                    raise ModelLimit(
+                        f'the chosen points do not determine the feature "{self.c.names[f]}"; add points'
+                    )
                 self.log_det += float(np.linalg.slogdet(matrix)[1])
             self.inverse.append(np.linalg.inv(matrix))
             self.h.append((jac.T * w) @ self.c.shared[rows])

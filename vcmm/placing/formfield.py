@@ -94,7 +94,9 @@ def _polynomials(feature: Feature, points: Array) -> Array:
         for j in range(DEGREE + 1 - i):
             if i + j >= 2:
                 scale = np.sqrt((2 * i + 1) * (2 * j + 1)) / (i + j)
-                columns.append(scale * np.polynomial.Legendre.basis(i)(a) * np.polynomial.Legendre.basis(j)(b))
+                columns.append(
+                    scale * np.polynomial.Legendre.basis(i)(a) * np.polynomial.Legendre.basis(j)(b)
+                )
     return np.stack(columns, axis=1)
 
 
@@ -128,7 +130,9 @@ def surface_grid(feature: Feature, n: int = 24, margin: float = 0.0) -> Array:
         return surface_point(feature, turn)
     if feature.kind == "sphere":
         count = np.arange(8 * n)
-        return surface_point(feature, count * np.pi * (3.0 - np.sqrt(5.0)), np.arcsin(1.0 - 2.0 * (count + 0.5) / (8 * n)))
+        return surface_point(
+            feature, count * np.pi * (3.0 - np.sqrt(5.0)), np.arcsin(1.0 - 2.0 * (count + 0.5) / (8 * n))
+        )
     if feature.kind == "torus":
         tube = np.linspace(0.0, 2.0 * np.pi, n // 2, endpoint=False)
         return surface_point(feature, *(g.ravel() for g in np.meshgrid(turn, tube, indexing="ij")))

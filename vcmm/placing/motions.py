@@ -79,7 +79,9 @@ class Motions:
         """(p,): mm per unit of each motion at the rim of the feature."""
         a, t = len(self.shifts), len(self.turns)
         angles = [i == 1 and self.feature.kind == "cone" for i in self.sizes]
-        return np.array([1.0] * a + [self.reach] * t + [self.reach if is_angle else 1.0 for is_angle in angles])
+        return np.array(
+            [1.0] * a + [self.reach] * t + [self.reach if is_angle else 1.0 for is_angle in angles]
+        )
 
 
 def motions_of(feature: Feature) -> Motions:
@@ -90,7 +92,14 @@ def motions_of(feature: Feature) -> Motions:
     step = [STEP_MM] * len(shifts) + [STEP_RAD] * len(turns)
     step += [STEP_RAD if feature.kind == "cone" else STEP_MM for _ in sizes]
     reach = 0.5 * max([*feature.extent, *(2.0 * float(s) for s in feature.sizes[:1])], default=1.0)
-    return Motions(feature, axes[list(shifts)].reshape(-1, 3), axes[list(turns)].reshape(-1, 3), sizes, np.array(step), reach)
+    return Motions(
+        feature,
+        axes[list(shifts)].reshape(-1, 3),
+        axes[list(turns)].reshape(-1, 3),
+        sizes,
+        np.array(step),
+        reach,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +126,19 @@ def outputs(
         if c.type in gps.FORM:
             continue
         smooth = gps.is_linear(c, features)
-        rows = _gradient(c, features, moving, alignment) if smooth else _factor(c, features, moving, alignment)
+        rows = (
+            _gradient(c, features, moving, alignment) if smooth else _factor(c, features, moving, alignment)
+        )
         found[c.name] = Outputs(c.name, rows)
     return found
 
 
 def _values(
-    c: Characteristic, features: Mapping[str, Feature], moving: Mapping[str, Motions], scheme: Alignment | None, amounts: Array
+    c: Characteristic,
+    features: Mapping[str, Feature],
+    moving: Mapping[str, Motions],
+    scheme: Alignment | None,
+    amounts: Array,
 ) -> Array:
     """Values (b,) of a characteristic for motions (b, P) of all features."""
     fitted, at = {}, 0
@@ -138,13 +153,23 @@ def _steps(moving: Mapping[str, Motions]) -> Array:
     return np.concatenate([m.step for m in moving.values()])
 
 
-def _gradient(c: Characteristic, features: Mapping[str, Feature], moving: Mapping[str, Motions], scheme: Alignment | None) -> Array:
+def _gradient(
+    c: Characteristic,
+    features: Mapping[str, Feature],
+    moving: Mapping[str, Motions],
+    scheme: Alignment | None,
+) -> Array:
     step = _steps(moving)
     both = _values(c, features, moving, scheme, np.vstack([np.diag(step), -np.diag(step)]))
     return np.asarray((both[: len(step)] - both[len(step) :]) / (2.0 * step))[None]
 
 
-def _factor(c: Characteristic, features: Mapping[str, Feature], moving: Mapping[str, Motions], scheme: Alignment | None) -> Array:
+def _factor(
+    c: Characteristic,
+    features: Mapping[str, Feature],
+    moving: Mapping[str, Motions],
+    scheme: Alignment | None,
+) -> Array:
     """Rows B with value^2 = |B theta|^2: value^2 is a quadratic form, read off at pairs of motions."""
     step = _steps(moving)
     p = len(step)

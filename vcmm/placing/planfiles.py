@@ -75,14 +75,14 @@ def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:
         "pareto": [_entry(p, units) for p in result.pareto],
         "chosen": _entry(result.chosen, units),
         "present": _entry(result.present, units),
-        "steps": [{"feature": s.feature, "stylus": s.stylus, "points": len(s.points)} for s in result.plan.steps],
+        "steps": [
+            {"feature": s.feature, "stylus": s.stylus, "points": len(s.points)} for s in result.plan.steps
+        ],
     }
 
 
 def _entry(point: PlanPoint, units: Mapping[str, str]) -> dict[str, Any]:
-    found = [
-        {"name": n, f"u_{units[n]}": point.u[n], f"U_{units[n]}": point.expanded[n]} for n in point.u
-    ]
+    found = [{"name": n, f"u_{units[n]}": point.u[n], f"U_{units[n]}": point.expanded[n]} for n in point.u]
     return {
         "minutes": point.minutes,
         "touches": point.touches,

@@ -29,7 +29,18 @@ from vcmm.run import Run
 from vcmm.scenario import Scenario
 
 Bools = npt.NDArray[np.bool_]
-CONSTRAINTS = ("load", "size", "fixture", "travel", "table", "direction", "approach", *NAMES, "clamps", "moves")
+CONSTRAINTS = (
+    "load",
+    "size",
+    "fixture",
+    "travel",
+    "table",
+    "direction",
+    "approach",
+    *NAMES,
+    "clamps",
+    "moves",
+)
 ROUNDING = 1e-6  # mm, as check_travel allows
 MAX_KEPT = 4096
 
@@ -65,7 +76,9 @@ class Feasibility:
         """(m,): nothing is in the way."""
         six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
         static = self._static(six).max(axis=1)
-        for i in np.flatnonzero(static == 0.0):  # the tool is looked at only where nothing simpler is in the way
+        for i in np.flatnonzero(
+            static == 0.0
+        ):  # the tool is looked at only where nothing simpler is in the way
             static[i] = self._of_tool(six[i]).max()
         return np.asarray(static == 0.0)
 
@@ -139,7 +152,9 @@ class Feasibility:
 
     def _sunk(self, pose: Pose) -> Array:
         table = self.scenario.surroundings.table
-        lowest = pose.apply(np.broadcast_to(self.corners, (len(pose.shift), *self.corners.shape)))[..., 2].min(axis=1)
+        lowest = pose.apply(np.broadcast_to(self.corners, (len(pose.shift), *self.corners.shape)))[
+            ..., 2
+        ].min(axis=1)
         off = (0.0 if table is None else table) - lowest
         return np.where(off > 1e-3, off, 0.0)
 
@@ -171,17 +186,28 @@ class Feasibility:
         parts: list[Solid] = [Box(c.pose, 0.5 * np.array(c.size)) for c in clamps]
         if around.table is not None:
             parts.append(half_space(around.table, np.array([0.0, 0.0, 1.0])))
-        reach = np.concatenate([c.corners() for c in clamps]) if clamps else np.array([[0.0, 0.0, around.table or 0.0]])
+        reach = (
+            np.concatenate([c.corners() for c in clamps])
+            if clamps
+            else np.array([[0.0, 0.0, around.table or 0.0]])
+        )
         found = room(self.tooling, Union(tuple(parts)), reach, self.machine_rows(pose), np.eye(3))
         back = pose.inverse()
-        overlap = [slack(self.solid, _block(c.pose, c.size).moved(back.rotation, back.shift), np.array([-0.01])) for c in clamps]
+        overlap = [
+            slack(self.solid, _block(c.pose, c.size).moved(back.rotation, back.shift), np.array([-0.01]))
+            for c in clamps
+        ]
         return found, np.maximum(0.0, -np.array(overlap).reshape(-1))
 
     def machine_rows(self, pose: Pose) -> Rows:
         """The touches in workpiece axes."""
         r = self.rows
         return replace(
-            r, tip=pose.apply(r.tip), start=pose.apply(r.start), left=pose.apply(r.left), normal=pose.turn(r.normal)
+            r,
+            tip=pose.apply(r.tip),
+            start=pose.apply(r.start),
+            left=pose.apply(r.left),
+            normal=pose.turn(r.normal),
         )
 
     def blocked(self, pose: Pose, of_part: Room, of_table: Room | None) -> tuple[Array, Array]:
@@ -193,11 +219,17 @@ class Feasibility:
         back[asked] = np.nan_to_num(of_part.back[asked])
         extra = asked[np.isnan(of_part.back[asked])]
         if len(extra):
-            back[extra] = back_lacking(self.tooling, self.solid, self.reach, self.rows, extra, pose.rotation.T)
+            back[extra] = back_lacking(
+                self.tooling, self.solid, self.reach, self.rows, extra, pose.rotation.T
+            )
         if of_table is not None:
             back[asked] = np.maximum(back[asked], np.nan_to_num(of_table.back[asked]))
         back[asked] = np.maximum(back[asked], self._back_travel(pose, asked))
-        over = np.where(direct > 0.0, np.maximum(back[pairs[:, 0]], back[pairs[:, 1]]), 0.0) if len(pairs) else np.zeros(0)
+        over = (
+            np.where(direct > 0.0, np.maximum(back[pairs[:, 0]], back[pairs[:, 1]]), 0.0)
+            if len(pairs)
+            else np.zeros(0)
+        )
         ends = np.zeros(self.rows.n)
         ends[self.rows.ends()] = back[self.rows.ends()]
         return np.minimum(over, np.where(direct > 0.0, direct, 0.0)), ends

@@ -35,7 +35,9 @@ def realised(
     price = 0.0
     base = visit.times(np.arange(len(which)))[-1]
     if visit.pull.size and target.criterion == "U":
-        price = float(base) / max(design.value(), 1e-300)  # drift as bad as all else costs as much as the whole time
+        price = float(base) / max(
+            design.value(), 1e-300
+        )  # drift as bad as all else costs as much as the whole time
     order = which[ordered(visit, price, seed=seed)]
     plan = replace(problem.scenario.plan, steps=_steps(problem, order))
     placed = touches(plan, problem.scenario.pose, problem.scenario.machine, problem.scenario.constants)
@@ -43,7 +45,12 @@ def realised(
     changes = sum(a != b for a, b in zip(styli, styli[1:]))
     time = placed.run.column("time_s")
     read = design.sensitivities(target.rows)[:, order]
-    moved = np.einsum("rn,nd,n->rd", read, problem.drift[order], time + change_s * _changes_before(c.feature[order], problem))
+    moved = np.einsum(
+        "rn,nd,n->rd",
+        read,
+        problem.drift[order],
+        time + change_s * _changes_before(c.feature[order], problem),
+    )
     square = np.sum(moved**2, axis=1)
     drift = {name: float(square[s].sum()) for name, s in rows.items()}
     penalty = float(target.weight @ square) if target.criterion == "U" else 0.0

@@ -98,7 +98,9 @@ def _polished(
     return at, float(a[c]), float(a.sum() - a[c])
 
 
-def no_reachable_pose(found: tuple[Relaxation, ...], check: Feasibility, nearest: npt.ArrayLike) -> ModelLimit:
+def no_reachable_pose(
+    found: tuple[Relaxation, ...], check: Feasibility, nearest: npt.ArrayLike
+) -> ModelLimit:
     """The error for a search space without a feasible pose. nearest (6,): the pose with the smallest violation."""
     from vcmm.placing.allowed import pose_from
 

@@ -40,7 +40,9 @@ def standard_points(feature: Feature, most: int, margin: float) -> Iterator[tupl
 
 def _patterns(f: Feature, most: int, margin: float) -> Iterator[tuple[str, Pattern]]:
     if f.kind == "plane":
-        yield from (("grid", Grid((a, b), margin)) for a in range(2, most) for b in range(2, most) if a * b <= most)
+        yield from (
+            ("grid", Grid((a, b), margin)) for a in range(2, most) for b in range(2, most) if a * b <= most
+        )
         yield from (("hammersley", Spread(n, margin)) for n in range(3, most + 1))
         yield from (("polar", Polar(r, n, margin)) for r in (1, 2, 3) for n in range(3, most) if r * n < most)
     elif f.kind == "line":
@@ -65,5 +67,8 @@ def _round(f: Feature, most: int, margin: float) -> Iterator[tuple[str, Pattern]
         yield from (("staggered", Levels(at, n, stagger=True)) for n in range(3, most // levels + 1))
     yield from (("helix", Helix(n, 2.0, margin)) for n in range(6, most + 1, 2))
     yield from (
-        ("birdcage", Birdcage(2, n, lines, 3, margin)) for n in range(4, most, 2) for lines in (2, 4) if 2 * n + 3 * lines <= most
+        ("birdcage", Birdcage(2, n, lines, 3, margin))
+        for n in range(4, most, 2)
+        for lines in (2, 4)
+        if 2 * n + 3 * lines <= most
     )

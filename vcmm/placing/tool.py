@@ -27,7 +27,9 @@ def tool_bodies(head: Head, stylus: Stylus) -> Bodies:
     """The four bodies of NAMES about the tip's centre."""
     up = unit(np.array(head.up, dtype=float))
     mount = -np.asarray(stylus.offset, dtype=float)
-    root = -stylus.direction * min(stylus.length or float(np.linalg.norm(mount)), float(np.linalg.norm(mount)))
+    root = -stylus.direction * min(
+        stylus.length or float(np.linalg.norm(mount)), float(np.linalg.norm(mount))
+    )
     radius = 0.5 * head.extension
     way = mount - root
     far = float(np.linalg.norm(way))

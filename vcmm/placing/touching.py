@@ -62,5 +62,14 @@ def rows_of(plan: Plan) -> Rows:
             count[step.feature] = count.get(step.feature, 0) + 1
             names.append(f"point {count[step.feature]} on {step.feature}")
     return Rows(
-        plan, styli, tip, normal, tip - away * approach, tip + away * normal, radius, offset, stylus, tuple(names)
+        plan,
+        styli,
+        tip,
+        normal,
+        tip - away * approach,
+        tip + away * normal,
+        radius,
+        offset,
+        stylus,
+        tuple(names),
     )

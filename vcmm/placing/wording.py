@@ -55,12 +55,21 @@ def _static(check: Any, one: Pose) -> list[Problem]:
     if check.fixture is not None:
         six = np.concatenate([one.shift, one.turns()], axis=1)
         shift, turn = off_fixture(check.fixture, six)
-        found.append(Problem("fixture", f"the fixture does not allow this place: {shift[0]:.4g} mm off", "part", float(shift[0])))
+        found.append(
+            Problem(
+                "fixture",
+                f"the fixture does not allow this place: {shift[0]:.4g} mm off",
+                "part",
+                float(shift[0]),
+            )
+        )
         text = f"the fixture does not allow this turn: {np.degrees(turn[0]):.4g} deg off"
         found.append(Problem("fixture", text, "part", float(turn[0]), "rad"))
     if check.scenario.surroundings.table is not None:
         sunk = float(check._sunk(one)[0])
-        found.append(Problem("table", f"the part reaches {sunk:.4g} mm below the table; raise it", "part", sunk))
+        found.append(
+            Problem("table", f"the part reaches {sunk:.4g} mm below the table; raise it", "part", sunk)
+        )
     return found
 
 
@@ -79,7 +88,9 @@ def _travel(check: Any, one: Pose) -> list[Problem]:
     kinds = ["touch"] * n + ["start of the approach"] * n + ["retract"] * n + ["clearance above the start"]
     worst = over.max(axis=1).reshape(-1)
     for touch in range(n):
-        rows = [r for r in (touch, n + touch, 2 * n + touch, *([3 * n] if touch == 0 else [])) if worst[r] > 0.0]
+        rows = [
+            r for r in (touch, n + touch, 2 * n + touch, *([3 * n] if touch == 0 else [])) if worst[r] > 0.0
+        ]
         if rows:
             row = max(rows, key=lambda r: float(worst[r]))
             letter = "XYZ"[int(over[row].argmax())]
@@ -106,7 +117,11 @@ def _side(check: Any, pose: Pose) -> list[Problem]:
         found += _lacking(names, "clamps", worst, "the tool meets a clamp or the table", "move clamp or part")
         clamps = [c.name for c in check.scenario.surroundings.clamps if c.on == "table"]
         for name, amount in zip(clamps, table[1]):
-            found.append(Problem("clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount)))
+            found.append(
+                Problem(
+                    "clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount)
+                )
+            )
     moves, ends = check.blocked(pose, of_part, None if table is None else table[0])
     for k in np.flatnonzero(moves):
         a, b = (names[i] for i in of_part.pairs[k])
@@ -120,6 +135,8 @@ def _lacking(names: tuple[str, ...], constraint: str, amount: Array, what: str, 
     rows = np.flatnonzero(amount)
     rows = rows[np.argsort(-amount[rows], kind="stable")]
     return [
-        Problem(constraint, f"{names[i]}: {what} ({amount[i]:.4g} mm too near); {fix}", names[i], float(amount[i]))
+        Problem(
+            constraint, f"{names[i]}: {what} ({amount[i]:.4g} mm too near); {fix}", names[i], float(amount[i])
+        )
         for i in rows
     ]
