@@ -278,7 +278,7 @@ def test_a_feature_that_no_stylus_reaches_is_named():
     scenario = job()
     side = Stylus("side", np.array([0.0, 0.0, 100.0]), 2.0, 100.0)  # points up
     steps = tuple(Step(s.feature, "side", s.points, s.normals) for s in scenario.plan.steps)
-    with pytest.raises(ModelLimit, match="can be touched|no stylus"):
+    with pytest.raises(ModelLimit, match=r"can be touched|no stylus"):
         optimise_plan(replace(scenario, plan=Plan(steps, {"side": side})), 60.0)
 
 

@@ -69,13 +69,13 @@ def _checked_machine(
         lambda: Machine(
             name,
             model.kind,
-            chain,
-            axes,
+            chain,  # type: ignore[arg-type]
+            axes,  # type: ignore[arg-type]
             tuple(effects),
             tuple(inputs),
             state,
             active,
-            model.load_limit,  # type: ignore[arg-type]
+            model.load_limit,
         ),
     )
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -68,7 +69,7 @@ class Design:
         self.c, self.target = candidates, target
         self.counts = np.array(counts, dtype=np.intp)
         ends = np.cumsum([0, *(r.shape[1] for r in candidates.rows)])
-        self.columns = [slice(a, b) for a, b in zip(ends, ends[1:])]
+        self.columns = [slice(a, b) for a, b in pairwise(ends)]
         self.rows_of = [candidates.of(f) for f in range(len(candidates.names))]
         self.refresh()
 

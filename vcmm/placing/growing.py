@@ -105,7 +105,7 @@ def _settled(problem: Problem, goal: Goal, design: Design) -> Design:
     """Exchanged from where it is, and from standard strategies of about the same number on each feature; the best of them."""
     best = _transferred(exchanged(design, passes=2), goal)
     for f, name in enumerate(problem.candidates.names):
-        rows, n = best.rows_of[f], best.per_feature()[name]
+        n = best.per_feature()[name]
         radius = problem.scenario.plan.styli[problem.styli[name]].tip_radius
         for _, points in standard_points(problem.scenario.part.features[name], n + 2, radius):
             trial = _standing(problem, best, f, points, n) if len(points) >= n - 2 else None

@@ -44,7 +44,7 @@ def _stylus(plan: Plan, name: str, known: Qualification | None) -> list[str]:
     out += [f'length = "{float(s.length)!r} mm"'] if s.length > 0.0 else []
     out += [f"event = {_text(s.event)}"] if s.event else []
     if known is not None:
-        sizes = (known.sphere_diameter, known.u_diameter, known.form)
+        sizes = (known.diameter, known.u_diameter, known.form)
         named = zip(("sphere_diameter", "u_diameter", "form"), sizes)
         out.append("qualification = { " + ", ".join(f'{k} = "{float(v)!r} mm"' for k, v in named) + " }")
     return out

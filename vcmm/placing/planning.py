@@ -141,12 +141,12 @@ def _measured(scenario: Scenario) -> dict[str, str]:
 
 def standard_spots(scenario: Scenario) -> dict[str, Array]:
     """Points of the standard strategies, so that they are candidates."""
-    out = {}
+    out: dict[str, Array] = {}
     for name, stylus in _measured(scenario).items():
         radius = scenario.plan.styli[stylus].tip_radius
         found = [p for _, p in standard_points(scenario.part.features[name], 25, radius)]
         if found:
-            out[name] = np.unique(np.round(np.concatenate(found), 9), axis=0)
+            out[name] = np.asarray(np.unique(np.round(np.concatenate(found), 9), axis=0), dtype=np.float64)
     return out
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -42,7 +43,7 @@ def realised(
     plan = replace(problem.scenario.plan, steps=_steps(problem, order))
     placed = touches(plan, problem.scenario.pose, problem.scenario.machine, problem.scenario.constants)
     styli = [s.stylus for s in plan.steps]
-    changes = sum(a != b for a, b in zip(styli, styli[1:]))
+    changes = sum(a != b for a, b in pairwise(styli))
     time = placed.run.column("time_s")
     read = design.sensitivities(target.rows)[:, order]
     moved = np.einsum(

@@ -7,6 +7,7 @@ given poses, then by a simplex search (Nelder & Mead, Computer Journal 7 (1965) 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -91,7 +92,7 @@ def _polished(
     begin = (pose[free] - low[free]) / (high - low)[free] if len(free) else np.zeros(0)
     if len(free):
         simplex = np.vstack([begin, begin + np.where(begin > 0.5, -0.1, 0.1) * np.eye(len(free))])
-        options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-6}
+        options: Any = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-6}
         begin = minimize(score, begin, method="Nelder-Mead", options=options).x
     at = full(begin)
     a = check.amounts(at)[0]
