@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from vcmm.fit.elements import MINIMUM_POINTS
 from vcmm.placing.candidates import Problem
 from vcmm.placing.design import Design, Target
 from vcmm.placing.order import Ints, Visit, ordered, ways
@@ -39,7 +40,7 @@ def realised(
         price = float(base) / max(
             design.value(), 1e-300
         )  # drift as bad as all else costs as much as the whole time
-    order = which[ordered(visit, price, seed=seed)]
+    order = readable(problem, which[ordered(visit, price, seed=seed)])
     plan = replace(problem.scenario.plan, steps=_steps(problem, order))
     placed = touches(plan, problem.scenario.pose, problem.scenario.machine, problem.scenario.constants)
     styli = [s.stylus for s in plan.steps]
@@ -56,6 +57,20 @@ def realised(
     drift = {name: float(square[s].sum()) for name, s in rows.items()}
     penalty = float(target.weight @ square) if target.criterion == "U" else 0.0
     return Realised(plan, float(time[-1]) + change_s * changes, drift, penalty)
+
+
+def readable(problem: Problem, order: Ints) -> Ints:
+    """The order with visits joined that are too short for a step of a plan file: each step holds enough for a fit."""
+    c = problem.candidates
+    for f, name in enumerate(c.names):
+        fewest = MINIMUM_POINTS.get(problem.motions[name].feature.kind, 1)
+        visits = np.split(np.arange(len(order)), np.flatnonzero(np.diff(c.feature[order])) + 1)
+        mine = [v for v in visits if c.feature[order[v[0]]] == f]
+        if len(mine) > 1 and min(len(v) for v in mine) < fewest:
+            others = [v for v in visits if c.feature[order[v[0]]] != f]
+            place = sum(v[0] < mine[0][0] for v in others)
+            order = order[np.concatenate([*others[:place], *mine, *others[place:]])]
+    return order
 
 
 def _changes_before(feature: Ints, problem: Problem) -> Array:
