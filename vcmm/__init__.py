@@ -27,6 +27,7 @@ _HOME = {
     "Scenario": "vcmm.scenario",
     "Settings": "vcmm.settings",
     "measure": "vcmm.jobs",
+    "optimise_plan": "vcmm.placing.planning",
     "uncertainty": "vcmm.jobs",
     "field": "vcmm.volumetric",
     "place": "vcmm.placing.job",

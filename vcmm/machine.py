@@ -29,6 +29,7 @@ class Machine:
     inputs: tuple[Input, ...] = ()
     state: str = "residual"
     compensation: tuple[str, ...] = ()
+    load_limit: float | None = None  # kg
 
     def __post_init__(self) -> None:
         for letter in self.chain.letters:

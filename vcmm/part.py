@@ -202,6 +202,7 @@ class Part:
     characteristics: tuple[Characteristic, ...] = ()
     expansion: float = 0.0
     mesh: Mesh | None = None
+    mass: float = 0.0  # kg, 0 = not known
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "features", MappingProxyType(dict(self.features)))

@@ -17,6 +17,7 @@ from vcmm.pose import Pose
 from vcmm.qualification import Qualification, qualified_machine
 from vcmm.run import Array
 from vcmm.settings import Settings
+from vcmm.surroundings import Surroundings
 from vcmm.task import Task
 
 
@@ -36,6 +37,7 @@ class Scenario:
     settings: Settings = field(default_factory=Settings)
     places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
     placement: Placement | None = None  # what `place` may move, and what it minimises
+    surroundings: Surroundings = field(default_factory=Surroundings)
 
     def at(self, pose: Pose) -> Scenario:
         """The same job with the part elsewhere in the machine."""

@@ -11,7 +11,8 @@ from cyclopts import Parameter
 def place_command(
     scenario: Path,
     *,
-    plan: Annotated[bool, Parameter(name="--plan", show=False)] = False,
+    plan: Annotated[bool, Parameter(name="--plan")] = False,
+    budget: str = "5 min",
     machines: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
     seed: int | None = None,
     evaluations: int = 5000,
@@ -30,6 +31,10 @@ def place_command(
     ----------
     scenario
         Scenario file (scenario/1).
+    plan
+        Keep the pose; choose points, styli and order instead, and show U against measuring time.
+    budget
+        Measuring time that a plan may take, for example "5 min".
     machines
         Machine files to choose from; each takes the place of the scenario's machine.
     seed
@@ -48,10 +53,9 @@ def place_command(
         Folder for report.html, place.json and placed.toml, the scenario with the new pose.
     """
     from vcmm.cli.common import output_folder
-    from vcmm.errors import UsageError
 
     if plan:
-        raise UsageError("--plan is not built yet; without it the points stay as they are planned")
+        return _planned(scenario, budget, seed, json, out)
     folder = output_folder(out) if out else None
     if str(scenario) == "gaska2014" and not scenario.exists():
         from vcmm.cli.gaska_placement import show_placement
@@ -63,6 +67,22 @@ def place_command(
 
         return choose(scenario, machines, options, json, folder)
     return _placed(scenario, options, json, folder)
+
+
+def _planned(scenario: Path, budget: str, seed: int | None, json: bool, out: Path | None) -> int:
+    """Points, styli and order under a time budget."""
+    from vcmm.cli.place_plan import run_plan_option
+    from vcmm.files.scenario import load_scenario
+
+    loaded = load_scenario(scenario)
+    return run_plan_option(
+        loaded,
+        scenario,
+        budget=budget,
+        seed=loaded.settings.seed if seed is None else seed,
+        json=json,
+        out=out,
+    )
 
 
 def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:

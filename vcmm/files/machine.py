@@ -66,7 +66,17 @@ def _checked_machine(
     name = model.name or document.path.stem
     return problems.attempt(
         (*at, "structure"),
-        lambda: Machine(name, model.kind, chain, axes, tuple(effects), tuple(inputs), state, active),  # type: ignore[arg-type]
+        lambda: Machine(
+            name,
+            model.kind,
+            chain,  # type: ignore[arg-type]
+            axes,  # type: ignore[arg-type]
+            tuple(effects),
+            tuple(inputs),
+            state,
+            active,
+            model.load_limit,
+        ),
     )
 
 

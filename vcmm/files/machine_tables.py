@@ -15,6 +15,7 @@ from vcmm.files.schema import (
     ExpansionSpread,
     Frequency,
     KelvinSpread,
+    Mass,
     Point,
     Size,
     Spread,
@@ -85,4 +86,5 @@ class MachineFile(Table):
     environment: MachineEnvironment | None = None
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
+    load_limit: Mass | None = None
     certificate: dict[str, str] | None = None

@@ -20,6 +20,7 @@ from vcmm.files.schema import (
     Expansion,
     ExpansionSpread,
     Limits,
+    Mass,
     Point,
     Size,
     Table,
@@ -125,6 +126,7 @@ class PartFile(Table):
     name: str = ""
     expansion: Expansion = 0.0
     u_expansion: ExpansionSpread = 0.0
+    mass: Mass = 0.0
     mesh: str | None = Field(default=None, examples=['"part.stl"'])
     features: dict[str, dict[str, Any]] = Field(
         default_factory=dict,
@@ -182,7 +184,9 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     mesh = None
     if model.mesh:
         mesh = problems.attempt((*at, "mesh"), lambda: load_mesh(_beside(document, str(model.mesh))))
-    part = problems.attempt(at, lambda: Part(features, tuple(characteristics), model.expansion, mesh))
+    part = problems.attempt(
+        at, lambda: Part(features, tuple(characteristics), model.expansion, mesh, model.mass)
+    )
     if part is None:
         return None
     for i, c in enumerate(characteristics):

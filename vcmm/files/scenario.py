@@ -29,6 +29,7 @@ from vcmm.files.schema import (
     checked_model,
     read_model,
 )
+from vcmm.files.surroundings import SurroundingsTable, surroundings_of
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.gps.decision import RULES
 from vcmm.inputs import Input
@@ -89,6 +90,7 @@ class ScenarioFile(Table):
     places: dict[str, PoseTable] = Field(default_factory=dict)
     environment: str | dict[str, Any] = Field(default_factory=dict, examples=['"environment.toml"'])
     job: str | dict[str, Any] = Field(default_factory=dict, examples=['"job.toml"'])
+    surroundings: SurroundingsTable = Field(default_factory=SurroundingsTable)
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     placement: PlacementTable = Field(default_factory=PlacementTable)
@@ -139,6 +141,9 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         return None
     machine, inputs = known
     plan, qualifications = planned
+    around = surroundings_of(model.surroundings, part.part, plan, problems)
+    if around is None:
+        return None
     return Scenario(
         model.name or document.path.stem,
         machine,
@@ -152,6 +157,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         settings,
         {n: pose_from(t) for n, t in model.places.items()},
         placement,
+        around,
     )
 
 
@@ -221,7 +227,7 @@ def with_knowledge(
     complete = not problems.found
     machine = Machine(
         machine.name, machine.kind, machine.chain, machine.axes, tuple(effects), machine.inputs,
-        machine.state, machine.compensation,
+        machine.state, machine.compensation, machine.load_limit,
     )  # fmt: skip
     inputs = part.inputs()
     for location, one in temperatures:

@@ -7,16 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.errors import ModelLimit
 from vcmm.evaluation import evaluate
 from vcmm.fixture import Fixture, Goal, Placement, pose_of, six_of
 from vcmm.placing.certificate import Scan, certify, scan
 from vcmm.placing.confirm import confirm
 from vcmm.placing.flat import region, table_map
 from vcmm.placing.objective import Uncertain
+from vcmm.placing.reach import Feasibility as Reach
+from vcmm.placing.relax import no_reachable_pose, relaxation
 from vcmm.placing.result import At, Placed
 from vcmm.placing.search import Found, polished_from, search
-from vcmm.placing.space import Box, boxes, default_fixture
-from vcmm.placing.travels import Feasibility, Problem, Travels
+from vcmm.placing.space import Box, all_boxes, boxes, default_fixture, probed
+from vcmm.placing.travels import Feasibility, Hindrance, Travels
 from vcmm.remarks import remarks
 from vcmm.result import UncertaintyResult
 from vcmm.run import Array
@@ -32,7 +35,7 @@ def place(
     *,
     fixture: Fixture | None = None,
     goal: Goal | None = None,
-    constraints: Sequence[Feasibility] = (),
+    constraints: Sequence[Feasibility] | None = None,
     seed: int | None = None,
     evaluations: int = EVALUATIONS,
     scanned: int = SCANNED,
@@ -41,7 +44,8 @@ def place(
 ) -> Placed:
     """The best pose that was found for a scenario, with certificate, map, flatness and a confirmed gain.
 
-    fixture, goal: those of the scenario's [placement] unless given. constraints: further ones (collision, access).
+    fixture, goal: those of the scenario's [placement] unless given. constraints: what a pose must keep beside the travels;
+    by default room for stylus, head and quill, access, load and clamps ([surroundings]), () for none.
     Raises ModelLimit when no pose can be reached, UsageError for an objective that does not suit the part.
     """
     report = progress or (lambda text, share: None)
@@ -50,8 +54,13 @@ def place(
     objective = Uncertain.of(scenario, goal or planned.goal)
     seed = scenario.settings.seed if seed is None else seed
     travels, six = Travels(objective.closed.rows), six_of(scenario.pose)
-    problems = _problems(scenario, travels, constraints)
-    found_boxes = boxes(fixture, six, travels, constraints)
+    reach = None
+    if constraints is None:
+        report("room for stylus, head and part", 0.0)
+        reach = Reach.of(scenario, fixture)
+    further: Sequence[Feasibility] = (reach,) if reach is not None else constraints or ()
+    problems = _problems(scenario, travels, further)
+    found_boxes = _boxes(fixture, six, travels, further, reach)
     objective = _at_reference(objective, found_boxes, problems)
     found = search(objective, found_boxes, evaluations=evaluations, seed=seed, progress=report)
     seen = scan(objective, found_boxes, scanned, seed, report)
@@ -61,14 +70,29 @@ def place(
     return _evaluated(outcome, problems, trials, report)
 
 
-def _problems(scenario: Scenario, travels: Travels, further: Sequence[Feasibility]) -> tuple[Problem, ...]:
-    out = travels.problems(scenario.pose)
+def _boxes(
+    fixture: Fixture, six: Array, travels: Travels, further: Sequence[Feasibility], reach: Reach | None
+) -> list[Box]:
+    """The boxes of a fixture; where none can be reached, the smallest relaxation that opens one is named."""
+    try:
+        return boxes(fixture, six, travels, further)
+    except ModelLimit:
+        if reach is None:
+            raise
+        poses = np.concatenate([probed(box) for box in all_boxes(fixture, six, travels, further)])
+        low, high = poses.min(axis=0), poses.max(axis=0)
+        nearest = poses[int(reach.violation(poses).argmin())]
+        raise no_reachable_pose(relaxation(reach, poses, low, high), reach, nearest) from None
+
+
+def _problems(scenario: Scenario, travels: Travels, further: Sequence[Feasibility]) -> tuple[Hindrance, ...]:
+    out: list[Hindrance] = list(travels.problems(scenario.pose))
     for one in further:
         out += one.problems(scenario.pose)
     return tuple(out)
 
 
-def _at_reference(objective: Uncertain, found: Sequence[Box], problems: Sequence[Problem]) -> Uncertain:
+def _at_reference(objective: Uncertain, found: Sequence[Box], problems: Sequence[Hindrance]) -> Uncertain:
     """Coverage factors are taken at the present pose; where that cannot be used, at the first pose that can."""
     if not problems:
         return objective
@@ -125,7 +149,7 @@ def _outcome(
 
 
 def _evaluated(
-    outcome: Placed, problems: tuple[Problem, ...], trials: int | None, report: Progress
+    outcome: Placed, problems: tuple[Hindrance, ...], trials: int | None, report: Progress
 ) -> Placed:
     """Full evaluations at the present and the best pose, and what a reader must know."""
     scenario = outcome.objective.scenario
@@ -144,7 +168,7 @@ def _evaluated(
     )
 
 
-def _notes(outcome: Placed, problems: Sequence[Problem]) -> list[str]:
+def _notes(outcome: Placed, problems: Sequence[Hindrance]) -> list[str]:
     out = []
     if problems:
         out.append(

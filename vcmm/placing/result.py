@@ -8,7 +8,7 @@ from vcmm.placing.certificate import Certificate
 from vcmm.placing.confirm import Confirmation
 from vcmm.placing.flat import Map, Region
 from vcmm.placing.objective import Uncertain
-from vcmm.placing.travels import Problem
+from vcmm.placing.travels import Hindrance
 from vcmm.result import UncertaintyResult
 from vcmm.run import Array
 
@@ -35,7 +35,7 @@ class Placed:
     label: str  # the discrete choices of the best pose
     best: At
     present: At | None
-    problems: tuple[Problem, ...]
+    problems: tuple[Hindrance, ...]
     median: At
     worst: At
     minima: tuple[tuple[float, Array], ...]

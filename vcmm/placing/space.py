@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from vcmm.errors import ModelLimit
 from vcmm.fixture import DOFS, Fixture, Freedom, pose_of, shown
-from vcmm.placing.travels import Feasibility, Travels
+from vcmm.placing.travels import Feasibility, Hindrance, Travels
 from vcmm.run import Array
 
 Bools = npt.NDArray[np.bool_]
@@ -79,13 +79,25 @@ def boxes(
     fixture: Fixture, present: Array, travels: Travels, further: Sequence[Feasibility] = ()
 ) -> list[Box]:
     """All boxes of a fixture. Raises ModelLimit when no pose of any of them can be reached."""
-    found = [
-        Box(label, six, fixture.continuous, travels, further) for label, six in fixture.orientations(present)
-    ]
+    found = all_boxes(fixture, present, travels, further)
     kept = [box for box in found if box.poses(_probes(box))[1].any()]
     if not kept:
         raise ModelLimit(no_pose(found))
     return kept
+
+
+def all_boxes(
+    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Feasibility] = ()
+) -> list[Box]:
+    """One box per combination of discrete choices, reachable or not."""
+    return [
+        Box(label, six, fixture.continuous, travels, further) for label, six in fixture.orientations(present)
+    ]
+
+
+def probed(box: Box, count: int = 64) -> Array:
+    """Poses (m, 6) that cover a box, whatever may keep them from being reached."""
+    return box.poses(_probes(box, count))[0]
 
 
 def _probes(box: Box, count: int = 1024) -> Array:
@@ -161,7 +173,7 @@ def _at(box: Box, six: Array) -> str:
 
 def _further(found: Sequence[Box]) -> str:
     """The smallest problem that the other constraints name at the middle of each box."""
-    problems = []
+    problems: list[Hindrance] = []
     for box in found:
         six, _ = box.poses(np.full((1, box.d), 0.5))
         for one in box.further:

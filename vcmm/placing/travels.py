@@ -6,6 +6,7 @@ the travels leave an interval of shifts along each axis, which `intervals` gives
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -38,10 +39,25 @@ class Problem:
         return f"{self.constraint}{where}: {self.amount:.3g} mm too far"
 
 
-class Feasibility(Protocol):
-    """Constraints on poses."""
+class Hindrance(Protocol):
+    """What stands in the way of a pose, whichever constraint names it."""
 
-    def problems(self, pose: Pose) -> list[Problem]: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def constraint(self) -> str: ...
+    @property
+    def point(self) -> str: ...
+    @property
+    def amount(self) -> float: ...
+    @property
+    def text(self) -> str: ...
+
+
+class Feasibility(Protocol):
+    """A constraint on poses: which of (m, 6) can be used, and what is wrong with one."""
+
+    def problems(self, pose: Pose) -> Sequence[Hindrance]: ...
 
     def feasible(self, poses: Array) -> npt.NDArray[np.bool_]: ...
 

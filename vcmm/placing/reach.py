@@ -1,0 +1,263 @@
+"""Feasibility: whether a plan can be carried out at a pose, what is in the way, and by how much.
+
+    check = Feasibility.of(scenario)
+    for problem in check.problems(pose):
+        print(problem.constraint, problem.text)
+
+Everything that depends only on the side from which the tool sees the part is kept, so that shifts cost microseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.kinematics import nominal_tip
+from vcmm.placing.access import Room, Tooling, back_lacking, beyond, drawn_back, room
+from vcmm.placing.allowed import FixtureLike, off_fixture
+from vcmm.placing.collision import Bodies, slack
+from vcmm.placing.material import part_points, part_solid
+from vcmm.placing.solid import Box, Solid, Union, half_space
+from vcmm.placing.tool import NAMES
+from vcmm.placing.touching import Rows, rows_of
+from vcmm.placing.wording import Problem, problems
+from vcmm.pose import Array, Pose
+from vcmm.run import Run
+from vcmm.scenario import Scenario
+
+Bools = npt.NDArray[np.bool_]
+CONSTRAINTS = (
+    "load",
+    "size",
+    "fixture",
+    "travel",
+    "table",
+    "direction",
+    "approach",
+    *NAMES,
+    "clamps",
+    "moves",
+)
+ROUNDING = 1e-6  # mm, as check_travel allows
+MAX_KEPT = 4096
+
+__all__ = ["CONSTRAINTS", "Feasibility", "Problem"]
+
+
+@dataclass(eq=False)
+class Feasibility:
+    """Constraints of one scenario. poses (m, 6): shift mm, then turns rad about fixed x, y, z."""
+
+    scenario: Scenario
+    rows: Rows
+    tooling: Tooling
+    solid: Solid
+    reach: Array  # (p, 3): points whose hull holds part and clamps on the part, drawing frame
+    corners: Array  # (q, 3): of the part alone
+    fixture: FixtureLike | None = None
+    _kept: dict[tuple[float, ...], Room] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, scenario: Scenario, fixture: FixtureLike | None = None) -> Feasibility:
+        """fixture: what the clamping allows (slots, faces down, turns); None = any pose."""
+        around, rows = scenario.surroundings, rows_of(scenario.plan)
+        corners = part_points(scenario.part)
+        carried = [c for c in around.clamps if c.on == "part"]
+        solid = part_solid(scenario.part, around.wall)
+        boxes = [Box(c.pose, 0.5 * np.array(c.size)) for c in carried]
+        reach = np.concatenate([corners, *(c.corners() for c in carried)])
+        whole = Union((solid, *boxes)) if boxes else solid
+        return cls(scenario, rows, Tooling(rows, around), whole, reach, corners, fixture)
+
+    def feasible(self, poses: npt.ArrayLike) -> Bools:
+        """(m,): nothing is in the way."""
+        six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+        static = self._static(six).max(axis=1)
+        for i in np.flatnonzero(
+            static == 0.0
+        ):  # the tool is looked at only where nothing simpler is in the way
+            static[i] = self._of_tool(six[i]).max()
+        return np.asarray(static == 0.0)
+
+    def violation(self, poses: npt.ArrayLike) -> Array:
+        """(m,) mm: the sum of what all constraints lack, each at its worst place; 0 = feasible."""
+        return np.asarray(self.amounts(poses).sum(axis=1))
+
+    def amounts(self, poses: npt.ArrayLike) -> Array:
+        """(m, len(CONSTRAINTS)) mm, 0 where met. Angles count as the arc at the part's rim, kg as mm."""
+        six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+        out = self._static(six)
+        for i in range(len(six)):
+            out[i] += self._of_tool(six[i])
+        return out
+
+    def _static(self, six: Array) -> Array:
+        """The columns that need no tool, others 0."""
+        out = np.zeros((len(six), len(CONSTRAINTS)))
+        column = CONSTRAINTS.index
+        pose = Pose.from_turns(six[:, :3], six[:, 3:])
+        out[:, column("load")] = self.overload()
+        size, over = self._travel(pose)
+        out[:, column("size")], out[:, column("travel")] = size.max(axis=1), over.max(axis=(1, 2))
+        if self.fixture is not None:
+            shift, turn = off_fixture(self.fixture, six)
+            out[:, column("fixture")] = np.maximum(shift, turn * self._arm())
+        if self.scenario.surroundings.table is not None:
+            out[:, column("table")] = self._sunk(pose)
+        return out
+
+    def problems(self, pose: Pose) -> list[Problem]:
+        """Everything that is in the way at one pose, worst first within each constraint; empty = feasible."""
+        return problems(self, pose)
+
+    # ---------------------------------------------------------------- parts of it
+
+    def overload(self) -> float:
+        """kg above the load limit of the machine."""
+        limit = self.scenario.machine.load_limit
+        return 0.0 if limit is None else max(0.0, self.scenario.part.mass - limit)
+
+    def positions(self, pose: Pose) -> Array:
+        """(m, 3n + 1, 3): axis positions wanted at touches, starts, retracts and above the first start; m poses."""
+        tips = np.concatenate([self.rows.tip, self.rows.start, self.rows.left, self.rows.start[:1]])
+        wanted = pose.apply(np.broadcast_to(tips, (len(pose.shift), *tips.shape))) - np.concatenate(
+            [self.zero(), self.zero(), self.zero(), self.zero()[:1]]
+        )
+        wanted[:, -1, 2] += self.scenario.plan.touch.clearance
+        return np.asarray(wanted)
+
+    def zero(self) -> Array:
+        """(n, 3): the tip with all axes at zero."""
+        machine = self.scenario.machine
+        still = Run({a: np.zeros(self.rows.n) for a in machine.chain.letters}, self.rows.offset)
+        return nominal_tip(machine.chain, machine.axes, still)
+
+    def limits(self) -> Array:
+        """(2, 3): travels along x, y, z; an axis that the machine lacks stands at zero."""
+        axes = self.scenario.machine.axes
+        return np.array([axes[a].travel if a in axes else (0.0, 0.0) for a in "XYZ"]).T
+
+    def _travel(self, pose: Pose) -> tuple[Array, Array]:
+        """What the travels lack: (m, 3) in length, whatever the shift, and (m, 3n + 1, 3) in place."""
+        wanted, (low, high) = self.positions(pose), self.limits()
+        span = wanted.max(axis=1) - wanted.min(axis=1) - (high - low)
+        over = np.maximum(low - wanted, wanted - high)
+        return np.where(span > ROUNDING, span, 0.0), np.where(over > ROUNDING, over, 0.0)
+
+    def _arm(self) -> float:
+        return float(np.linalg.norm(self.corners - self.corners.mean(axis=0), axis=1).max())
+
+    def _sunk(self, pose: Pose) -> Array:
+        table = self.scenario.surroundings.table
+        lowest = pose.apply(np.broadcast_to(self.corners, (len(pose.shift), *self.corners.shape)))[
+            ..., 2
+        ].min(axis=1)
+        off = (0.0 if table is None else table) - lowest
+        return np.where(off > 1e-3, off, 0.0)
+
+    def steep(self, rotation: Array) -> Array:
+        """(n,) rad by which the shaft leans over the surface too far."""
+        shafts = np.array([-self.rows.plan.styli[name].direction for name in self.rows.styli]) @ rotation
+        cosine = np.einsum("ni,ni->n", shafts[self.rows.stylus], self.rows.normal)
+        off = np.arccos(np.clip(cosine, -1.0, 1.0)) - self.scenario.surroundings.steepest
+        return np.where(off > 1e-9, off, 0.0)
+
+    def room(self, rotation: Array) -> Room:
+        """Against the part, for a rotation machine_from_part; kept by side."""
+        key = self.tooling.key(rotation)
+        if key not in self._kept:
+            if len(self._kept) >= MAX_KEPT:
+                self._kept.clear()
+            self._kept[key] = room(self.tooling, self.solid, self.reach, self.rows, rotation.T)
+        return self._kept[key]
+
+    def table_room(self, pose: Pose) -> tuple[Room, Array] | None:
+        """Against clamps on the table and the table itself, in workpiece axes; None without any.
+
+        Also what the part overlaps with each clamp (c,) mm.
+        """
+        around = self.scenario.surroundings
+        clamps = [c for c in around.clamps if c.on == "table"]
+        if not clamps and around.table is None:
+            return None
+        parts: list[Solid] = [Box(c.pose, 0.5 * np.array(c.size)) for c in clamps]
+        if around.table is not None:
+            parts.append(half_space(around.table, np.array([0.0, 0.0, 1.0])))
+        reach = (
+            np.concatenate([c.corners() for c in clamps])
+            if clamps
+            else np.array([[0.0, 0.0, around.table or 0.0]])
+        )
+        found = room(self.tooling, Union(tuple(parts)), reach, self.machine_rows(pose), np.eye(3))
+        back = pose.inverse()
+        overlap = [
+            slack(self.solid, _block(c.pose, c.size).moved(back.rotation, back.shift), np.array([-0.01]))
+            for c in clamps
+        ]
+        return found, np.maximum(0.0, -np.array(overlap).reshape(-1))
+
+    def machine_rows(self, pose: Pose) -> Rows:
+        """The touches in workpiece axes."""
+        r = self.rows
+        return replace(
+            r,
+            tip=pose.apply(r.tip),
+            start=pose.apply(r.start),
+            left=pose.apply(r.left),
+            normal=pose.turn(r.normal),
+        )
+
+    def blocked(self, pose: Pose, of_part: Room, of_table: Room | None) -> tuple[Array, Array]:
+        """Moves that cannot be made: (k,) mm per pair (straight and by drawing back), (n,) mm where a stylus changes."""
+        direct = of_part.direct if of_table is None else np.maximum(of_part.direct, of_table.direct)
+        pairs = of_part.pairs
+        asked = drawn_back(self.rows, pairs[direct > 0.0] if len(pairs) else pairs)
+        back = np.zeros(self.rows.n)
+        back[asked] = np.nan_to_num(of_part.back[asked])
+        extra = asked[np.isnan(of_part.back[asked])]
+        if len(extra):
+            back[extra] = back_lacking(
+                self.tooling, self.solid, self.reach, self.rows, extra, pose.rotation.T
+            )
+        if of_table is not None:
+            back[asked] = np.maximum(back[asked], np.nan_to_num(of_table.back[asked]))
+        back[asked] = np.maximum(back[asked], self._back_travel(pose, asked))
+        over = (
+            np.where(direct > 0.0, np.maximum(back[pairs[:, 0]], back[pairs[:, 1]]), 0.0)
+            if len(pairs)
+            else np.zeros(0)
+        )
+        ends = np.zeros(self.rows.n)
+        ends[self.rows.ends()] = back[self.rows.ends()]
+        return np.minimum(over, np.where(direct > 0.0, direct, 0.0)), ends
+
+    def _back_travel(self, pose: Pose, which: npt.NDArray[np.intp]) -> Array:
+        """(k,) mm by which drawing back leaves the travels. Where a stylus changes, the operator chooses the way."""
+        ends = beyond(self.tooling, self.reach, self.rows, which, self.rows.left[which], pose.rotation.T)
+        wanted, (low, high) = pose.apply(ends) - self.zero()[which], self.limits()
+        over = np.maximum(low - wanted, wanted - high).max(axis=1)
+        return np.where((over > ROUNDING) & ~np.isin(which, self.rows.ends()), over, 0.0)
+
+    def _of_tool(self, six: Array) -> Array:
+        """The columns that need the tool, for one pose (6,); others 0."""
+        pose, out, column = Pose.from_turns(six[:3], six[3:]), np.zeros(len(CONSTRAINTS)), CONSTRAINTS.index
+        out[column("direction")] = self.steep(pose.rotation).max() * self._arm()
+        of_part, table = self.room(pose.rotation), self.table_room(pose)
+        for name in NAMES:
+            out[column(name)] = of_part.bodies[name].max()
+        out[column("approach")] = of_part.tip.max()
+        if table is not None:
+            worst = max(float(b.max()) for b in table[0].bodies.values())
+            out[column("clamps")] = max(worst, float(table[0].tip.max()), float(table[1].max(initial=0.0)))
+        moves, ends = self.blocked(pose, of_part, None if table is None else table[0])
+        out[column("moves")] = max(float(moves.max(initial=0.0)), float(ends.max(initial=0.0)))
+        return out
+
+
+def _block(pose: Pose, size: Sequence[float]) -> Bodies:
+    edges = np.zeros((1, 4, 3))
+    edges[0, :3] = (pose.rotation * (0.5 * np.array(size))).T
+    return Bodies(pose.shift[None], edges, np.zeros(1), np.zeros(1))

@@ -1,0 +1,142 @@
+"""Problems of a pose in words: which touch, pair or feature, by how much, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vcmm.placing.allowed import off_fixture
+from vcmm.placing.tool import NAMES
+from vcmm.pose import Array, Pose
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing in the way. amount > 0 in `unit` (mm, rad or kg): by how much it is violated. where: touch, pair, feature."""
+
+    constraint: str
+    text: str
+    where: str
+    amount: float
+    unit: str = "mm"
+
+    @property
+    def name(self) -> str:
+        """The constraint, as other constraints of a placement call it."""
+        return self.constraint
+
+    @property
+    def point(self) -> str:
+        return self.where
+
+
+WHAT = {
+    "shaft": "use a thinner or longer stylus, or another direction of the stylus",
+    "extension": "use a longer stylus",
+    "head": "use a longer stylus or an extension, or turn the part",
+    "quill": "use a longer stylus or an extension, or turn the part",
+}
+
+
+def problems(check: Any, pose: Pose) -> list[Problem]:
+    """See Feasibility.problems; check is a Feasibility, which stands above this module."""
+    one = Pose(pose.rotation[None], pose.shift[None])
+    found = [*_static(check, one), *_travel(check, one), *_side(check, pose)]
+    return [p for p in found if p.amount > 0.0]
+
+
+def _static(check: Any, one: Pose) -> list[Problem]:
+    found, machine, part = [], check.scenario.machine, check.scenario.part
+    if check.overload():
+        text = f"the part weighs {part.mass:g} kg, the machine carries {machine.load_limit:g} kg"
+        found.append(Problem("load", text, "part", check.overload(), "kg"))
+    if check.fixture is not None:
+        six = np.concatenate([one.shift, one.turns()], axis=1)
+        shift, turn = off_fixture(check.fixture, six)
+        found.append(
+            Problem(
+                "fixture",
+                f"the fixture does not allow this place: {shift[0]:.4g} mm off",
+                "part",
+                float(shift[0]),
+            )
+        )
+        text = f"the fixture does not allow this turn: {np.degrees(turn[0]):.4g} deg off"
+        found.append(Problem("fixture", text, "part", float(turn[0]), "rad"))
+    if check.scenario.surroundings.table is not None:
+        sunk = float(check._sunk(one)[0])
+        found.append(
+            Problem("table", f"the part reaches {sunk:.4g} mm below the table; raise it", "part", sunk)
+        )
+    return found
+
+
+def _travel(check: Any, one: Pose) -> list[Problem]:
+    found = []
+    size, over = (a[0] for a in check._travel(one))
+    low, high = check.limits()
+    for i, letter in enumerate("XYZ"):
+        if size[i] > 0.0:
+            text = (
+                f"the points span {high[i] - low[i] + size[i]:.5g} mm along {letter}, its travel is {high[i] - low[i]:.5g} mm: "
+                "the part is larger than the machine in this orientation"
+            )
+            found.append(Problem("size", text, letter, float(size[i])))
+    n = check.rows.n
+    kinds = ["touch"] * n + ["start of the approach"] * n + ["retract"] * n + ["clearance above the start"]
+    worst = over.max(axis=1).reshape(-1)
+    for touch in range(n):
+        rows = [
+            r for r in (touch, n + touch, 2 * n + touch, *([3 * n] if touch == 0 else [])) if worst[r] > 0.0
+        ]
+        if rows:
+            row = max(rows, key=lambda r: float(worst[r]))
+            letter = "XYZ"[int(over[row].argmax())]
+            name, stylus = check.rows.names[touch], check.rows.styli[check.rows.stylus[touch]]
+            text = f'{name} with stylus "{stylus}": {kinds[row]} is {worst[row]:.4g} mm beyond the travel of {letter}'
+            found.append(Problem("travel", text, name, float(worst[row])))
+    return sorted(found, key=lambda p: -p.amount)
+
+
+def _side(check: Any, pose: Pose) -> list[Problem]:
+    names, found = check.rows.names, []
+    steep = check.steep(pose.rotation)
+    for i in np.flatnonzero(steep):
+        limit = np.degrees(check.scenario.surroundings.steepest)
+        text = f"{names[i]}: the stylus leans {np.degrees(steep[i]) + limit:.4g} deg from the normal, allowed are {limit:.4g}"
+        found.append(Problem("direction", text, names[i], float(steep[i]), "rad"))
+    of_part, table = check.room(pose.rotation), check.table_room(pose)
+    for body in NAMES:
+        found += _lacking(names, body, of_part.bodies[body], f"the {body} meets the part", WHAT[body])
+    fix = "reduce approach, use a smaller tip, or correct the part's features"
+    found += _lacking(names, "approach", of_part.tip, "the tip meets the part on its approach", fix)
+    if table is not None:
+        worst = np.max([*table[0].bodies.values(), table[0].tip], axis=0)
+        found += _lacking(names, "clamps", worst, "the tool meets a clamp or the table", "move clamp or part")
+        clamps = [c.name for c in check.scenario.surroundings.clamps if c.on == "table"]
+        for name, amount in zip(clamps, table[1]):
+            found.append(
+                Problem(
+                    "clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount)
+                )
+            )
+    moves, ends = check.blocked(pose, of_part, None if table is None else table[0])
+    for k in np.flatnonzero(moves):
+        a, b = (names[i] for i in of_part.pairs[k])
+        text = f"from {a} to {b}: neither straight nor by drawing back along the shaft is the way free ({moves[k]:.4g} mm)"
+        found.append(Problem("moves", text, f"{a} - {b}", float(moves[k])))
+    found += _lacking(names, "moves", ends, "the tool cannot be drawn back along its shaft", WHAT["head"])
+    return found
+
+
+def _lacking(names: tuple[str, ...], constraint: str, amount: Array, what: str, fix: str) -> list[Problem]:
+    rows = np.flatnonzero(amount)
+    rows = rows[np.argsort(-amount[rows], kind="stable")]
+    return [
+        Problem(
+            constraint, f"{names[i]}: {what} ({amount[i]:.4g} mm too near); {fix}", names[i], float(amount[i])
+        )
+        for i in rows
+    ]
