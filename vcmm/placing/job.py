@@ -74,6 +74,7 @@ def _boxes(
     fixture: Fixture, six: Array, travels: Travels, further: Sequence[Feasibility], reach: Reach | None
 ) -> list[Box]:
     """The boxes of a fixture; where none can be reached, the smallest relaxation that opens one is named."""
+    boxes(fixture, six, travels)  # the travels alone: their message says which end to move
     try:
         return boxes(fixture, six, travels, further)
     except ModelLimit:
