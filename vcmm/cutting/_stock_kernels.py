@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vcmm.cutting._envelope_kernels import BALL, FLAT, capsule, first_contact
+from vcmm.cutting._envelope_kernels import BALL, CONE, capsule, first_contact
 
 Array = NDArray[Any]
 ANGLES = 72  # directions about the tool in which the material is looked at
@@ -20,18 +20,57 @@ JUST = 1e-6  # mm, material thinner than this is none
 
 
 @njit(cache=True, nogil=True)
+def level(item: Array) -> bool:
+    """Whether the tip stays at one height: a level line, or a level circular arc."""
+    return item[21] == 1.0 or (item[21] == 0.0 and item[2] == item[5])
+
+
+@njit(cache=True, nogil=True)
+def aside(item: Array, x: float, y: float) -> float:
+    """Smallest distance in plan from (x, y) to the path of a level move."""
+    if item[21] == 0.0:
+        dx, dy = item[3] - item[0], item[4] - item[1]
+        wx, wy = x - item[0], y - item[1]
+        dd = dx * dx + dy * dy
+        u = min(max((wx * dx + wy * dy) / dd, 0.0), 1.0) if dd > 0.0 else 0.0
+        return math.sqrt((wx - u * dx) ** 2 + (wy - u * dy) ** 2)
+    wx, wy = x - item[6], y - item[7]
+    along, across = wx * item[9] + wy * item[10], wx * item[12] + wy * item[13]
+    turn = item[17]
+    angle = math.atan2(across, along)
+    if angle < 0.0:
+        angle += 2.0 * math.pi
+    if angle <= turn:
+        return abs(math.sqrt(wx * wx + wy * wy) - item[15])
+    c, s = math.cos(item[17]), math.sin(item[17])
+    ex = item[15] * (c * item[9] + s * item[12])
+    ey = item[15] * (c * item[10] + s * item[13])
+    first = (along - item[15]) ** 2 + across**2
+    return math.sqrt(min(first, (wx - ex) ** 2 + (wy - ey) ** 2))
+
+
+@njit(cache=True, nogil=True)
+def lift(tool: Array, d: float) -> float:
+    """Height over the tip of the lowest point of the tool at the distance d from its axis; 1e300 outside."""
+    if d > tool[1]:
+        return 1e300
+    if d <= tool[3]:
+        return 0.0
+    if tool[0] == CONE:
+        return (d - tool[3]) * tool[4] / tool[5]
+    out = d - tool[3]
+    return tool[2] - math.sqrt(max(tool[2] * tool[2] - out * out, 0.0))
+
+
+@njit(cache=True, nogil=True)
 def floor_at(item: Array, tool: Array, low: float, p: Array, up: Array, out: Array, q: Array) -> float:
     """Lowest height over (p[0], p[1]) that the tool reaches on this move; 1e300 if it does not come there."""
+    if level(item):
+        h = lift(tool, aside(item, p[0], p[1]))
+        return item[2] + h if h < 1e300 else h
     p[2] = low - 1.0
     if item[21] == 0.0 and tool[0] == BALL:
         found, s, _ = capsule(item, tool[1], p, up, out)
-    elif item[21] == 0.0 and tool[0] == FLAT and item[2] == item[5]:
-        dx, dy = item[3] - item[0], item[4] - item[1]
-        wx, wy = p[0] - item[0], p[1] - item[1]
-        dd = dx * dx + dy * dy
-        u = min(max((wx * dx + wy * dy) / dd, 0.0), 1.0) if dd > 0.0 else 0.0
-        found = (wx - u * dx) ** 2 + (wy - u * dy) ** 2 <= tool[1] * tool[1]
-        s = 1.0
     else:
         found, s, _ = first_contact(item, tool, p, up, 1.0, 0.0, 1e6, out, q)
     return p[2] + s if found else 1e300
