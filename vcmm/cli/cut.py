@@ -76,6 +76,7 @@ def cut_json(found: Any) -> dict[str, Any]:
         "surface": {
             "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,
             "gouge_depth_um": s.deep_um,
+            "recut": None if found.recut is None else {"points": found.recut.points, "largest_um": found.recut.largest * 1e3},
         },
         "time_s": found.seconds,
         "stock": None if found.blank is None else {
@@ -113,6 +114,7 @@ def show(found: Any) -> None:
     print(
         f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points; "
         f"{s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
+        f"{_recut_text(found.recut)}"
         f"cycle time: {minutes:.0f} min {seconds:.1f} s"
     )
     if found.blank is not None:
@@ -121,6 +123,12 @@ def show(found: Any) -> None:
         )
     for warning in found.warnings:
         say(f"note: {warning}")
+
+
+def _recut_text(found: Any) -> str:
+    if found is None:
+        return ""
+    return f"cut again with the tools really displaced: {found.points} points agree within {found.largest * 1e3:.3f} um\n"
 
 
 def _show_owners(found: Any) -> None:

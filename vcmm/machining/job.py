@@ -23,6 +23,7 @@ from vcmm.machining.blank import notes as blank_notes
 from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.maps import Net, net
+from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, Patch, batch, extremes, grouped
 from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_of, setting_rows
 from vcmm.machining.scenario import IDEAL, SAME, CutScenario
@@ -44,6 +45,7 @@ from vcmm.world import Measuring
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
 DEEPEST = 20.0  # mm, for points that are gouged deeper
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
+RECUT_LIMIT = 1e-4  # mm
 GOUGE = 0.01  # mm below nominal by the program alone
 
 
@@ -78,18 +80,31 @@ def cut(
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
     report("reading the program", 0.0)
     shop = set_up(scenario)
-    report("cutting", 0.0)
-    task, world, notes = finished_part(shop)
+    report("cutting (compiles on first use)", 0.0)
+    task, world, notes, again = finished_part(shop)
     found = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
     patches = surface_map(shop)
-    warnings = (*remarks(shop), *notes, *found.warnings)
+    warnings = (*remarks(shop), *notes, *_beyond_contacts(again), *found.warnings)
     found = replace(found, warnings=warnings)
     halves = {c.name: batch(c) for c in found.characteristics}
     return CutResult(
         found, extremes(patches, GOUGE), patches, shop.seconds, {c.name: grouped(c) for c in found.characteristics},
-        {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings, shop.blank,
+        {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings, shop.blank, again,
     )  # fmt: skip
+
+
+def _beyond_contacts(again: Recut | None) -> list[str]:
+    if again is None:
+        return [
+            "the errors change too fast along the path to cut some points again as a check of the contacts"
+        ]
+    if again.largest <= RECUT_LIMIT:
+        return []
+    return [
+        f"cut again with the tools really displaced, {again.points} points differ by up to {again.largest * 1e3:.2f} um from the "
+        "contacts used here: the errors change faster along the path than the contacts follow"
+    ]
 
 
 def set_up(scenario: CutScenario) -> Shop:
@@ -113,8 +128,8 @@ def _work_zero(scenario: CutScenario, program: Program) -> Array:
     return np.array(scenario.setup.offsets.get(first, (0.0, 0.0, 0.0)))
 
 
-def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
-    """The task of inspecting the part, the world it was cut in, and what is to be said about points left out."""
+def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...], Recut | None]:
+    """The task of inspecting the part, the world it was cut in, what is to be said about points left out, and the check."""
     scenario = shop.scenario
     planned = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
     if planned is None:
@@ -129,7 +144,8 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     world = Cutting(measuring, tool, contacts)
     task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=world.level)
     measuring = replace(measuring, task=replace(measuring.task, form=world.level))
-    return task, replace(world, measuring=measuring), notes
+    again = recut(shop.path, shop.sweep, shop.machine, surface, dict(scenario.constants))
+    return task, replace(world, measuring=measuring), notes, again
 
 
 def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:

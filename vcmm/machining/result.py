@@ -9,6 +9,7 @@ import numpy as np
 
 from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
+from vcmm.machining.recut import Recut
 from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.run import Array
 
@@ -65,6 +66,7 @@ class CutResult:
     scatters: Mapping[str, float]
     warnings: tuple[str, ...] = ()
     blank: Blank | None = None
+    recut: Recut | None = None
 
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:

@@ -106,6 +106,7 @@ def surface_table(found: CutResult) -> str:
         ["points looked at", f"{s.points:,}"],
         ["left uncut", f"{s.uncut:,}"],
         [f"gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["contacts against displaced tools", f"{found.recut.largest * 1e3:.3f} µm" if found.recut else "–"],
         ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
     ]
     return r.table(["", ""], rows, numeric=(1,))

@@ -1,0 +1,94 @@
+"""Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
+
+The contacts keep up to four cuts per point and move the surface by (N . e) / (N . n). Here the sweeps themselves are
+displaced by the errors along their way and asked again. Left out of both sides: effects that depend on the normal of the
+surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole tool; and what jumps or
+starts like a root from rest: reversal, speed and acceleration, rounded corners.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.cutting.displaced import displaced
+from vcmm.cutting.envelope import CutSurface, surface_left, tips
+from vcmm.cutting.index import build
+from vcmm.cutting.sweeps import Sweep
+from vcmm.errors import ModelLimit
+from vcmm.machine import Machine
+from vcmm.machining.contacts import Contacts, Ints
+from vcmm.machining.states import states_at
+from vcmm.machining.toolside import cutting_effects
+from vcmm.nc.toolpath import Toolpath
+from vcmm.run import Array, Run
+
+JUMPING = ("sense_", "since_reversal_", "play_", "speed_", "accel_", "time_since_accel")
+POINTS, BESIDE = 60, 2  # points that are cut again; moves before and after those that touch them
+
+
+@dataclass(frozen=True, eq=False)
+class Recut:
+    """Largest difference between contacts and displaced sweeps, mm, over `points` points."""
+
+    largest: float
+    points: int
+
+
+def recut(
+    path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float]
+) -> Recut | None:
+    """Compare on at most POINTS of the points of `surface`, evenly chosen; None where the errors change too fast for it."""
+    some = np.unique(np.linspace(0, len(surface.points) - 1, POINTS).astype(int))
+    part = replace(surface, **{n: getattr(surface, n)[some] for n in _FIELDS})
+    plain = _whole_tool(machine)
+    rows = _around(part.row, len(sweep))
+    near = sweep.take(rows)
+
+    def moved(at: Array, row: Ints, share: Array) -> Array:
+        states, _ = states_at(path, near.move[row], share, at)
+        return -plain.indication_error(_bare(states, constants))
+
+    try:
+        bent = displaced(near, moved)
+    except ModelLimit:
+        return None
+    again = surface_left(part.points, part.normals, build(bent), candidates=1)
+    cutters = tips(part, sweep)
+    where = part.row >= 0
+    shift = np.zeros((*where.shape, 3))
+    flat = np.flatnonzero(where.ravel())
+    shift.reshape(-1, 3)[flat] = moved(
+        cutters.reshape(-1, 3)[flat], np.searchsorted(rows, part.row.ravel()[flat]), part.t.ravel()[flat]
+    )
+    number = np.where(where, np.arange(where.size).reshape(where.shape), -1)
+    height = np.where(where, part.contact_s, np.inf)
+    cutter = np.where(where[:, :, None], part.normal, part.normals[:, None, :])
+    found = Contacts(height, cutter, part.normals, number).surface(shift.reshape(-1, 3))
+    both = np.isfinite(again.s) & np.isfinite(found)
+    return Recut(float(np.abs(again.s - found)[both].max(initial=0.0)), int(both.sum()))
+
+
+_FIELDS = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
+
+
+def _whole_tool(machine: Machine) -> Machine:
+    """The machine without what depends on the surface or jumps."""
+    moves, _, _ = cutting_effects(machine)
+    kept = [e for e in moves.effects if "nx" not in e.required() and e.link != "reading"]
+    smooth = tuple(e for e in kept if not any(c.startswith(JUMPING) for c in e.required()))
+    return replace(moves, effects=smooth)
+
+
+def _around(row: Ints, count: int) -> Ints:
+    """The rows that touch a point, and a few before and after each, in order."""
+    touched = np.unique(row[row >= 0])
+    wide = (touched[:, None] + np.arange(-BESIDE, BESIDE + 1)).ravel()
+    return np.unique(wide[(wide >= 0) & (wide < count)])
+
+
+def _bare(states: Run, constants: dict[str, float]) -> Run:
+    columns = {k: v for k, v in states.columns.items() if not k.startswith("tip_")}
+    columns |= {name: np.full(states.n, value) for name, value in constants.items()}
+    return Run(states.position, states.offset, columns, states.labels, states.series)
