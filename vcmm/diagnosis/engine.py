@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.diagnosis.adequacy import beaten, unknown_rest
+from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.estimates import estimates
@@ -15,14 +16,16 @@ from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.holdout import HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate
-from vcmm.diagnosis.mistakes import Mistake, find_mistake
+from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
+from vcmm.diagnosis.qualify import qualified
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.select import Selection, Setting, joint, select
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
@@ -65,14 +68,27 @@ def diagnose_recording(
     outside the travels, no noise, fewer rows than nuisance parameters.
     """
     tell = progress or (lambda text, share: None)
-    tell("predicting the recording", 0.0)
-    problem = make_problem(recording, machine)
+    tell("checking and predicting the recording", 0.0)
+    fit = checked(recording, machine)
+    problem, warnings = _usable(fit, machine)
+    plain = problem.whitener()
     tell("listing what could be missing", 0.05)
     known = catalogue(problem, extra_effects)
-    plain = problem.whitener()
     stage, selection, mistake = _passes(problem, known, plain, seed, nulls, tell)
     tell("predicting rows held out", 0.75)
-    return _result(problem, known, stage, selection, mistake, seed, tell)
+    found = _result(problem, known, stage, selection, mistake, seed, tell)
+    found = replace(found, warnings=warnings)
+    return qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
+
+
+def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
+    """The problem without rows that cannot belong to it, and what to tell."""
+    problem = make_problem(fit.recording, machine)
+    out, text = wild(problem)
+    if out.any():
+        problem = make_problem(fit.recording.take(~out), machine)
+    check_belonging(problem, problem.whitener())
+    return problem, (*fit.warnings, *([text] if text else []))
 
 
 def _passes(
@@ -89,7 +105,8 @@ def _passes(
         before, noise = noise, audit(problem, plain, _left(used, plain, selection), seed)
         if _same(noise, before):
             break
-    return replace(stage, noise=replace(stage.noise, findings=noise.findings)), selection, mistake
+    final = replace(stage.noise, findings=noise.findings, scale=noise.scale)
+    return replace(stage, noise=final), selection, mistake
 
 
 def _same(a: Audit, b: Audit) -> bool:
