@@ -105,7 +105,7 @@ def suspicions(problem: Problem) -> list[Suspicion]:
 
 def _share(value: Array, columns: Array) -> tuple[float, Array]:
     """Share of the energy of value (m,) in the span of columns (m, k), and the coefficients."""
-    fit = np.linalg.lstsq(columns, value, rcond=1e-10)[0]
+    fit = np.asarray(np.linalg.lstsq(columns, value, rcond=1e-10)[0])
     rest = value - columns @ fit
     return 1.0 - float(rest @ rest) / max(float(value @ value), 1e-300), fit
 

@@ -70,16 +70,18 @@ class Family:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """families; not_testable: effect name -> the columns that are missing."""
+    """families; not_testable: effect name -> the columns that are missing; unseen: names that no row can show."""
 
     families: tuple[Family, ...]
     not_testable: Mapping[str, tuple[str, ...]]
+    unseen: tuple[str, ...] = ()
 
 
 def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue:
     """All families of the known effects (and of the caller's own effect classes)."""
     families: list[Family] = []
     absent: dict[str, tuple[str, ...]] = {}
+    unseen: list[str] = []
     for kind in (*ALL, *extra):
         if kind.name in NEVER or not parameter_fields(kind) or not applies(kind, problem):
             continue
@@ -88,8 +90,11 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
             families = _joined(families, family)
         if not found and missing:
             absent[kind.name] = tuple(sorted(missing))
+        elif not found and instances(kind, problem):
+            unseen.append(getattr(kind, "family", "") or kind.name)
     families += _stale(problem)
-    return Catalogue(_shared_prior(families, problem), absent)
+    names = {f.name for f in families}
+    return Catalogue(_shared_prior(families, problem), absent, tuple(n for n in unseen if n not in names))
 
 
 def _stale(problem: Problem) -> list[Family]:

@@ -20,6 +20,7 @@ from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.periods import alias_words
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
@@ -228,7 +229,7 @@ def _result(
         stage.noise.findings,
         _fit(problem, selection, stage, sigma, held, y),
         known.not_testable,
-        tuple(dict.fromkeys((*stage.found.invisible, *hidden))),
+        tuple(dict.fromkeys((*known.unseen, *stage.found.invisible, *hidden))),
         shown,
         steps,
         stage.threshold,
@@ -287,6 +288,7 @@ def _answers(
                 selection.delta(i),
                 largest > SCALES[-1],
                 *fitted(selection, i),
+                alias_words(term.option.effect, problem.run),
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))

@@ -34,6 +34,7 @@ class Answer:
     implausible: bool = False
     fitted: Effect | None = None
     inputs: tuple[Input, ...] = ()
+    remark: str = ""
 
 
 @dataclass(frozen=True)
@@ -105,8 +106,23 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
         "improved_machine": None,
     }  # fmt: skip
-    finite: dict[str, Any] = _finite(body)
+    finite: dict[str, Any] = _finite(in_urad(body) if d.angle else body)
     return finite
+
+
+def in_urad(body: dict[str, Any]) -> dict[str, Any]:
+    """The same with the unit said: beside every ..._um of the contract, which holds urad here, the key ..._urad."""
+
+    def told(value: Any) -> Any:
+        if isinstance(value, list):
+            return [told(v) for v in value]
+        if not isinstance(value, dict):
+            return value
+        own = {k: told(v) for k, v in value.items()}
+        angles = {f"{k[:-3]}_urad": v for k, v in own.items() if k.endswith("_um")}
+        return {**own, **angles, "unit": "urad"} if angles else own
+
+    return {**told(body), "unit": "urad"}
 
 
 def _answer(a: Answer) -> dict[str, Any]:
@@ -119,6 +135,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "cannot_be_told_from": list(a.cannot_be_told_from),
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
+        "remark": a.remark,
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.recording import Recording
 from vcmm.run import Array
@@ -41,7 +42,7 @@ def _approach(recording: Recording) -> list[str]:
     return []
 
 
-def _scanned(recording: Recording) -> Array:
+def _scanned(recording: Recording) -> npt.NDArray[np.bool_]:
     mode = recording.run.labels.get("mode")
     return np.zeros(recording.m, dtype=bool) if mode is None else (mode == "scan")[recording.row]
 
