@@ -31,6 +31,7 @@ PAIRS = ("C0Y", "B0Z", "A0Z")
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
 MOST_COLUMNS = 120
+FULL_TURN = np.radians(345.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +197,10 @@ def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Eff
         return cast(Effect, made.from_table(_table(place["component"], problem)))
     if kind.name == "geometric_change":
         q = problem.run.q(place["component"][2])
+        if place["component"][2] in ROTARY and float(np.ptp(q)) > FULL_TURN:
+            raise UsageError(
+                "after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic"
+            )
         return cast(Effect, made(place["component"], np.array([q.min(), q.max()])))
     changes: dict[str, Any] = dict(place)
     if kind.name == "gradient_bending":

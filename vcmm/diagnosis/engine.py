@@ -20,7 +20,7 @@ from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
-from vcmm.diagnosis.periods import alias_words
+from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
@@ -287,8 +287,8 @@ def _answers(
                 place.evidence,
                 selection.delta(i),
                 largest > SCALES[-1],
-                *fitted(selection, i),
-                alias_words(term.option.effect, problem.run),
+                *fitted(selection, i, problem.machine),
+                remark(term.option.effect, problem.run),
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))

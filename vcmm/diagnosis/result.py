@@ -11,6 +11,7 @@ from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
 from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import Mistake
+from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.power import Detectable
 from vcmm.effect import Effect
 from vcmm.inputs import Input
@@ -136,6 +137,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
         "remark": a.remark,
+        "text": plain_words(a.effect, a.where, a.parameters),
     }
 
 

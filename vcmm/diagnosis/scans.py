@@ -34,7 +34,7 @@ SHAPES: dict[
 ARRAYS: dict[tuple[str, str], tuple[int, ...]] = {  # lengths of array parameters worth trying
     ("tip_form", "coefficients"): (5, 12),
     ("clamping", "coefficients"): (3, 7),
-    ("rotary_cyclic", "coefficients"): (2, 4),
+    ("rotary_cyclic", "coefficients"): (2, 4, 8),
 }
 Weighted = list[tuple[dict[str, Any], float]]
 
