@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from vcmm.diagnosis.evidence import Dictionary, scorer
+from vcmm.diagnosis.discrepancy import shape_of
+from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
+from vcmm.diagnosis.formula import propose
+from vcmm.diagnosis.holdout import Fold
 from vcmm.diagnosis.locate import Place, locate
+from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
-from vcmm.diagnosis.select import Selection, mismatch
+from vcmm.diagnosis.select import Selection, Setting, mismatch
 from vcmm.gaussian import Whitener, best_width
 from vcmm.run import Array
 
@@ -66,6 +73,20 @@ def _described(
         )
     )
     along = "along the normal" if family.where["direction"] == "normal" else f"in {family.where['direction']}"
-    return Unknown(
-        covariates, f"a dependence on {family.name} {along} that no effect of the catalogue explains", rms
-    )
+    words = f"a dependence on {family.name} {along} that no effect of the catalogue explains"
+    return Unknown(covariates[:3], words, rms, family.where["direction"], " and " in family.name)
+
+
+def described(
+    rest: Unknown | None, problem: Problem, setting: Setting, selection: Selection, parts: Sequence[Fold]
+) -> Unknown | None:
+    """The same with the fitted shape and, where one pays for its search and extrapolates, a formula."""
+    if rest is None:
+        return None
+    whites = [t.white for t in selection.terms]
+    basis = orthonormal(np.concatenate([np.zeros((problem.m, 0)), *whites], axis=1))
+    white = setting.white
+    shape = shape_of(problem, white, selection, rest.covariates, rest.direction, rest.pair, basis)
+    formula = propose(problem, setting, selection, rest.covariates, rest.direction, parts, basis)
+    rest = replace(rest, shape=shape)
+    return rest if formula is None else replace(rest, formula=formula.text, gain=formula.gain)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.diagnosis.adequacy import beaten, unknown_rest
+from vcmm.diagnosis.adequacy import beaten, described, unknown_rest
 from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import Standing, standing
@@ -15,7 +15,7 @@ from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.holdout import HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
-from vcmm.diagnosis.locate import generic_families, locate
+from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
@@ -206,6 +206,7 @@ def _result(
         selection = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
         places = [standing(selection, setting, i) for i in range(len(selection.terms))]
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    rest = described(rest, used, setting, selection, parts)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
@@ -235,6 +236,8 @@ def _result(
         stage.threshold,
         seed,
         problem.recording.kind == "angle",
+        map=score_map(scorer(stage.generic), y),
+        chance=stage.generic_threshold,
     )
 
 

@@ -172,6 +172,19 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
     return tuple(out)
 
 
+def score_map(generic: Scorer, y: Array) -> tuple[Place, ...]:
+    """Evidence over every covariate in its best direction, in the order of the scores; for the picture."""
+    if not generic.found.families:
+        return ()
+    scores = generic.scores(y[:, None])[:, 0]
+    best: dict[str, Place] = {}
+    for i in np.argsort(-scores, kind="stable"):
+        family = generic.found.families[i]
+        direction = family.where["direction"]
+        best.setdefault(family.name, Place(family.name, direction, float("nan"), "", float(scores[i])))
+    return tuple(best.values())
+
+
 def _words(covariate: str, direction: str) -> str:
     along = "along the normal" if direction == "normal" else f"in {direction}"
     return f"the residual {along} depends on {covariate}"

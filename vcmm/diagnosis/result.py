@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
 from vcmm.diagnosis.locate import Place
@@ -45,6 +46,11 @@ class Unknown:
     covariates: tuple[str, ...]
     description: str
     rms: float
+    direction: str = "normal"
+    pair: bool = False  # the two first covariates act together
+    shape: Shape | None = None
+    formula: str = ""
+    gain: float = 0.0  # nats of the formula on rows never fitted
 
 
 @dataclass(frozen=True)
@@ -87,6 +93,8 @@ class Diagnosis:
     seed: int
     angle: bool = False
     warnings: tuple[str, ...] = ()
+    map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
+    chance: float = 0.0  # the largest score of 99 % of null recordings
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
@@ -146,7 +154,25 @@ def _mistake(m: Mistake) -> dict[str, Any]:
 
 
 def _unknown(x: Unknown, micro: float) -> dict[str, Any]:
-    return {"covariates": list(x.covariates), "description": x.description, "rms_um": x.rms * micro}
+    out: dict[str, Any] = {
+        "covariates": list(x.covariates),
+        "description": x.description,
+        "rms_um": x.rms * micro,
+        "direction": x.direction,
+        "formula": x.formula or None,
+        "formula_gain_nats": x.gain if x.formula else None,
+        "status": "proposal, not physics",
+        "shape": None if x.shape is None else _shape(x.shape, micro),
+    }
+    return out
+
+
+def _shape(s: Shape, micro: float) -> dict[str, Any]:
+    """The curve over one covariate, or the map over two (rows over the second)."""
+    grid = {"over": list(s.names), s.names[0]: s.x.tolist()}
+    if s.y is not None:
+        grid[s.names[1]] = s.y.tolist()
+    return {**grid, "value_um": (s.value * micro).tolist(), "u_um": (s.u * micro).tolist()}
 
 
 def _place(p: Place) -> dict[str, Any]:

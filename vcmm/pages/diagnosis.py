@@ -17,6 +17,7 @@ from vcmm.errors import UsageError
 from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
 from vcmm.observe import baseline
+from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.recording import Recording
 from vcmm.run import Array
 
@@ -50,6 +51,11 @@ def sentences(d: Diagnosis) -> list[str]:
         out.append(
             f"Unknown, over {where}: {d.unknown.description} (rms {_micro(d, d.unknown.rms)}). A proposal, not a name."
         )
+        if d.unknown.formula:
+            unit = "urad" if d.angle else "um"
+            out.append(
+                f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
+            )
     out += [p.text for p in d.location[:1]]
     return out
 
@@ -120,6 +126,8 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
     ]
     if d.answer:
         blocks += [r.heading("What was left out"), *_answers(d)]
+    if d.unknown is not None and d.unknown.shape is not None:
+        blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
     columns = ["fold", "rms before", "rms after", "effect energy left", "log score gain"]
     blocks += [r.heading("On rows never fitted"), r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4))]
@@ -129,6 +137,7 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
             r.heading("Where the residual departs"),
             r.table(["covariate", "direction", "false-alarm p", ""], rows, numeric=(2,)),
         ]
+    blocks += location_bars(d)
     if d.noise_findings:
         blocks += [r.heading("Noise"), *(r.paragraph(t) for t in d.noise_findings)]
     blocks += [
@@ -184,7 +193,9 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
         assert x is not None
         charts.append(_scatter(x, before * scale, after * scale, place.covariate, unit, explained))
     charts.append(_histogram(before * scale, after * scale, unit))
-    return [r.columns(*charts)]
+    maps = zone_maps(recording, before * scale, after * scale, unit)
+    shown = [r.columns(*maps)] if maps else []
+    return [r.columns(*charts), *shown, *arrows(recording, machine.prepare(recording.run).tip, before, after)]
 
 
 def _repaired(machine: Machine, d: Diagnosis) -> Machine:
