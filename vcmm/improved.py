@@ -123,6 +123,8 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
     for name, value in vars(effect).items():
         if name not in done and isinstance(value, str | int) and not name.startswith("_"):
             lines.append(f"{name} = {_plain(value)}")
+        elif name not in done and isinstance(value, float) and value != 0.0:
+            lines.append(f'{name} = "{value:.10g} mm"')
     return "\n".join(lines) + "\n"
 
 

@@ -38,6 +38,13 @@ def unknown_rest(
     return _described(generic, given.basis, selection, white, places, best, options[:, 0])
 
 
+def _arguments(selection: Selection, i: int) -> set[str]:
+    """The covariate of a change of geometry: a freer curve over the same axis is the same physics, better fitted."""
+    family = selection.terms[i].family
+    axis = str(family.where.get("component", ""))[2:]
+    return {axis, f"{axis} (periodic)"} if family.name in ("geometric_change", "map_interpolation") else set()
+
+
 def beaten(generic: Dictionary, selection: Selection, evidence: float, i: int) -> bool:
     """Does a shape without physics explain clearly more than term i, the other terms given? Then the name is wrong."""
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
@@ -45,7 +52,14 @@ def beaten(generic: Dictionary, selection: Selection, evidence: float, i: int) -
         return False
     given = scorer(generic, np.concatenate(others, axis=1) if others else None)
     scores = given.families(given.options(selection.y[:, None]))[:, 0]
-    return float(scores.max()) > evidence + CLEARLY + mismatch(selection)
+    own = _arguments(selection, i)
+    foreign = [s for s, f in zip(scores, generic.families) if f.name not in own]
+    return bool(foreign) and float(max(foreign)) > evidence + CLEARLY + mismatch(selection)
+
+
+def plain(name: str) -> str:
+    """A covariate without the word for its shape: X (periodic) -> X."""
+    return name.split(" (")[0]
 
 
 def _described(
@@ -67,11 +81,7 @@ def _described(
     rms = float(np.sqrt(np.mean((signal / white.weight) ** 2)))
     family = generic.families[best]
     names = tuple(dict.fromkeys([family.name, *(p.covariate for p in places)]))[:3]
-    covariates = tuple(
-        dict.fromkeys(
-            c.replace(" (periodic)", "").replace(" (step)", "") for n in names for c in n.split(" and ")
-        )
-    )
+    covariates = tuple(dict.fromkeys(plain(c) for n in names for c in n.split(" and ")))
     along = "along the normal" if family.where["direction"] == "normal" else f"in {family.where['direction']}"
     words = f"a dependence on {family.name} {along} that no effect of the catalogue explains"
     return Unknown(covariates[:3], words, rms, family.where["direction"], " and " in family.name)

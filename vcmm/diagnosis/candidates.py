@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import Field, dataclass, replace
+from dataclasses import Field, dataclass, fields, replace
 from typing import Any, cast
 
 import numpy as np
@@ -31,6 +31,7 @@ PAIRS = ("C0Y", "B0Z", "A0Z")
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
 MOST_COLUMNS = 120
+NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
 FULL_TURN = np.radians(345.0)
 
 
@@ -241,16 +242,32 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
 def sensors(run: Run) -> list[str]:
     """Names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
     named = {c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")}
-    return sorted(named | set(run.series))
+    return sorted((named | set(run.series)) - set(NO_TEMPERATURE))
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:
     out = []
-    for changes, weight in trials(effect, problem.run):
-        option = make_option(replace(effect, **changes), problem, weight)
-        if option is not None:
-            out.append(option)
+    for start, share in _origins(effect, problem):
+        for changes, weight in trials(start, problem.run):
+            option = make_option(replace(start, **changes), problem, weight + share)
+            if option is not None:
+                out.append(option)
     return out
+
+
+def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:
+    """The effect from the zero of its axes, and from the middle of their travels: where a structure stands level."""
+    names = {"origin": "axis", "other_origin": "other"}
+    has = {f.name for f in fields(effect)}
+    middle = {
+        k: float(np.mean(problem.machine.axes[getattr(effect, a)].travel))
+        for k, a in names.items()
+        if k in has
+    }
+    if not any(middle.values()) or any(getattr(effect, k) for k in middle):
+        return [(effect, 0.0)]
+    half = float(np.log(0.5))
+    return [(effect, half), (replace(effect, **cast(Any, middle)), half)]
 
 
 def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Option | None:

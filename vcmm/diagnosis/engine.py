@@ -36,6 +36,9 @@ from vcmm.run import Array
 
 NULLS = 2000
 UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
+CLEARLY = (
+    3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
+)
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
 
@@ -162,7 +165,8 @@ def _search(problem: Problem, stage: Stage) -> tuple[Selection, Mistake | None, 
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     with_it = select(_setting(repaired, stage))
     gained = mistake.score + _evidence(with_it)
-    if gained < _evidence(plain):
+    simpler = len(with_it.terms) < len(plain.terms)
+    if gained < _evidence(plain) - (CLEARLY if simpler else 0.0):
         return plain, None, problem
     return with_it, mistake, repaired
 
@@ -203,7 +207,8 @@ def _result(
     doubtful = [i for i, place in enumerate(places) if beaten(stage.generic, selection, place.evidence, i)]
     if doubtful:
         failed += doubtful
-        selection = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
+        kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
+        selection = _still_needed(kept, setting)
         places = [standing(selection, setting, i) for i in range(len(selection.terms))]
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
     rest = described(rest, used, setting, selection, parts)
@@ -239,6 +244,17 @@ def _result(
         map=score_map(scorer(stage.generic), y),
         chance=stage.generic_threshold,
     )
+
+
+def _still_needed(selection: Selection, setting: Setting) -> Selection:
+    """Without the terms that only helped another which has gone: each must pass the threshold given the others."""
+    while selection.terms:
+        scores = [standing(selection, setting, i).evidence for i in range(len(selection.terms))]
+        worst = int(np.argmin(scores))
+        if scores[worst] > setting.threshold:
+            break
+        selection = joint([t for i, t in enumerate(selection.terms) if i != worst], setting)
+    return selection
 
 
 def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:

@@ -20,8 +20,10 @@ from vcmm.run import Array
 
 DEGREES = 4
 LINES = 80
+ZONE_WIDTHS = (0.12, 0.25)  # of the range
+ZONE_ROWS = 8.0  # that a zone must hold
 LEVELS = 20
-SKIP = ("tip_", "part_", "nx", "ny", "nz", "u_", "reading_")
+SKIP = ("raw_", "travel_", "tip_", "part_", "nx", "ny", "nz", "u_", "reading_")
 CERTAIN = 0.05
 SHOWN = 6
 
@@ -78,6 +80,9 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
             out[f"{axis} (periodic)"] = [_wave(problem.of_rows(run.position[axis]), p) for p in lines]
     for a, b in itertools.combinations(axes, 2):
         out[f"{a} and {b}"] = [surface(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))]
+        zones = zone_bumps(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))
+        if zones:
+            out[f"{a} and {b} (zone)"] = zones
     for a, angle in itertools.product(axes, [c for c in run.columns if c.endswith("angle_rad")]):
         out[f"{a} and {short(angle)}"] = [
             _waves_by(problem.of_rows(run.columns[angle]), problem.of_rows(run.position[a]))
@@ -137,6 +142,19 @@ def surface(x: Array, y: Array, degree: int = 4) -> Array:
     a, b = polynomials(x, degree), polynomials(y, degree)
     pairs = [(i, j) for i in range(1, a.shape[1]) for j in range(1, b.shape[1]) if i + j <= degree]
     return np.stack([a[:, i] * b[:, j] for i, j in pairs], axis=1) if pairs else np.zeros((len(x), 0))
+
+
+def zone_bumps(x: Array, y: Array) -> list[Array]:
+    """A scan for one bad zone: Gaussian spots (m, 1) on a grid of places, two widths; none where they hold few rows."""
+    a, b = ((v - v.min()) / max(float(np.ptp(v)), 1e-300) for v in (x, y))
+    out = []
+    for width in ZONE_WIDTHS:
+        centres = np.arange(width, 1.0, width)
+        for i, j in itertools.product(centres, centres):
+            spot = np.exp(-0.5 * ((a - i) ** 2 + (b - j) ** 2) / width**2)
+            if spot.sum() > ZONE_ROWS:
+                out.append(spot[:, None])
+    return out
 
 
 def _waves_by(angle: Array, x: Array) -> Array:

@@ -103,6 +103,8 @@ def with_logs(run: Run) -> Run:
         for n in names
         if n not in run.series and len(time) > 1
     }
+    if "spindle_rpm" in run.columns and "spindle_rpm" not in run.series and len(time) > 1:
+        logs["spindle_rpm"] = Series(time, run.column("spindle_rpm")[first])
     return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **logs})
 
 

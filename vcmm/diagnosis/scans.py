@@ -30,11 +30,13 @@ SHAPES: dict[
     ("cross_axis_flexure", "power"): (1, 2, 3),
     ("encoder_interpolation", "harmonic"): (1, 2),
     ("tool_runout", "harmonic"): (0, 1),
+    ("spindle_growth", "follows"): (0, 1),
 }
 ARRAYS: dict[tuple[str, str], tuple[int, ...]] = {  # lengths of array parameters worth trying
     ("tip_form", "coefficients"): (5, 12),
     ("clamping", "coefficients"): (3, 7),
     ("rotary_cyclic", "coefficients"): (2, 4, 8),
+    ("geometric_change", "coefficients"): (4, 8),
 }
 Weighted = list[tuple[dict[str, Any], float]]
 
