@@ -42,7 +42,7 @@ def _arguments(selection: Selection, i: int) -> set[str]:
     """The covariate of a change of geometry: a freer curve over the same axis is the same physics, better fitted."""
     family = selection.terms[i].family
     axis = str(family.where.get("component", ""))[2:]
-    return {axis, f"{axis} (periodic)"} if family.name in ("geometric_change", "map_interpolation") else set()
+    return {axis} if family.name in ("geometric_change", "map_interpolation") else set()
 
 
 def beaten(generic: Dictionary, selection: Selection, evidence: float, i: int) -> bool:

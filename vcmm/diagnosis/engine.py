@@ -203,13 +203,13 @@ def _result(
     if failed:
         selection = joint([t for i, t in enumerate(selection.terms) if i not in failed], setting)
     tell("comparing rivals", 0.85)
-    places = [standing(selection, setting, i) for i in range(len(selection.terms))]
+    places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     doubtful = [i for i, place in enumerate(places) if beaten(stage.generic, selection, place.evidence, i)]
     if doubtful:
         failed += doubtful
         kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
         selection = _still_needed(kept, setting)
-        places = [standing(selection, setting, i) for i in range(len(selection.terms))]
+        places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
     rest = described(rest, used, setting, selection, parts)
     sigma = (

@@ -106,6 +106,8 @@ def short(column: str) -> str:
     """Name of a column without its unit: time_s -> time, temp_part_C -> temp_part, speed_X_mm_s -> speed_X."""
     for unit in (
         "_mm_s2",
+        "_rad_s2",
+        "_rad_s",
         "_mm_s",
         "_mm_min",
         "_rad",

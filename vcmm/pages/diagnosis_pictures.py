@@ -32,16 +32,10 @@ def zone_maps(recording: Recording, before: Array, after: Array, unit: str) -> l
     out = []
     for values, word in ((before, "before"), (after, "after")):
         grid, xs, ys = _cells(x, y, values)
-        labels = {
-            "x_label": f"{sorted(axes)[0]} / {_unit(axes, 0)}",
-            "y_label": f"{sorted(axes)[1]} / {_unit(axes, 1)}",
-        }
-        out.append(r.heat_map(grid, xs, ys, unit=unit, title=f"Rms of the residual {word}", **labels))
+        first, second = (f"{a} / {'mm' if a in 'XYZ' else 'rad'}" for a in sorted(axes))
+        title = f"Rms of the residual {word}"
+        out.append(r.heat_map(grid, xs, ys, unit=unit, title=title, x_label=first, y_label=second))
     return out
-
-
-def _unit(axes: list[str], i: int) -> str:
-    return "mm" if sorted(axes)[i] in "XYZ" else "rad"
 
 
 def _cells(x: Array, y: Array, values: Array) -> tuple[Array, Array, Array]:
@@ -64,7 +58,7 @@ def arrows(recording: Recording, tip: Array, before: Array, after: Array) -> lis
     scale = 0.1 * size / max(float(np.quantile(np.abs(before), 0.98)), 1e-12)
     scale = float(10.0 ** np.floor(np.log10(scale)))
     along = recording.direction[chosen]
-    items = [
+    items: list[r.Points | r.Arrows] = [
         r.Points(place[chosen], "muted", 1.5),
         r.Arrows(place[chosen], before[chosen, None] * along, scale, "c2", name=f"before x {scale:,.0f}"),
         r.Arrows(place[chosen], after[chosen, None] * along, scale, "accent", name=f"after x {scale:,.0f}"),
