@@ -307,7 +307,7 @@ def _answers(
                 selection.delta(i),
                 largest > SCALES[-1],
                 *fitted(selection, i, problem.machine),
-                remark(term.option.effect, problem.run),
+                remark(term.option.effect, problem.run, problem.recording.kind),
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))

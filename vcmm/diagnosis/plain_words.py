@@ -94,10 +94,23 @@ def _value(e: Estimate) -> str:
     return f"{abs(e.value):.3g} {e.unit}".replace(" 1", "") if e.unit != "1" else f"{abs(e.value):.3g}"
 
 
-def remark(effect: Effect | None, run: Run) -> str:
-    """What must be said beside an answer: the alias of a period, or that a turn cannot be out of scale."""
+def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
+    """What must be said beside an answer: the alias of a period, that a turn cannot be out of scale, or that the
+    instrument (kind displacement or angle) may be to blame.
+    """
     if effect is None:
         return ""
+    component = str(getattr(effect, "component", ""))
+    along = (component[:1] == "E" and component[1:2] == component[2:]) or component in ("EAA", "EBB", "ECC")
+    if (
+        kind in ("displacement", "angle")
+        and along
+        and effect.name in ("geometric_change", "map_interpolation")
+    ):
+        return (
+            "or the instrument itself: a departure that depends on the position alone, the same in both directions, looks"
+            " the same when the scale or sensor that measured is at fault; repeat it with another instrument"
+        )
     axis = str(getattr(effect, "axis", ""))
     if effect.name == "scale_factor" and axis in ROTARY and float(np.ptp(run.q(axis))) > FULL_TURN:
         return (
