@@ -134,6 +134,8 @@ def test_plug_plate_is_scaled_and_out_of_square(diagnosed, tmp_path):
         ("squareness", "C0X"),
         ("geometric_change", "EYX"),
         ("geometric_change", "EXY"),
+        ("geometric_change", "ECY"),  # a table that turns along its travel takes the place of the shear
+        ("geometric_change", "ECX"),
     }
     assert placed & across, placed
     assert {"part_expansion", "scale_expansion"} <= set(found["not_testable"])

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.diagnosis.confusion import own_arguments
 from vcmm.diagnosis.discrepancy import shape_of
 from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.diagnosis.formula import propose
@@ -14,11 +15,12 @@ from vcmm.diagnosis.holdout import Fold
 from vcmm.diagnosis.locate import Place, locate
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
-from vcmm.diagnosis.select import Selection, Setting, mismatch
+from vcmm.diagnosis.select import Selection, Setting, best_option, mismatch
 from vcmm.gaussian import Whitener, best_width
 from vcmm.run import Array
 
 CLEARLY = 5.0  # nats
+THIRD = 1 / 3  # of its evidence: with less left beside a shape, which is on a coarse grid, a term was its shadow
 
 
 def unknown_rest(
@@ -38,23 +40,28 @@ def unknown_rest(
     return _described(generic, given.basis, selection, white, places, best, options[:, 0])
 
 
-def _arguments(selection: Selection, i: int) -> set[str]:
-    """The covariate of a change of geometry: a freer curve over the same axis is the same physics, better fitted."""
-    family = selection.terms[i].family
-    axis = str(family.where.get("component", ""))[2:]
-    return {axis} if family.name in ("geometric_change", "map_interpolation") else set()
+def beaten(generic: Dictionary, setting: Setting, selection: Selection, evidence: float, i: int) -> bool:
+    """Does a shape without physics explain clearly more than term i, and leave nothing for it? Then the name is wrong.
 
-
-def beaten(generic: Dictionary, selection: Selection, evidence: float, i: int) -> bool:
-    """Does a shape without physics explain clearly more than term i, the other terms given? Then the name is wrong."""
+    A shape that merely explains something else beside the term, for which there is no name, does not count against it.
+    """
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     if not generic.families:
         return False
     given = scorer(generic, np.concatenate(others, axis=1) if others else None)
-    scores = given.families(given.options(selection.y[:, None]))[:, 0]
-    own = _arguments(selection, i)
-    foreign = [s for s, f in zip(scores, generic.families) if f.name not in own]
-    return bool(foreign) and float(max(foreign)) > evidence + CLEARLY + mismatch(selection)
+    options = given.options(selection.y[:, None])[:, 0]
+    scores = given.families(options[:, None])[:, 0]
+    own = own_arguments(selection.terms[i].family)
+    for k in np.argsort(-scores, kind="stable"):
+        if scores[k] <= evidence + CLEARLY + mismatch(selection):
+            return False
+        if generic.families[k].name in own:
+            continue
+        shape = generic.columns(best_option(generic, options, int(k)))
+        left = scorer(setting.found, np.concatenate([*others, shape], axis=1))
+        family = setting.found.families.index(selection.terms[i].family)
+        return float(left.scores(selection.y[:, None])[family, 0]) < max(setting.threshold, THIRD * evidence)
+    return False
 
 
 def plain(name: str) -> str:

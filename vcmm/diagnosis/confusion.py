@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.diagnosis.candidates import Family
 from vcmm.diagnosis.evidence import Dictionary, Scorer, scorer
 from vcmm.diagnosis.select import SIMPLER, Selection, Setting
 from vcmm.run import Array
@@ -37,16 +38,24 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     own = setting.found.families.index(selection.terms[i].family)
     gap = separability(given, selection.signal(i))
     names, families, larger = _rivals(selection, setting, i, scores, gap, own)
-    unknown = _unknown(generic, given, selection)
+    unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
     return Standing(float(scores[own]), _probability(setting, scores, own, larger, unknown), names, families)
 
 
-def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection) -> float:
-    """Nats of all shapes without physics together; they share the prior of one name."""
+def own_arguments(family: Family) -> set[str]:
+    """The covariate of a change of geometry: a freer curve over the same axis is the same physics, better fitted."""
+    axis = str(family.where.get("component", ""))[2:]
+    return {axis, f"{axis} (periodic)"} if family.name in ("geometric_change", "map_interpolation") else set()
+
+
+def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, own_axis: set[str]) -> float:
+    """Nats of all shapes without physics together, but those over the term's own axis; they share the prior of one name."""
     if generic is None or not generic.families:
         return -np.inf
     own = scorer(generic, given.basis)
-    return float(np.logaddexp.reduce(own.families(own.options(selection.y[:, None]))[:, 0]))
+    scores = own.families(own.options(selection.y[:, None]))[:, 0]
+    foreign = [s for s, f in zip(scores, generic.families) if f.name not in own_axis]
+    return float(np.logaddexp.reduce(np.array([-np.inf, *foreign])))
 
 
 def separability(given: Scorer, signal: Array) -> Array:

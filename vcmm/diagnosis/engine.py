@@ -13,7 +13,7 @@ from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
-from vcmm.diagnosis.holdout import HeldOut, folds, gate, judge
+from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
@@ -199,14 +199,16 @@ def _result(
     used = problem if mistake is None else replace(problem, residual=problem.residual - mistake.departure)
     setting = _setting(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
-    failed = gate(used, parts, selection)
-    if failed:
-        selection = joint([t for i, t in enumerate(selection.terms) if i not in failed], setting)
+    before = len(selection.terms)
+    selection = _through_the_gate(used, parts, selection, setting)
+    failed = len(selection.terms) < before
     tell("comparing rivals", 0.85)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    doubtful = [i for i, place in enumerate(places) if beaten(stage.generic, selection, place.evidence, i)]
+    doubtful = [
+        i for i, place in enumerate(places) if beaten(stage.generic, setting, selection, place.evidence, i)
+    ]
     if doubtful:
-        failed += doubtful
+        failed = True
         kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
         selection = _still_needed(kept, setting)
         places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
@@ -226,7 +228,7 @@ def _result(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
     return Diagnosis(
-        _verdict(answers, mistake, rest, bool(failed) or (bool(answers) and left > UNSTATED)),
+        _verdict(answers, mistake, rest, failed or (bool(answers) and left > UNSTATED)),
         answers,
         rest,
         locate(scorer(stage.generic), y, stage.chance),
@@ -244,6 +246,15 @@ def _result(
         map=score_map(scorer(stage.generic), y),
         chance=stage.generic_threshold,
     )
+
+
+def _through_the_gate(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting
+) -> Selection:
+    """Refuse the term that fails worst, refit the others, and look again."""
+    while failed := gate(problem, parts, selection):
+        selection = joint([t for i, t in enumerate(selection.terms) if i != failed[0]], setting)
+    return selection
 
 
 def _still_needed(selection: Selection, setting: Setting) -> Selection:

@@ -136,19 +136,23 @@ def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) ->
 
 
 def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[int]:
-    """Numbers of the terms that fail: they lose much in a fold, or win in too few of the folds that excite them."""
-    failed = []
+    """Numbers of the terms that fail: they lose much in a fold, or win in too few of the folds that excite them.
+
+    The one that loses most comes first: terms that lean on one another are refused one at a time.
+    """
+    failed: list[tuple[float, int]] = []
     for i, term in enumerate(selection.terms):
         others = [t for t in selection.terms if t is not term]
         gains = []
         for fold in parts:
-            if _excites(fold, selection, i) and not _own_zone(term, fold):
+            if _excites(fold, selection, i):
                 with_it = judge(problem, fold, selection, selection.terms).gain
                 without = judge(problem, fold, selection, others).gain
-                gains.append(with_it - without)
+                if with_it > without or not _own_zone(term, fold):
+                    gains.append(with_it - without)
         if gains and _refused(np.array(gains)):
-            failed.append(i)
-    return failed
+            failed.append((min(gains), i))
+    return [i for _, i in sorted(failed)]
 
 
 def _refused(gains: Array) -> bool:
