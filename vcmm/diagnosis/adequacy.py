@@ -20,7 +20,9 @@ from vcmm.gaussian import Whitener, best_width
 from vcmm.run import Array
 
 CLEARLY = 5.0  # nats
-THIRD = 1 / 3  # of its evidence: with less left beside a shape, which is on a coarse grid, a term was its shadow
+THIRD = (
+    1 / 3
+)  # of its evidence: with less left beside a shape, which is on a coarse grid, a term was its shadow
 
 
 def unknown_rest(
