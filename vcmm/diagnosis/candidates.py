@@ -300,7 +300,7 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
     recording = problem.recording
     if "instrument" in kind.per:
         return recording.kind in ("displacement", "length", "angle")
-    if "tool" in kind.per.split(", "):
+    if "tool" in kind.per.split(", ") or kind.name == "workpiece_heating":  # heat of cutting needs a cut
         return not recording.measuring
     if "stylus" in kind.per:
         return recording.kind == "probe"
