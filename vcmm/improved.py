@@ -14,14 +14,20 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.diagnosis.mistakes import Mistake
+from vcmm.diagnosis.repair import NUMBERS, repaired_effects
 from vcmm.diagnosis.result import Answer
 from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.errors import UsageError
 from vcmm.files.effects import unit_of
+from vcmm.files.isg_writer import isg_text, with_values
 from vcmm.files.knowledge import addable
 from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal
 from vcmm.machine import Machine
 from vcmm.units import in_unit
+
+TABLE = "errors_corrected.csv"
 
 
 def improved_machine(
@@ -46,6 +52,35 @@ def improved_machine(
         wanted = [one for one in answer.inputs if alone and one.id not in known]
         blocks += [input_toml(answer.fitted, one, source) for one in wanted]
     return text + "".join(f"\n{block}" for block in blocks)
+
+
+def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: str) -> dict[str, str]:
+    """File name -> text of the corrected error table, beside the text `improved_machine` writes; empty where the numbers
+    do not stand in a table file ([errors] table) or cannot be corrected there.
+    """
+    from vcmm.files.known_errors import effects_of, read_error_file
+    from vcmm.files.toml import read_toml
+
+    stated = read_toml(original).data.get("errors")
+    if not isinstance(stated, dict) or not isinstance(stated.get("table"), str):
+        return {}
+    file = read_error_file(original.parent / stated["table"])
+    own = tuple(effects_of(file))
+    axis = machine.axes.get(mistake.component)
+    arm = None if axis is None or axis.measured_at is None else np.asarray(axis.measured_at, dtype=float)
+    try:
+        new = repaired_effects(own, mistake, arm)
+    except (UsageError, KeyError):
+        return {}
+    numbers = {e.where: getattr(e, NUMBERS[e.name]) for e in new if e.name in NUMBERS}
+    said = f"corrected after {source}: {mistake.component}, {mistake.what}"
+    return {TABLE: isg_text(with_values(file, numbers), said)}
+
+
+def with_table(text: str) -> str:
+    """Text of a machine file whose [errors] name the corrected table."""
+    head, mark, rest = text.partition("[errors]")
+    return head + mark + re.sub(r"""(\btable\s*=\s*)["'][^"']+["']""", rf'\g<1>"{TABLE}"', rest, count=1)
 
 
 def _departure(effect: Effect, machine: Machine) -> Effect:
@@ -88,6 +123,8 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
     for name, value in vars(effect).items():
         if name not in done and isinstance(value, str | int) and not name.startswith("_"):
             lines.append(f"{name} = {_plain(value)}")
+        elif name not in done and isinstance(value, float) and value != 0.0:
+            lines.append(f'{name} = "{value:.10g} mm"')
     return "\n".join(lines) + "\n"
 
 

@@ -40,7 +40,7 @@ class Recording:
     direction, for length from the second end to the first, for angle the axis of rotation.
     other (m,) run row of the second end of a length, -1 where that end is a fixed station.
     u (m,) standard uncertainty of each observation or None.   nuisance: name -> label column ("" = all rows).
-    missing: columns of the run that the file did not hold.
+    missing: columns of the run that the file did not hold.   lines (n,): line of the data file of each run row, or None.
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -56,6 +56,7 @@ class Recording:
     nuisance: Mapping[str, str] = field(default_factory=dict)
     noise: Law | None = None
     missing: tuple[str, ...] = ()
+    lines: Ints | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -111,6 +112,17 @@ class Recording:
             return ("",), np.zeros(self.m, dtype=np.intp)
         values, codes = np.unique(self.run.labels[label][self.row], return_inverse=True)
         return tuple(str(v) for v in values), codes.astype(np.intp)
+
+    def places(self, observations: Ints | npt.NDArray[np.bool_], most: int = 6) -> str:
+        """'lines 12, 17 and 30 more', where the observations stand in the data file; rows (from 1) without a file."""
+        rows = np.unique(self.row[observations])
+        known = self.lines is not None and bool((rows < len(self.lines)).all())
+        numbers = self.lines[rows] if self.lines is not None and known else rows + 1
+        word = ("line" if known else "row") + ("" if len(numbers) == 1 else "s")
+        shown = [str(k) for k in numbers[:most]]
+        if len(numbers) > most:
+            return f"{word} {', '.join(shown)} and {len(numbers) - most} more"
+        return f"{word} {' and '.join([', '.join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)}"
 
     def take(self, observations: Ints | npt.NDArray[np.bool_] | slice) -> Recording:
         """A copy with some of the observations (hold-out folds); the run stays whole."""

@@ -107,3 +107,13 @@ def test_the_true_template_has_the_highest_score():
 def test_generic_shapes_cover_positions_time_and_labels():
     names = {f.name for f in generic_families(problem())}
     assert {"X", "X and Y", "time", "time (step)", "pose", "probe_angle", "sense_X"} <= names
+
+
+def test_the_gate_refuses_what_makes_one_kind_of_rows_clearly_worse():
+    from vcmm.diagnosis.holdout import _refused
+
+    assert not _refused(np.array([12.0, 8.0, -2.0]))  # within what estimation costs
+    assert _refused(np.array([12.0, 8.0, -7.0]))  # a wrong shape: seven nats lost on rows of one kind
+    assert not _refused(np.array([300.0, 80.0, -7.0]))  # no template is exact
+    assert _refused(np.array([1.0, -4.0]))
+    assert _refused(np.array([2.0, -1.0, -1.0]))

@@ -37,6 +37,7 @@ from vcmm.effects import (
     ReversalSpike,
     RotaryCyclic,
     RotaryLocation,
+    RotaryReadoutDelay,
     ScaleExpansion,
     ScaleFactor,
     Scatter,
@@ -123,6 +124,7 @@ INSTANCES: tuple[Effect, ...] = (
     EncoderInterpolation("X", 0.1e-3, 0.05e-3, 0.02),
     ServoLag("Y", 1e-4),
     ReadoutDelay(1e-4),
+    RotaryReadoutDelay("C", 1e-4),
     StructuralVibration("X", 0.5e-3, 0.2e-3, 18.0, 0.04),
     TipForm("", _numbers(21)),
     Clamping("z", _numbers(7), 150.0),
@@ -151,6 +153,7 @@ def some_run(n: int = 12) -> Run:
     columns |= {f"part_{c}_mm": tip[:, i] - 100.0 for i, c in enumerate("xyz")}
     columns |= {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}
     columns |= {f"speed_{a}_mm_s": rng.uniform(-5.0, 5.0, n) for a in "XYZ"}
+    columns["speed_C_rad_s"] = 0.01 * columns["speed_X_mm_s"]
     columns |= {f"sense_{a}": rng.choice([-1.0, 1.0], n) for a in "XYZABC"}
     columns |= {
         f"temp_{s}_C": rng.uniform(19.0, 22.0, n) for s in ("part", "air", "scale_x", "scale_y", "scale_z")

@@ -149,3 +149,16 @@ def test_words_are_checked():
         StructuralVibration("X", frequency=0.0)
     with pytest.raises(UsageError, match="not a component error of a rotary axis"):
         RotaryCyclic("EXX")
+
+
+def test_an_angle_that_is_read_late_runs_ahead_of_the_axis():
+    from vcmm.effects.lag import RotaryReadoutDelay
+    from vcmm.run import Run
+
+    n = np.zeros(3)
+    speed = np.array([0.5, -0.5, 0.0])
+    run = Run({"C": n}, np.zeros((3, 3)), {"speed_C_rad_s": speed})
+    # 34 ms at 0.5 rad/s: 17 mrad behind what is read, nothing at rest
+    assert RotaryReadoutDelay("C", 34e-3).error_motion(run)[:, 5] == pytest.approx([-0.017, 0.017, 0.0])
+    with pytest.raises(UsageError, match="rotary"):
+        RotaryReadoutDelay("X")

@@ -49,7 +49,7 @@ def diagnose_command(
     with progress() as show_progress, about(recording):
         diagnosis = diagnose(found, known, seed=seed, extra_effects=extra, progress=show_progress)
     body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
-    improved = _improved(folder, recording, machine, known, diagnosis) if folder else None
+    improved = _improved(folder, recording, machine, known, diagnosis) if folder else {}
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
     content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
@@ -84,18 +84,23 @@ def _own_class(word: str) -> Any:
     return found
 
 
-def _improved(folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any) -> str | None:
-    """Text of the improved machine file; None when nothing was found that can be written."""
+def _improved(
+    folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any
+) -> dict[str, str]:
+    """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     from vcmm.files.toml import read_toml
-    from vcmm.improved import improved_machine
+    from vcmm.improved import improved_machine, repaired_table, with_table
 
-    if not any(a.fitted is not None for a in diagnosis.answer):
-        return None
     named = read_toml(recording).data.get("machine")
     original = machine or (recording.parent / named if isinstance(named, str) else None)
     if original is None:
-        return None
-    return improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
+        return {}
+    mistake = diagnosis.mistake
+    tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
+    if not tables and not any(a.fitted is not None for a in diagnosis.answer):
+        return {}
+    text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
+    return {"machine.toml": with_table(text) if tables else text, **tables}
 
 
 def _write(
@@ -105,7 +110,7 @@ def _write(
     known: Any,
     diagnosis: Any,
     content: Any,
-    improved: str | None,
+    improved: dict[str, str],
 ) -> None:
     import json as _json
 
@@ -118,8 +123,7 @@ def _write(
         say(f"wrote {report}")
     if folder:
         texts = {"diagnosis.json": _json.dumps(content, indent=1, allow_nan=False), "report.html": page}
-        if improved:
-            texts["machine.toml"] = improved
+        texts |= improved
         write_files(folder, texts)
         say(f"wrote {folder}/" + ", ".join(texts))
 

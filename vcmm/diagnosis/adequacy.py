@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from vcmm.diagnosis.evidence import Dictionary, scorer
+from vcmm.diagnosis.confusion import own_arguments
+from vcmm.diagnosis.discrepancy import shape_of
+from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
+from vcmm.diagnosis.formula import propose
+from vcmm.diagnosis.holdout import Fold
 from vcmm.diagnosis.locate import Place, locate
+from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
-from vcmm.diagnosis.select import Selection, mismatch
+from vcmm.diagnosis.select import Selection, Setting, best_option, mismatch
 from vcmm.gaussian import Whitener, best_width
 from vcmm.run import Array
 
 CLEARLY = 5.0  # nats
+THIRD = (
+    1 / 3
+)  # of its evidence: with less left beside a shape, which is on a coarse grid, a term was its shadow
 
 
 def unknown_rest(
@@ -31,14 +42,33 @@ def unknown_rest(
     return _described(generic, given.basis, selection, white, places, best, options[:, 0])
 
 
-def beaten(generic: Dictionary, selection: Selection, evidence: float, i: int) -> bool:
-    """Does a shape without physics explain clearly more than term i, the other terms given? Then the name is wrong."""
+def beaten(generic: Dictionary, setting: Setting, selection: Selection, evidence: float, i: int) -> bool:
+    """Does a shape without physics explain clearly more than term i, and leave nothing for it? Then the name is wrong.
+
+    A shape that merely explains something else beside the term, for which there is no name, does not count against it.
+    """
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     if not generic.families:
         return False
     given = scorer(generic, np.concatenate(others, axis=1) if others else None)
-    scores = given.families(given.options(selection.y[:, None]))[:, 0]
-    return float(scores.max()) > evidence + CLEARLY + mismatch(selection)
+    options = given.options(selection.y[:, None])[:, 0]
+    scores = given.families(options[:, None])[:, 0]
+    own = own_arguments(selection.terms[i].family)
+    for k in np.argsort(-scores, kind="stable"):
+        if scores[k] <= evidence + CLEARLY + mismatch(selection):
+            return False
+        if generic.families[k].name in own:
+            continue
+        shape = generic.columns(best_option(generic, options, int(k)))
+        left = scorer(setting.found, np.concatenate([*others, shape], axis=1))
+        family = setting.found.families.index(selection.terms[i].family)
+        return float(left.scores(selection.y[:, None])[family, 0]) < max(setting.threshold, THIRD * evidence)
+    return False
+
+
+def plain(name: str) -> str:
+    """A covariate without the word for its shape: X (periodic) -> X."""
+    return name.split(" (")[0]
 
 
 def _described(
@@ -60,12 +90,22 @@ def _described(
     rms = float(np.sqrt(np.mean((signal / white.weight) ** 2)))
     family = generic.families[best]
     names = tuple(dict.fromkeys([family.name, *(p.covariate for p in places)]))[:3]
-    covariates = tuple(
-        dict.fromkeys(
-            c.replace(" (periodic)", "").replace(" (step)", "") for n in names for c in n.split(" and ")
-        )
-    )
+    covariates = tuple(dict.fromkeys(plain(c) for n in names for c in n.split(" and ")))
     along = "along the normal" if family.where["direction"] == "normal" else f"in {family.where['direction']}"
-    return Unknown(
-        covariates, f"a dependence on {family.name} {along} that no effect of the catalogue explains", rms
-    )
+    words = f"a dependence on {family.name} {along} that no effect of the catalogue explains"
+    return Unknown(covariates[:3], words, rms, family.where["direction"], " and " in family.name)
+
+
+def described(
+    rest: Unknown | None, problem: Problem, setting: Setting, selection: Selection, parts: Sequence[Fold]
+) -> Unknown | None:
+    """The same with the fitted shape and, where one pays for its search and extrapolates, a formula."""
+    if rest is None:
+        return None
+    whites = [t.white for t in selection.terms]
+    basis = orthonormal(np.concatenate([np.zeros((problem.m, 0)), *whites], axis=1))
+    white = setting.white
+    shape = shape_of(problem, white, selection, rest.covariates, rest.direction, rest.pair, basis)
+    formula = propose(problem, setting, selection, rest.covariates, rest.direction, parts, basis)
+    rest = replace(rest, shape=shape)
+    return rest if formula is None else replace(rest, formula=formula.text, gain=formula.gain)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import Field, dataclass, replace
+from dataclasses import Field, dataclass, fields, replace
 from typing import Any, cast
 
 import numpy as np
@@ -31,6 +31,8 @@ PAIRS = ("C0Y", "B0Z", "A0Z")
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
 MOST_COLUMNS = 120
+NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
+FULL_TURN = np.radians(345.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +72,18 @@ class Family:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """families; not_testable: effect name -> the columns that are missing."""
+    """families; not_testable: effect name -> the columns that are missing; unseen: names that no row can show."""
 
     families: tuple[Family, ...]
     not_testable: Mapping[str, tuple[str, ...]]
+    unseen: tuple[str, ...] = ()
 
 
 def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue:
     """All families of the known effects (and of the caller's own effect classes)."""
     families: list[Family] = []
     absent: dict[str, tuple[str, ...]] = {}
+    unseen: list[str] = []
     for kind in (*ALL, *extra):
         if kind.name in NEVER or not parameter_fields(kind) or not applies(kind, problem):
             continue
@@ -88,8 +92,11 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
             families = _joined(families, family)
         if not found and missing:
             absent[kind.name] = tuple(sorted(missing))
+        elif not found and instances(kind, problem):
+            unseen.append(getattr(kind, "family", "") or kind.name)
     families += _stale(problem)
-    return Catalogue(_shared_prior(families, problem), absent)
+    names = {f.name for f in families}
+    return Catalogue(_shared_prior(families, problem), absent, tuple(n for n in unseen if n not in names))
 
 
 def _stale(problem: Problem) -> list[Family]:
@@ -191,6 +198,10 @@ def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Eff
         return cast(Effect, made.from_table(_table(place["component"], problem)))
     if kind.name == "geometric_change":
         q = problem.run.q(place["component"][2])
+        if place["component"][2] in ROTARY and float(np.ptp(q)) > FULL_TURN:
+            raise UsageError(
+                "after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic"
+            )
         return cast(Effect, made(place["component"], np.array([q.min(), q.max()])))
     changes: dict[str, Any] = dict(place)
     if kind.name == "gradient_bending":
@@ -231,16 +242,32 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
 def sensors(run: Run) -> list[str]:
     """Names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
     named = {c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")}
-    return sorted(named | set(run.series))
+    return sorted((named | set(run.series)) - set(NO_TEMPERATURE))
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:
     out = []
-    for changes, weight in trials(effect, problem.run):
-        option = make_option(replace(effect, **changes), problem, weight)
-        if option is not None:
-            out.append(option)
+    for start, share in _origins(effect, problem):
+        for changes, weight in trials(start, problem.run):
+            option = make_option(replace(start, **changes), problem, weight + share)
+            if option is not None:
+                out.append(option)
     return out
+
+
+def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:
+    """The effect from the zero of its axes, and from the middle of their travels: where a structure stands level."""
+    names = {"origin": "axis", "other_origin": "other"}
+    has = {f.name for f in fields(effect)}
+    middle = {
+        k: float(np.mean(problem.machine.axes[getattr(effect, a)].travel))
+        for k, a in names.items()
+        if k in has
+    }
+    if not any(middle.values()) or any(getattr(effect, k) for k in middle):
+        return [(effect, 0.0)]
+    half = float(np.log(0.5))
+    return [(effect, half), (replace(effect, **cast(Any, middle)), half)]
 
 
 def make_option(effect: Effect, problem: Problem, log_prior: float = 0.0) -> Option | None:
@@ -273,7 +300,7 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
     recording = problem.recording
     if "instrument" in kind.per:
         return recording.kind in ("displacement", "length", "angle")
-    if "tool" in kind.per.split(", "):
+    if "tool" in kind.per.split(", ") or kind.name == "workpiece_heating":  # heat of cutting needs a cut
         return not recording.measuring
     if "stylus" in kind.per:
         return recording.kind == "probe"

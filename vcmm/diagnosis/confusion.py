@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.diagnosis.evidence import Scorer, scorer
+from vcmm.diagnosis.candidates import Family
+from vcmm.diagnosis.evidence import Dictionary, Scorer, scorer
 from vcmm.diagnosis.select import SIMPLER, Selection, Setting
 from vcmm.run import Array
 
@@ -28,8 +29,8 @@ class Standing:
     families: tuple[int, ...]  # best family of each rival name
 
 
-def standing(selection: Selection, setting: Setting, i: int) -> Standing:
-    """Compare term i with every family, given the other terms."""
+def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
+    """Compare term i with every family, given the other terms; with `generic` also with physics that has no name."""
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     given = scorer(setting.found, np.concatenate(others, axis=1) if others else None)
     options = given.options(selection.y[:, None])
@@ -37,7 +38,24 @@ def standing(selection: Selection, setting: Setting, i: int) -> Standing:
     own = setting.found.families.index(selection.terms[i].family)
     gap = separability(given, selection.signal(i))
     names, families, larger = _rivals(selection, setting, i, scores, gap, own)
-    return Standing(float(scores[own]), _probability(setting, scores, own, larger), names, families)
+    unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
+    return Standing(float(scores[own]), _probability(setting, scores, own, larger, unknown), names, families)
+
+
+def own_arguments(family: Family) -> set[str]:
+    """The covariate of a change of geometry: a freer curve over the same axis is the same physics, better fitted."""
+    axis = str(family.where.get("component", ""))[2:]
+    return {axis, f"{axis} (periodic)"} if family.name in ("geometric_change", "map_interpolation") else set()
+
+
+def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, own_axis: set[str]) -> float:
+    """Nats of all shapes without physics together, but those over the term's own axis; they share the prior of one name."""
+    if generic is None or not generic.families:
+        return -np.inf
+    own = scorer(generic, given.basis)
+    scores = own.families(own.options(selection.y[:, None]))[:, 0]
+    foreign = [s for s, f in zip(scores, generic.families) if f.name not in own_axis]
+    return float(np.logaddexp.reduce(np.array([-np.inf, *foreign])))
 
 
 def separability(given: Scorer, signal: Array) -> Array:
@@ -81,14 +99,18 @@ def _stop(setting: Setting, family: int) -> int:
     return int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
 
 
-def _probability(setting: Setting, scores: Array, own: int, larger: set[str]) -> float:
-    """Posterior of the name among all names and nothing; nothing has the prior weight of all names together.
+def _probability(
+    setting: Setting, scores: Array, own: int, larger: set[str], unknown: float = -np.inf
+) -> float:
+    """Posterior of the name among all names, the unknown (one more name) and nothing.
+
+    Nothing has the prior weight of all names together.
 
     Names that hold the answer as a special case do not count against it.
     """
     names = [f.name for f in setting.found.families]
     count = len(set(names))
     kept = np.array([s for s, name in zip(scores, names) if name not in larger])
-    total = float(np.logaddexp.reduce(np.append(kept, np.log(count))))
+    total = float(np.logaddexp.reduce(np.append(kept, [np.log(count), unknown])))
     mine = [s for s, name in zip(scores, names) if name == names[own]]
     return float(np.exp(np.logaddexp.reduce(np.array(mine)) - total))

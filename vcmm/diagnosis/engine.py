@@ -7,22 +7,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.diagnosis.adequacy import beaten, unknown_rest
+from vcmm.diagnosis.adequacy import beaten, described, unknown_rest
+from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
-from vcmm.diagnosis.holdout import HeldOut, folds, gate, judge
+from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
-from vcmm.diagnosis.locate import generic_families, locate
-from vcmm.diagnosis.mistakes import Mistake, find_mistake
+from vcmm.diagnosis.locate import generic_families, locate, score_map
+from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
+from vcmm.diagnosis.qualify import qualified
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.select import Selection, Setting, joint, select
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
@@ -32,6 +36,9 @@ from vcmm.run import Array
 
 NULLS = 2000
 UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
+CLEARLY = (
+    3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
+)
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
 
@@ -65,14 +72,27 @@ def diagnose_recording(
     outside the travels, no noise, fewer rows than nuisance parameters.
     """
     tell = progress or (lambda text, share: None)
-    tell("predicting the recording", 0.0)
-    problem = make_problem(recording, machine)
+    tell("checking and predicting the recording", 0.0)
+    fit = checked(recording, machine)
+    problem, warnings = _usable(fit, machine)
+    plain = problem.whitener()
     tell("listing what could be missing", 0.05)
     known = catalogue(problem, extra_effects)
-    plain = problem.whitener()
     stage, selection, mistake = _passes(problem, known, plain, seed, nulls, tell)
     tell("predicting rows held out", 0.75)
-    return _result(problem, known, stage, selection, mistake, seed, tell)
+    found = _result(problem, known, stage, selection, mistake, seed, tell)
+    found = replace(found, warnings=warnings)
+    return qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
+
+
+def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
+    """The problem without rows that cannot belong to it, and what to tell."""
+    problem = make_problem(fit.recording, machine)
+    out, text = wild(problem)
+    if out.any():
+        problem = make_problem(fit.recording.take(~out), machine)
+    check_belonging(problem, problem.whitener())
+    return problem, (*fit.warnings, *([text] if text else []))
 
 
 def _passes(
@@ -89,7 +109,8 @@ def _passes(
         before, noise = noise, audit(problem, plain, _left(used, plain, selection), seed)
         if _same(noise, before):
             break
-    return replace(stage, noise=replace(stage.noise, findings=noise.findings)), selection, mistake
+    final = replace(stage.noise, findings=noise.findings, scale=noise.scale)
+    return replace(stage, noise=final), selection, mistake
 
 
 def _same(a: Audit, b: Audit) -> bool:
@@ -144,7 +165,8 @@ def _search(problem: Problem, stage: Stage) -> tuple[Selection, Mistake | None, 
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     with_it = select(_setting(repaired, stage))
     gained = mistake.score + _evidence(with_it)
-    if gained < _evidence(plain):
+    simpler = len(with_it.terms) < len(plain.terms)
+    if gained < _evidence(plain) - (CLEARLY if simpler else 0.0):
         return plain, None, problem
     return with_it, mistake, repaired
 
@@ -177,17 +199,21 @@ def _result(
     used = problem if mistake is None else replace(problem, residual=problem.residual - mistake.departure)
     setting = _setting(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
-    failed = gate(used, parts, selection)
-    if failed:
-        selection = joint([t for i, t in enumerate(selection.terms) if i not in failed], setting)
+    before = len(selection.terms)
+    selection = _through_the_gate(used, parts, selection, setting)
+    failed = len(selection.terms) < before
     tell("comparing rivals", 0.85)
-    places = [standing(selection, setting, i) for i in range(len(selection.terms))]
-    doubtful = [i for i, place in enumerate(places) if beaten(stage.generic, selection, place.evidence, i)]
+    places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
+    doubtful = [
+        i for i, place in enumerate(places) if beaten(stage.generic, setting, selection, place.evidence, i)
+    ]
     if doubtful:
-        failed += doubtful
-        selection = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
-        places = [standing(selection, setting, i) for i in range(len(selection.terms))]
+        failed = True
+        kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
+        selection = _still_needed(kept, setting)
+        places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    rest = described(rest, used, setting, selection, parts)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
@@ -202,7 +228,7 @@ def _result(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
     return Diagnosis(
-        _verdict(answers, mistake, rest, bool(failed) or (bool(answers) and left > UNSTATED)),
+        _verdict(answers, mistake, rest, failed or (bool(answers) and left > UNSTATED)),
         answers,
         rest,
         locate(scorer(stage.generic), y, stage.chance),
@@ -211,13 +237,35 @@ def _result(
         stage.noise.findings,
         _fit(problem, selection, stage, sigma, held, y),
         known.not_testable,
-        tuple(dict.fromkeys((*stage.found.invisible, *hidden))),
+        tuple(dict.fromkeys((*known.unseen, *stage.found.invisible, *hidden))),
         shown,
         steps,
         stage.threshold,
         seed,
         problem.recording.kind == "angle",
+        map=score_map(scorer(stage.generic), y),
+        chance=stage.generic_threshold,
     )
+
+
+def _through_the_gate(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting
+) -> Selection:
+    """Refuse the term that fails worst, refit the others, and look again."""
+    while failed := gate(problem, parts, selection):
+        selection = joint([t for i, t in enumerate(selection.terms) if i != failed[0]], setting)
+    return selection
+
+
+def _still_needed(selection: Selection, setting: Setting) -> Selection:
+    """Without the terms that only helped another which has gone: each must pass the threshold given the others."""
+    while selection.terms:
+        scores = [standing(selection, setting, i).evidence for i in range(len(selection.terms))]
+        worst = int(np.argmin(scores))
+        if scores[worst] > setting.threshold:
+            break
+        selection = joint([t for i, t in enumerate(selection.terms) if i != worst], setting)
+    return selection
 
 
 def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:
@@ -269,7 +317,8 @@ def _answers(
                 place.evidence,
                 selection.delta(i),
                 largest > SCALES[-1],
-                *fitted(selection, i),
+                *fitted(selection, i, problem.machine),
+                remark(term.option.effect, problem.run, problem.recording.kind),
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))

@@ -20,8 +20,10 @@ from vcmm.run import Array
 
 DEGREES = 4
 LINES = 80
+ZONE_WIDTHS = (0.12, 0.25)  # of the range
+ZONE_ROWS = 8.0  # that a zone must hold
 LEVELS = 20
-SKIP = ("tip_", "part_", "nx", "ny", "nz", "u_", "reading_")
+SKIP = ("raw_", "travel_", "tip_", "part_", "nx", "ny", "nz", "u_", "reading_")
 CERTAIN = 0.05
 SHOWN = 6
 
@@ -78,6 +80,9 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
             out[f"{axis} (periodic)"] = [_wave(problem.of_rows(run.position[axis]), p) for p in lines]
     for a, b in itertools.combinations(axes, 2):
         out[f"{a} and {b}"] = [surface(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))]
+        zones = zone_bumps(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))
+        if zones:
+            out[f"{a} and {b} (zone)"] = zones
     for a, angle in itertools.product(axes, [c for c in run.columns if c.endswith("angle_rad")]):
         out[f"{a} and {short(angle)}"] = [
             _waves_by(problem.of_rows(run.columns[angle]), problem.of_rows(run.position[a]))
@@ -101,6 +106,8 @@ def short(column: str) -> str:
     """Name of a column without its unit: time_s -> time, temp_part_C -> temp_part, speed_X_mm_s -> speed_X."""
     for unit in (
         "_mm_s2",
+        "_rad_s2",
+        "_rad_s",
         "_mm_s",
         "_mm_min",
         "_rad",
@@ -139,6 +146,19 @@ def surface(x: Array, y: Array, degree: int = 4) -> Array:
     return np.stack([a[:, i] * b[:, j] for i, j in pairs], axis=1) if pairs else np.zeros((len(x), 0))
 
 
+def zone_bumps(x: Array, y: Array) -> list[Array]:
+    """A scan for one bad zone: Gaussian spots (m, 1) on a grid of places, two widths; none where they hold few rows."""
+    a, b = ((v - v.min()) / max(float(np.ptp(v)), 1e-300) for v in (x, y))
+    out = []
+    for width in ZONE_WIDTHS:
+        centres = np.arange(width, 1.0, width)
+        for i, j in itertools.product(centres, centres):
+            spot = np.exp(-0.5 * ((a - i) ** 2 + (b - j) ** 2) / width**2)
+            if spot.sum() > ZONE_ROWS:
+                out.append(spot[:, None])
+    return out
+
+
 def _waves_by(angle: Array, x: Array) -> Array:
     """Harmonics 1 to 4 of an angle times P1 and P2 of a position (m, 16)."""
     waves = np.concatenate([_wave(angle, 2 * np.pi / k) for k in (1, 2, 3, 4)], axis=1)
@@ -170,6 +190,19 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
             direction = family.where["direction"]
             out.append(Place(family.name, direction, p, _words(family.name, direction), float(scores[i])))
     return tuple(out)
+
+
+def score_map(generic: Scorer, y: Array) -> tuple[Place, ...]:
+    """Evidence over every covariate in its best direction, in the order of the scores; for the picture."""
+    if not generic.found.families:
+        return ()
+    scores = generic.scores(y[:, None])[:, 0]
+    best: dict[str, Place] = {}
+    for i in np.argsort(-scores, kind="stable"):
+        family = generic.found.families[i]
+        direction = family.where["direction"]
+        best.setdefault(family.name, Place(family.name, direction, float("nan"), "", float(scores[i])))
+    return tuple(best.values())
 
 
 def _words(covariate: str, direction: str) -> str:

@@ -37,6 +37,11 @@ class Mistake:
     prior: float = 0.0  # ln; each kind of mistake of a component weighs the same, however many forms it has
     rivals: tuple[str, ...] = ()  # other mistakes within 3 nats, in words
     effect: str = "map_mistake"  # or abbe_counted_twice, whose component is the axis
+    factor: float = (
+        1.0  # what the recording holds of the table: -1, 0, 2 or a unit factor; of the Abbe error -1 or 1
+    )
+    source: str = ""  # the component whose table it holds instead
+    both: bool = False  # and the other way round
 
 
 def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
@@ -86,11 +91,12 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
     if len(own) > 1:
         own["all"] = np.sum(list(own.values()), axis=0)
     for name, e in own.items():
-        yield Mistake(name, "sign", -2.0 * e)
-        yield Mistake(name, "missing", -e)
-        yield Mistake(name, "counted twice", e)
+        yield Mistake(name, "sign", -2.0 * e, factor=-1.0)
+        yield Mistake(name, "missing", -e, factor=0.0)
+        yield Mistake(name, "counted twice", e, factor=2.0)
         for factor in UNIT_FACTORS:
-            yield Mistake(name, "unit", (factor - 1.0) * e, prior=-float(np.log(len(UNIT_FACTORS))))
+            prior = -float(np.log(len(UNIT_FACTORS)))
+            yield Mistake(name, "unit", (factor - 1.0) * e, prior=prior, factor=factor)
     yield from _swaps(problem, tables, own, nothing)
     yield from _abbe(problem, nothing)
 
@@ -109,7 +115,7 @@ def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
             continue  # no rotation tables, or a position outside them
         if np.abs(e).max(initial=0.0) > TINY:
             yield Mistake(letter, "Abbe error counted twice", e, effect="abbe_counted_twice")
-            yield Mistake(letter, "Abbe error left out", -e, effect="abbe_counted_twice")
+            yield Mistake(letter, "Abbe error left out", -e, effect="abbe_counted_twice", factor=-1.0)
 
 
 def tables_of(problem: Problem) -> dict[str, Effect]:
@@ -139,9 +145,10 @@ def _swaps(
     share = -float(np.log(max(2 * len(single), 1)))
     for (a, b), instead in moved.items():
         change = instead - own.get(a, zero)
-        yield Mistake(a, f"swapped with {b}", change, prior=share)
+        yield Mistake(a, f"swapped with {b}", change, prior=share, source=b)
         if a < b:
-            yield Mistake(a, f"swapped with {b}", change + moved[b, a] - own.get(b, zero), prior=share)
+            whole = change + moved[b, a] - own.get(b, zero)
+            yield Mistake(a, f"swapped with {b}", whole, prior=share, source=b, both=True)
 
 
 def _holding(table: Any, source: Any) -> Effect:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vcmm.diagnosis.sanity import without_gaps
 from vcmm.effect import Effect
 from vcmm.gaussian import Ints, Whitener, whitener
 from vcmm.machine import Machine
@@ -65,9 +66,14 @@ def make_problem(recording: Recording, machine: Machine) -> Problem:
         noise_u(recording, machine),
         np.reshape(columns, (m, -1)),
         np.concatenate([np.zeros((m, 0)), *known], axis=1),
-        predecessors(recording.row),
+        without_gaps(predecessors(recording.row), _times(recording)),
         observer,
     )
+
+
+def _times(recording: Recording) -> Array | None:
+    time = recording.run.columns.get("time_s")
+    return None if time is None else np.asarray(time[recording.row])
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +103,8 @@ def with_logs(run: Run) -> Run:
         for n in names
         if n not in run.series and len(time) > 1
     }
+    if "spindle_rpm" in run.columns and "spindle_rpm" not in run.series and len(time) > 1:
+        logs["spindle_rpm"] = Series(time, run.column("spindle_rpm")[first])
     return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **logs})
 
 

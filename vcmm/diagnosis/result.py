@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
 from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import Mistake
+from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.power import Detectable
 from vcmm.effect import Effect
 from vcmm.inputs import Input
@@ -34,6 +36,7 @@ class Answer:
     implausible: bool = False
     fitted: Effect | None = None
     inputs: tuple[Input, ...] = ()
+    remark: str = ""
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,11 @@ class Unknown:
     covariates: tuple[str, ...]
     description: str
     rms: float
+    direction: str = "normal"
+    pair: bool = False  # the two first covariates act together
+    shape: Shape | None = None
+    formula: str = ""
+    gain: float = 0.0  # nats of the formula on rows never fitted
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,8 @@ class Diagnosis:
     seed: int
     angle: bool = False
     warnings: tuple[str, ...] = ()
+    map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
+    chance: float = 0.0  # the largest score of 99 % of null recordings
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
@@ -105,8 +115,23 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "next_measurement": [{"separates": list(n.separates), "do": n.do, "minutes": n.minutes} for n in d.next_measurement],
         "improved_machine": None,
     }  # fmt: skip
-    finite: dict[str, Any] = _finite(body)
+    finite: dict[str, Any] = _finite(in_urad(body) if d.angle else body)
     return finite
+
+
+def in_urad(body: dict[str, Any]) -> dict[str, Any]:
+    """The same with the unit said: beside every ..._um of the contract, which holds urad here, the key ..._urad."""
+
+    def told(value: Any) -> Any:
+        if isinstance(value, list):
+            return [told(v) for v in value]
+        if not isinstance(value, dict):
+            return value
+        own = {k: told(v) for k, v in value.items()}
+        angles = {f"{k[:-3]}_urad": v for k, v in own.items() if k.endswith("_um")}
+        return {**own, **angles, "unit": "urad"} if angles else own
+
+    return {**told(body), "unit": "urad"}
 
 
 def _answer(a: Answer) -> dict[str, Any]:
@@ -119,6 +144,8 @@ def _answer(a: Answer) -> dict[str, Any]:
         "cannot_be_told_from": list(a.cannot_be_told_from),
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
+        "remark": a.remark,
+        "text": plain_words(a.effect, a.where, a.parameters),
     }
 
 
@@ -127,7 +154,25 @@ def _mistake(m: Mistake) -> dict[str, Any]:
 
 
 def _unknown(x: Unknown, micro: float) -> dict[str, Any]:
-    return {"covariates": list(x.covariates), "description": x.description, "rms_um": x.rms * micro}
+    out: dict[str, Any] = {
+        "covariates": list(x.covariates),
+        "description": x.description,
+        "rms_um": x.rms * micro,
+        "direction": x.direction,
+        "formula": x.formula or None,
+        "formula_gain_nats": x.gain if x.formula else None,
+        "status": "proposal, not physics",
+        "shape": None if x.shape is None else _shape(x.shape, micro),
+    }
+    return out
+
+
+def _shape(s: Shape, micro: float) -> dict[str, Any]:
+    """The curve over one covariate, or the map over two (rows over the second)."""
+    grid = {"over": list(s.names), s.names[0]: s.x.tolist()}
+    if s.y is not None:
+        grid[s.names[1]] = s.y.tolist()
+    return {**grid, "value_um": (s.value * micro).tolist(), "u_um": (s.u * micro).tolist()}
 
 
 def _place(p: Place) -> dict[str, Any]:

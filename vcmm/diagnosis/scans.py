@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.diagnosis.periods import coordinate, of_angle, shortest, supported
 from vcmm.effect import Effect, parameter_fields
 from vcmm.run import Array, Run
 
@@ -29,11 +30,13 @@ SHAPES: dict[
     ("cross_axis_flexure", "power"): (1, 2, 3),
     ("encoder_interpolation", "harmonic"): (1, 2),
     ("tool_runout", "harmonic"): (0, 1),
+    ("spindle_growth", "follows"): (0, 1),
 }
 ARRAYS: dict[tuple[str, str], tuple[int, ...]] = {  # lengths of array parameters worth trying
     ("tip_form", "coefficients"): (5, 12),
     ("clamping", "coefficients"): (3, 7),
-    ("rotary_cyclic", "coefficients"): (2, 4),
+    ("rotary_cyclic", "coefficients"): (2, 4, 8),
+    ("geometric_change", "coefficients"): (4, 8),
 }
 Weighted = list[tuple[dict[str, Any], float]]
 
@@ -45,15 +48,29 @@ def trials(effect: Effect, run: Run) -> Weighted:
         for spec in parameter_fields(effect)
         if spec.metadata["scan"] or is_change(spec)
     ]
-    lists += [_weighted(f.name, SHAPES.get((effect.name, f.name), ())) for f in fields(effect)]
+    lists += [_shapes(effect, f.name, run) for f in fields(effect)]
     lists += [_weighted(f.name, _zeros(effect.name, f.name)) for f in fields(effect)]
     out: Weighted = []
     for combination in itertools.product(*lists):
         changes: dict[str, Any] = {}
         for part, _ in combination:
             changes.update(part)
+        if changes.get("harmonic", 1) > 1 and "period" in changes:
+            least = shortest(coordinate(effect, run), min(c["period"] for c, _ in lists[0]) / 2)
+            if not supported(coordinate(effect, run), changes["period"] / changes["harmonic"], least):
+                continue
         out.append((changes, float(sum(weight for _, weight in combination))))
     return out
+
+
+def _shapes(effect: Effect, name: str, run: Run) -> Weighted:
+    """Discrete trial values; of lobes only those that the probed directions can show, which may be none."""
+    listed = SHAPES.get((effect.name, name), ())
+    angle = run.columns.get("probe_angle_rad")
+    if name != "lobes" or angle is None or not listed:
+        return _weighted(name, listed)
+    kept = [k for k in listed if of_angle(int(k), angle)]
+    return _weighted(name, kept) if kept else []
 
 
 def is_change(spec: Field[Any]) -> bool:
@@ -66,7 +83,13 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
         return _even(spec.name, change_points(run))
     coarse = [float(v) for v in spec.metadata["scan"]]
     if spec.name == "period":
-        fine = spectral_lines(_coordinate(effect, run))
+        q = coordinate(effect, run)
+        lines = spectral_lines(_coordinate(effect, run))
+        least = shortest(q, min([*coarse, *lines])) if q is not None else float("inf")
+        coarse = [v for v in coarse if supported(q, v, least)]
+        fine = [v for v in lines if supported(q, v, least)]
+        if not coarse:
+            return _even(spec.name, fine)
         share = np.log(0.5) if fine else 0.0
         listed = [(c, w + share) for c, w in _even(spec.name, coarse)]
         return listed + [(c, w + np.log(0.5)) for c, w in _even(spec.name, fine)] if fine else listed

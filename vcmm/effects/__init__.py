@@ -15,7 +15,7 @@ from vcmm.effects.expansion import PartExpansion, ScaleExpansion
 from vcmm.effects.flexure import CrossAxisFlexure, GradientBending, PartLoad
 from vcmm.effects.geometric_change import GeometricChange
 from vcmm.effects.heating import ScrewHeating, SpindleGrowth
-from vcmm.effects.lag import ReadoutDelay, ServoLag
+from vcmm.effects.lag import ReadoutDelay, RotaryReadoutDelay, ServoLag
 from vcmm.effects.laser import AirIndex, CosineError, DeadPath
 from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.pitch import ScrewPitch
@@ -63,6 +63,7 @@ ALL: tuple[type[Effect], ...] = (
     EncoderInterpolation,
     ServoLag,
     ReadoutDelay,
+    RotaryReadoutDelay,
     DynamicPitch,
     StructuralVibration,
     TriggerDelay,

@@ -42,9 +42,10 @@ class ToolWear(_Cutting):
     needs = ("cut_length_mm", "nx", "ny", "nz")
     cites = "ISO 8688-2:1989: tool life testing in milling, end milling"
     rate: float = param(0.0, "um/m", "loss of radius per length cut")
+    tool: str = at("", "tool name; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal, self.rate * run.column("cut_length_mm"))
+        return along(run, run.normal, self.rate * run.column("cut_length_mm") * run.used("tool", self.tool))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,7 @@ class ToolRunout(_Cutting):
     cosine: float = param(0.0, "um", "gain of radius, or its cosine part; `amplitude` in files")
     sine: float = param(0.0, "um", "sine part; nothing for the constant part")
     harmonic: int = at(0, "0 = constant part, 1 = once per turn, 2 = twice ...", quiet=True)
+    tool: str = at("", "tool name; empty = all")
 
     def __post_init__(self) -> None:
         if self.harmonic < 0:
@@ -72,4 +74,5 @@ class ToolRunout(_Cutting):
 
     def error_motion(self, run: Run) -> Array:
         phi = self.harmonic * run.column("spindle_angle_rad") if self.harmonic else np.zeros(run.n)
-        return along(run, run.normal, -(self.cosine * np.cos(phi) + self.sine * np.sin(phi)))
+        used = run.used("tool", self.tool)
+        return along(run, run.normal, -(self.cosine * np.cos(phi) + self.sine * np.sin(phi)) * used)

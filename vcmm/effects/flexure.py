@@ -1,5 +1,7 @@
 """Flexure: the structure yields under its own moving weight, under the part, or under a temperature gradient.
 
+`origin` is where along its axis the structure stands level: the zero of the axis, or the middle of the travel.
+
 All state the tip error along one direction of the axis's frame; `direction` is "x", "y" or "z".
 """
 
@@ -46,13 +48,19 @@ class CrossAxisFlexure(_Flexure):
     direction: str = at("z", "x, y or z: where it yields")
     c: float = param(0.0, "um/m^2", "displacement per product of positions")
     power: int = at(1, "1 = product of both positions, p > 1 = power p of the other alone", quiet=True)
+    origin: float = 0.0
+    other_origin: float = 0.0
 
     def __post_init__(self) -> None:
         _check_direction(self, self.direction)
 
     def error_motion(self, run: Run) -> Array:
-        b = run.q(self.other)
-        shape = run.q(self.axis) * b if self.power == 1 else b**2 * (b / METRE) ** (self.power - 2)
+        b = run.q(self.other) - self.other_origin
+        shape = (
+            (run.q(self.axis) - self.origin) * b
+            if self.power == 1
+            else b**2 * (b / METRE) ** (self.power - 2)
+        )
         return motion(run, **{self.direction.upper(): self.c * shape})
 
 
@@ -66,12 +74,13 @@ class PartLoad(_Flexure):
     cites = "ASME B89.4.1-1997: workpiece loading effects"
     direction: str = at("z", "x, y or z: where it yields")
     c: float = param(0.0, "um/(m kg)", "displacement per travel and mass")
+    origin: float = 0.0
 
     def __post_init__(self) -> None:
         _check_direction(self, self.direction)
 
     def error_motion(self, run: Run) -> Array:
-        amount = self.c * run.column("load_kg") * run.q(self.axis)
+        amount = self.c * run.column("load_kg") * (run.q(self.axis) - self.origin)
         return motion(run, **{self.direction.upper(): amount})
 
 
@@ -91,6 +100,7 @@ class GradientBending(_Flexure):
     direction: str = at("z", "x, y or z: where it bends")
     k: float = param(0.0, "um/(m^2 K)", "half the curvature per temperature difference")
     carries: str = "tool"
+    origin: float = 0.0
 
     def __post_init__(self) -> None:
         _check_direction(self, self.direction)
@@ -100,7 +110,7 @@ class GradientBending(_Flexure):
             raise UsageError(f'{self.id}: carries = "{self.carries}" must be "tool" or "workpiece"')
 
     def error_motion(self, run: Run) -> Array:
-        q, bend = run.q(self.axis), self.k * run.column("temp_gradient_C")
+        q, bend = run.q(self.axis) - self.origin, self.k * run.column("temp_gradient_C")
         side = 1.0 if self.carries == "tool" else -1.0
         unit = np.eye(3)
         about = np.cross(unit["XYZ".index(self.axis)], unit["xyz".index(self.direction)])

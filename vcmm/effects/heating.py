@@ -7,15 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.effect import Effect, at, motion, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.errors import ModelLimit, UsageError
+from vcmm.run import Array, Run, Series, first_order_lag
+
+FULL_SPEED = 1e4  # per min
 
 
 @dataclass(frozen=True, eq=False)
 class SpindleGrowth(Effect):
     """A (1 - exp(-t / tau)) along the tool, from the spindle to the tip: a warm spindle pushes the tip down, to -Z.
 
-    t is the time since the spindle was started, column spindle_on_s; where it is absent, time_s. By ISO 841 the +axis
+    t is the time since the spindle was started, column spindle_on_s; where it is absent, time_s. With follows = 1 the
+    growth follows the speed instead, A (n / 10 000 per min) behind a lag tau, from the log spindle_rpm. By ISO 841 the +axis
     direction leads from the workpiece to the spindle, so growth is motion to the - side of the tool frame.
     """
 
@@ -29,6 +32,7 @@ class SpindleGrowth(Effect):
     tau: float = param(
         1800.0, "s", "time constant of the spindle", scan=(300.0, 900.0, 1800.0, 3600.0, 7200.0)
     )
+    follows: int = at(0, "1 = follows the speed of the spindle, 0 = one start", quiet=True)
 
     def __post_init__(self) -> None:
         if self.axis not in ("X", "Y", "Z") or not self.tau > 0:
@@ -40,10 +44,23 @@ class SpindleGrowth(Effect):
     def link(self) -> str:
         return "tool"
 
+    def required(self) -> tuple[str, ...]:
+        return (*self.needs, "spindle_rpm") if self.follows else self.needs
+
     def error_motion(self, run: Run) -> Array:
+        if self.follows:
+            return motion(run, **{self.axis: -self.amplitude * self._speed(run)})
         on = run.columns.get("spindle_on_s")
         time = np.maximum(run.column("time_s") if on is None else on, 0.0)  # cold before it starts
         return motion(run, **{self.axis: self.amplitude * np.expm1(-time / self.tau)})
+
+    def _speed(self, run: Run) -> Array:
+        """Speed behind the lag (n,), in 10 000 per min; the spindle is cold where its log begins."""
+        log = run.series.get("spindle_rpm")
+        if log is None:
+            raise ModelLimit("spindle_growth with follows = 1 needs a log of spindle_rpm over time_s; add it")
+        cold = Series(np.append(log.time[0] - 1e-6, log.time), np.append(0.0, log.value / FULL_SPEED))
+        return first_order_lag(cold, self.tau, run.column("time_s"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from vcmm.effect import Effect, at, motion, param
+from vcmm.errors import UsageError
 from vcmm.run import Array, Run
 
 
@@ -55,3 +57,33 @@ class ReadoutDelay(Effect):
     def error_motion(self, run: Run) -> Array:
         x, y, z = run.vector(*self.needs).T
         return motion(run, X=-self.delay * x, Y=-self.delay * y, Z=-self.delay * z)
+
+
+@dataclass(frozen=True, eq=False)
+class RotaryReadoutDelay(Effect):
+    """-w delay about the axis, w = its speed in rad/s: its angle is read late, and so runs ahead of the axis.
+
+    The second form of readout_delay, and reported as such: a resolver and a step counter that are read at different
+    times differ by this; at rest they agree, which backlash does not.
+    """
+
+    name = "readout_delay_rotary"
+    family: ClassVar[str] = "readout_delay"
+    per = "axis"
+    needs = ("speed_{axis}_rad_s",)
+    cites = "angle = speed x delay; Weckenmann et al., CIRP Annals 53 (2004) 657 for the linear axes"
+    axis: str = at("C", "rotary axis")
+    delay: float = param(0.0, "ms", "time between passing an angle and reading it")
+
+    def __post_init__(self) -> None:
+        if self.axis not in tuple("ABC"):
+            raise UsageError(
+                f'readout_delay_rotary: axis = "{self.axis}" is no rotary axis; write axis = "C", or readout_delay for X, Y, Z'
+            )
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run, **{self.axis: -self.delay * run.column(f"speed_{self.axis}_rad_s")})

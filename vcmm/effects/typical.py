@@ -90,6 +90,9 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
     # dynamics
     "servo_lag": {"lag": Typical(1e-4, "gains 1/Kv = 15-60 ms matched to 1 %: 5 um at 50 mm/s")},
     "readout_delay": {"delay": Typical(1e-4, "one cycle of a control or interface: 0.05-1 ms")},
+    "readout_delay_rotary": {
+        "delay": Typical(1e-4, "one cycle of a converter or bus: 0.05-1 ms; faults reach 30 ms")
+    },
     "dynamic_pitch": {
         "k": Typical(
             5 * URAD / 1e3, "CMM 0.1-1 um at 0.1 m/s^2, machine tool 5-20 um at 10 m/s^2, arm 0.5 m"

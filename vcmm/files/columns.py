@@ -39,6 +39,7 @@ _BY_AXIS = (
     "raw_{}_mm",
     "travel_{}_mm",
 )
+_BY_ROTARY = ("since_reversal_{}_rad", "speed_{}_rad_s", "accel_{}_rad_s2")
 _BY_DIRECTION = ("offset_{}_mm", "from_{}_mm", "force_{}_N", "load_{}_mm", "part_{}_mm", "tip_{}_mm")
 _SINGLE = (
     "time_s", "nx", "ny", "nz", "pressure_hPa", "humidity_pct", "load_kg", "spindle_rpm", "spindle_angle_deg",
@@ -158,6 +159,7 @@ def file_columns() -> list[str]:
     """Every numeric column that a file may have, spelled out; effects add those they ask for."""
     names = [axis_column(a) for a in "XYZABC"] + list(_SINGLE)
     names += [text.format(a) for text in _BY_AXIS for a in "XYZABC"]
+    names += [text.format(a) for text in _BY_ROTARY for a in "ABC"]
     names += [text.format(c) for text in _BY_DIRECTION for c in "xyz"]
     names += [f"reading_{n.removeprefix('temp_')}" for n in _SINGLE if n.startswith("temp_")]
     asked = [

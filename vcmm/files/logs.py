@@ -96,7 +96,7 @@ def own_logs(run: Run) -> Run:
     own = {
         sensor_of(name): Series(time, np.bincount(codes, values) / count)
         for name, values in run.columns.items()
-        if name.startswith("temp_") and name.endswith("_C")
+        if (name.startswith("temp_") and name.endswith("_C")) or name == "spindle_rpm"
     }
     return replace(run, series={**own, **run.series})
 

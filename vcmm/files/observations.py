@@ -127,7 +127,8 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
     if sense.kind == "length" and FROM[0] in run.columns:
         run, direction, ends = _second_ends(run, machine, sense, sheet)
         other = ends if ends is not None else other
-    return Recording(name, sense.kind, run, value, sense.measuring, row, direction, other, u)
+    lines = np.array(sheet.lines, dtype=np.intp)
+    return Recording(name, sense.kind, run, value, sense.measuring, row, direction, other, u, lines=lines)
 
 
 def _observations(run: Run, kind: str) -> tuple[Array, Ints, Array, Array | None]:

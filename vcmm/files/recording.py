@@ -37,7 +37,7 @@ from vcmm.files.rtl import read_rtl
 from vcmm.files.schema import checked_model
 from vcmm.files.scope import read_scope, recording_of_scope
 from vcmm.files.toml import Document, check_version, read_toml
-from vcmm.history import axis_unit, path_history, row_history, travel
+from vcmm.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
 from vcmm.pose import Pose
@@ -83,6 +83,7 @@ def _checked(
         ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
         ("series", lambda r: replace(r, run=with_readings(own_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
+        ("data", partial(_with_part, machine=machine)),
         ("nuisance", partial(_with_nuisance, machine=machine)),
     ]
     for key, step in steps:
@@ -202,8 +203,30 @@ def _with_history(recording: Recording, memory: str) -> Run:
         columns |= row_history(rows, axes, _starts(rows), recording.kind == "displacement")
     if memory == "path":
         columns |= path_history(rows.position, rows.column("time_s"))
+    accelerated = [c for c in rows.columns if re.fullmatch(r"accel_[XYZ]_mm_s2", c)]
+    if memory in ("rows", "path") and accelerated and "time_s" in rows.columns and recording.kind == "path":
+        size = np.linalg.norm(np.stack([rows.columns[c] for c in accelerated], axis=1), axis=1)
+        columns["time_since_accel_s"] = time_since_acceleration(size, rows.column("time_s"))
     new = {name: values[source] for name, values in columns.items() if name not in run.columns}
     return run.with_columns(new)
+
+
+def _with_part(recording: Recording, machine: Machine) -> Recording:
+    """part_x_mm ... where the file lacks them: the tip from the middle of its placement's points.
+
+    Where the part is held is not known; a free placement takes up what another origin would add while the part is warm.
+    """
+    run = recording.run
+    if recording.kind not in ("probe", "path") or "part_x_mm" in run.columns:
+        return recording
+    label = next((recording.nuisance[w] for w in ("rigid", "alignment") if w in recording.nuisance), "pose")
+    values = run.labels.get(label, np.zeros(run.n, dtype=np.str_))
+    tip = machine.prepare(run).tip
+    part = np.zeros_like(tip)
+    for value in np.unique(values):
+        rows = values == value
+        part[rows] = tip[rows] - tip[rows].mean(axis=0)
+    return replace(recording, run=run.with_columns({f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}))
 
 
 def _starts(run: Run) -> Any:

@@ -9,11 +9,15 @@ import numpy as np
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.diagnosis.improve import improved
+from vcmm.diagnosis.plain_words import plain_words
+from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.effects import BY_NAME
+from vcmm.errors import UsageError
 from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
 from vcmm.observe import baseline
+from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.recording import Recording
 from vcmm.run import Array
 
@@ -36,14 +40,22 @@ def sentences(d: Diagnosis) -> list[str]:
             if a.cannot_be_told_from
             else ""
         )
+        said = plain_words(a.effect, a.where, a.parameters)
+        own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
         out.append(
-            f"{_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability {a.probability:.3f}.{rivals}"
+            f"{said} {_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability {a.probability:.3f}."
+            f"{rivals}{own}".strip()
         )
     if d.unknown is not None:
         where = ", ".join(d.unknown.covariates)
         out.append(
             f"Unknown, over {where}: {d.unknown.description} (rms {_micro(d, d.unknown.rms)}). A proposal, not a name."
         )
+        if d.unknown.formula:
+            unit = "urad" if d.angle else "um"
+            out.append(
+                f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
+            )
     out += [p.text for p in d.location[:1]]
     return out
 
@@ -114,6 +126,8 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
     ]
     if d.answer:
         blocks += [r.heading("What was left out"), *_answers(d)]
+    if d.unknown is not None and d.unknown.shape is not None:
+        blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
     columns = ["fold", "rms before", "rms after", "effect energy left", "log score gain"]
     blocks += [r.heading("On rows never fitted"), r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4))]
@@ -123,6 +137,7 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
             r.heading("Where the residual departs"),
             r.table(["covariate", "direction", "false-alarm p", ""], rows, numeric=(2,)),
         ]
+    blocks += location_bars(d)
     if d.noise_findings:
         blocks += [r.heading("Noise"), *(r.paragraph(t) for t in d.noise_findings)]
     blocks += [
@@ -156,9 +171,11 @@ def _answers(d: Diagnosis) -> list[str]:
 def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str]:
     """Residuals by order and over the covariate that tells most, nuisances taken off by least squares."""
     found = tuple((a.fitted, a.inputs) for a in d.answer if a.fitted is not None)
+    explained = bool(found) or d.mistake is not None
     nuisance, _ = nuisance_columns(recording, machine)
     before = _rest(recording.value - baseline(recording, machine), nuisance)
-    after = _rest(recording.value - baseline(recording, improved(machine, found)), nuisance)
+    better = improved(_repaired(machine, d), found)
+    after = _rest(recording.value - baseline(recording, better), nuisance)
     scale, unit = (1e6, "µrad") if d.angle else (1e3, "µm")
     charts = [
         _scatter(
@@ -167,16 +184,26 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
             after * scale,
             "observation, in the order made",
             unit,
-            bool(found),
+            explained,
         )
     ]
     place = next((p for p in d.location if _covariate(recording, p.covariate) is not None), None)
     if place is not None:
         x = _covariate(recording, place.covariate)
         assert x is not None
-        charts.append(_scatter(x, before * scale, after * scale, place.covariate, unit, bool(found)))
+        charts.append(_scatter(x, before * scale, after * scale, place.covariate, unit, explained))
     charts.append(_histogram(before * scale, after * scale, unit))
-    return [r.columns(*charts)]
+    maps = zone_maps(recording, before * scale, after * scale, unit)
+    shown = [r.columns(*maps)] if maps else []
+    return [r.columns(*charts), *shown, *arrows(recording, machine.prepare(recording.run).tip, before, after)]
+
+
+def _repaired(machine: Machine, d: Diagnosis) -> Machine:
+    """The machine with its mistaken table corrected, where that can be written as a table."""
+    try:
+        return repaired(machine, d.mistake)
+    except (UsageError, KeyError):
+        return machine
 
 
 def _rest(values: Array, nuisance: Array) -> Array:

@@ -1,0 +1,87 @@
+"""Periods that the spacing and the range of the rows can show, and their aliases."""
+
+from __future__ import annotations
+
+import generator as make
+import numpy as np
+import pytest
+from test_kinds import laser
+
+from vcmm.diagnosis.candidates import catalogue
+from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.periods import alias, lattice_frequency, of_angle, supported
+from vcmm.diagnosis.problem import make_problem
+
+EVERY_4 = np.arange(0, 201, 4.0)  # 51 places
+ANYWHERE = np.random.default_rng(1).uniform(0, 200, 51)
+
+
+def test_lattice_is_found_and_its_parts():
+    assert 1 / lattice_frequency(EVERY_4, 10.0) == pytest.approx(4.0, rel=2e-3)
+    jitter = np.random.default_rng(2).normal(size=51) * 0.05
+    assert 1 / lattice_frequency(EVERY_4 + jitter, 10.0) == pytest.approx(4.0, rel=0.01)
+    uneven = np.tile([0.0, 100.0, 250.0, 350.0], 5)  # a common step of 50 mm
+    assert 1 / lattice_frequency(uneven, 1.0) == pytest.approx(50.0, rel=0.02)
+    assert lattice_frequency(ANYWHERE, 50.0) == np.inf
+
+
+def test_no_period_shorter_than_two_steps_nor_longer_than_the_range_carries():
+    assert supported(EVERY_4, 8.0)
+    assert not supported(EVERY_4, 7.9)
+    assert not supported(EVERY_4, 0.02)
+    assert supported(EVERY_4, 130.0)
+    assert not supported(EVERY_4, 140.0)  # 200 / 140 = 1.43 periods
+    assert supported(ANYWHERE, 5.0)  # irregular places have no alias
+    assert not supported(np.repeat(np.arange(5) * 100.0, 20), 8.0)  # five targets carry no period
+    assert not supported(None, 8.0)
+
+
+def test_the_alias_has_the_same_numbers():
+    # 1 / (1/4 - 1/20) = 1 / 0.2 = 5
+    assert alias(EVERY_4, 20.0) == pytest.approx(5.0, rel=0.01)
+    wave = np.cos(2 * np.pi * EVERY_4 / 20.0)
+    assert np.allclose(wave, np.cos(2 * np.pi * EVERY_4 / 5.0))
+    # at two rows per period the twin at 1/h - f is itself: 1 / (1/4 + 1/8) = 8/3
+    assert alias(EVERY_4, 8.0) == pytest.approx(8 / 3, rel=0.01)
+    assert alias(ANYWHERE, 20.0) is None
+
+
+def test_lobes_need_more_than_two_directions_each():
+    assert not of_angle(3, np.arange(4) * np.pi / 2)
+    assert of_angle(3, np.arange(12) * np.pi / 6)
+    assert not of_angle(4, np.arange(8) * np.pi / 4)
+
+
+def test_a_positioning_run_offers_no_period_that_it_cannot_show():
+    problem = make_problem(laser(lambda q, s: 0 * q), make.machine())  # 11 places, 50 mm apart
+    found = catalogue(problem)
+    assert "screw_pitch" in found.unseen
+    assert "encoder_interpolation" in found.unseen
+    assert not {"screw_pitch", "encoder_interpolation"} & {f.name for f in found.families}
+
+
+def test_the_alias_is_said():
+    def recording():
+        from dataclasses import replace
+
+        made = laser(lambda q, s: 0 * q)
+        q = np.tile(np.r_[EVERY_4, EVERY_4[::-1]], 3)
+        n = len(q)
+        from vcmm.run import Run
+
+        run = Run({"X": q, "Y": np.zeros(n), "Z": np.zeros(n)}, np.zeros((n, 3)), {})
+        noise = 0.6e-3 * np.random.default_rng(5).standard_normal(n)
+        return replace(
+            made,
+            run=run,
+            value=1.5e-3 * np.sin(2 * np.pi * q / 20.0 + 0.4) + noise,
+            row=np.arange(n),
+            direction=np.tile([1.0, 0.0, 0.0], (n, 1)),
+            other=np.full(n, -1),
+        )
+
+    found = diagnose_recording(recording(), make.machine(), 1, 500)
+    assert found.answer[0].effect == "screw_pitch"
+    assert "20" in found.answer[0].remark
+    words = found.answer[0].remark.split()
+    assert float(words[words.index("alias") + 1]) == pytest.approx(5.0, rel=0.02)

@@ -1,0 +1,187 @@
+"""Rubbish is named with its rows and never becomes a confident story."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import generator as make
+import numpy as np
+import pytest
+
+from vcmm.diagnosis.belonging import noise_warning
+from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.sanity import checked, without_gaps
+from vcmm.effects.component import ComponentTable
+from vcmm.errors import ModelLimit
+from vcmm.run import Series
+
+UM = 1e-3
+
+
+@pytest.fixture(scope="module")
+def good():
+    return make.make((), 0.0, 3, replace(make.RICH, n=200)).recording
+
+
+def with_columns(recording, **columns):
+    return replace(recording, run=recording.run.with_columns(columns))
+
+
+def appended(recording, rows):
+    """Some rows once more at the end, as a careless copy makes them."""
+    n = recording.run.n
+    both = np.concatenate([np.arange(n), rows])
+    return replace(
+        recording,
+        run=recording.run.take(both),
+        value=recording.value[both],
+        row=np.arange(len(both)),
+        direction=recording.direction[both],
+        other=recording.other[both],
+        lines=np.arange(len(both)) + 2,
+    )
+
+
+def test_a_healthy_recording_raises_no_word(good):
+    found = checked(good, make.machine())
+    assert found.warnings == ()
+    assert not found.doubtful
+    assert found.recording is good
+
+
+def test_copied_rows_count_once_and_are_named_by_line(good):
+    found = checked(appended(good, np.arange(60)), make.machine())
+    assert found.recording.m == 200
+    assert "lines 202, 203" in found.warnings[0]
+    assert "copies" in found.warnings[0]
+    whole = checked(appended(good, np.arange(200)), make.machine())  # even all of them
+    assert whole.recording.m == 200
+
+
+def test_a_dead_sensor_is_refused(good):
+    with pytest.raises(ModelLimit, match="dead sensor"):
+        checked(replace(good, value=np.full(good.m, 3 * UM)), make.machine())
+
+
+def test_a_sensor_that_hangs_and_one_at_its_stop_lose_these_rows(good):
+    value = good.value.copy()
+    value[50:70] = value[50]
+    found = checked(replace(good, value=value), make.machine())
+    assert found.recording.m == 180
+    assert "51, 52" in found.warnings[0]
+    limit = np.quantile(good.value, 0.93)
+    stopped = checked(replace(good, value=np.minimum(good.value, limit)), make.machine())
+    assert "saturated" in stopped.warnings[0]
+    assert stopped.recording.m == int((good.value < limit).sum())
+    assert stopped.doubtful is bool((good.value >= limit).mean() > 0.1)
+
+
+def test_coarse_readings_are_no_fault(good):
+    coarse = replace(good, value=np.round(good.value, 3))  # 1 um steps
+    assert checked(coarse, make.machine()).recording.m == 200
+
+
+def test_impossible_conditions_are_named(good):
+    warm = good.run.columns["temp_part_C"].copy()
+    warm[7] = 850.0
+    found = checked(with_columns(good, temp_part_C=warm), make.machine())
+    assert found.recording.m == 199
+    assert "row 8" in found.warnings[0]
+    assert "850" in found.warnings[0]
+    with pytest.raises(ModelLimit, match="since_reversal_X_mm"):
+        checked(with_columns(good, since_reversal_X_mm=np.full(200, -1.0)), make.machine())
+    log = good.run.series["air"]
+    broken = Series(log.time, np.where(np.arange(len(log.time)) == 5, -273.0, log.value))
+    bad = replace(good, run=replace(good.run, series={**good.run.series, "air": broken}))
+    with pytest.raises(ModelLimit, match="log of air"):
+        checked(bad, make.machine())
+
+
+def test_dead_thermometer_fahrenheit_and_gap(good):
+    dead = checked(with_columns(good, temp_part_C=np.full(200, 20.0)), make.machine()).warnings
+    assert any("temp_part_C never changes" in w for w in dead)
+    names = [c for c in good.run.columns if c.startswith("temp_") and c != "temp_gradient_C"]
+    hot = with_columns(good, **{c: 1.8 * good.run.columns[c] + 32 for c in names})
+    assert any("degF" in w for w in checked(hot, make.machine()).warnings)
+    time = good.run.columns["time_s"] + np.where(np.arange(200) >= 120, 50000.0, 0.0)
+    found = checked(with_columns(good, time_s=time), make.machine())
+    assert any("rows 120 and 121" in w for w in found.warnings)
+    before = without_gaps(np.arange(200) - 1, time)
+    assert before[120] == -1
+    assert (before[1:120] == np.arange(119)).all()
+
+
+def test_reversed_speeds_and_senses_are_said(good):
+    speeds = {f"speed_{a}_mm_s": -good.run.columns[f"speed_{a}_mm_s"] for a in "XYZ"}
+    found = checked(with_columns(good, **speeds), make.machine()).warnings
+    assert any("away from the surface" in w for w in found)
+    sense = {f"sense_{a}": -np.sign(good.run.columns[f"speed_{a}_mm_s"]) for a in "XYZ"}
+    assert any("opposite signs" in w for w in checked(with_columns(good, **sense), make.machine()).warnings)
+
+
+def tables():
+    grid = np.linspace(-1000, 1000, 41)
+    rng = np.random.default_rng(4)
+    return [ComponentTable(f"E{a}{a}", (a,), (grid,), rng.normal(size=41) * 2 * UM) for a in "XYZ"]
+
+
+def test_a_recording_of_the_other_sign_is_recognised():
+    case = make.make((), 0.0, 9, replace(make.RICH, n=300)).recording
+    machine = make.machine(*tables())
+    from vcmm.observe import baseline
+
+    flipped = replace(
+        case, value=case.value - baseline(case, machine)
+    )  # value = noise - what the machine predicts
+    found = diagnose_recording(flipped, machine, 1, 300)
+    assert found.mistake is not None
+    assert (found.mistake.component, found.mistake.what) == ("all", "sign")
+    assert any("observed" in w for w in found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda p: np.diag([1.0, 1.0, -1.0]) @ p - p, "axis Z counted the other way"),
+        (lambda p: 25.4 * p - p, "inches"),
+        (lambda p: p[[1, 0, 2]] - p, "X and Y exchanged"),
+    ],
+)
+def test_residuals_of_millimetres_are_refused_and_explained(good, change, word):
+    tip = (np.stack([good.run.position[a] for a in "XYZ"], axis=1) + good.run.offset).T
+    moved = change(tip).T
+    bad = replace(good, value=good.value - (moved * good.direction).sum(axis=1), nuisance={})
+    with pytest.raises(ModelLimit, match=word):
+        diagnose_recording(bad, make.machine(), 1, 100)
+
+
+def test_a_missing_alignment_is_named(good):
+    turn = np.array([0.0, 0.0, 0.02])
+    tip = np.stack([good.run.position[a] for a in "XYZ"], axis=1) + good.run.offset
+    moved = np.cross(turn, tip) + [3.0, -2.0, 1.0]
+    bad = replace(good, value=good.value - (moved * good.direction).sum(axis=1), nuisance={})
+    with pytest.raises(ModelLimit, match="alignment"):
+        diagnose_recording(bad, make.machine(), 1, 100)
+
+
+def test_single_wild_rows_are_named_and_do_not_decide(good):
+    value = good.value.copy()
+    value[[10, 90]] += 12.0
+    found = diagnose_recording(replace(good, value=value), make.machine(), 1, 300)
+    assert any("rows 11 and 91" in w for w in found.warnings)
+    assert found.answer == ()
+
+
+def test_units_of_the_observation_are_suspected(good):
+    found = diagnose_recording(replace(good, value=good.value / 1000), make.machine(), 1, 300)
+    assert any("units" in w for w in found.warnings)
+    assert found.verdict == "unexplained"
+    assert noise_warning(1.3) is None
+
+
+def test_more_nuisance_than_rows_is_refused(good):
+    few = good.take(np.arange(0, 200, 10))
+    with pytest.raises(ModelLimit, match="nuisance"):
+        diagnose_recording(
+            replace(few, nuisance={"rigid": "pose", "offset": "event"}), make.machine(), 1, 100
+        )

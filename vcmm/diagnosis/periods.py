@@ -1,0 +1,137 @@
+"""Which periods can a recording show, and what is their alias?
+
+Rows on a lattice of step h hold a wave of period p and one of 1 / |k/h - 1/p| with the same numbers (Shannon): no
+period below 2 h is told from a longer one. Rows at irregular places have no such twin. A period longer than two thirds
+of the range is a bend, and fewer than FEWEST places carry no period at all.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from vcmm.effect import Effect
+from vcmm.run import Array, Run
+
+FEWEST = 12  # different places
+TURNS = 1.5  # periods within the range
+IN_STEP = 0.9  # of the spectral window, from which rows are on a lattice
+NEAR = 0.125  # of a period: places closer than this are one place
+MOST_BINS = 2**20
+MOST_PEAKS = 60
+FURTHER = 40.0  # an alias is looked for at periods down to this part
+ROUND = 2 * np.pi
+
+
+def coordinate(effect: Effect, run: Run) -> Array | None:
+    """Over what an effect is periodic (n,): its raw scale where it has one, else the position of its axis."""
+    axis = str(getattr(effect, "axis", ""))
+    raw = run.columns.get(f"raw_{axis}_{'mm' if axis in 'XYZ' else 'rad'}")
+    if effect.name == "encoder_interpolation" and raw is not None:
+        return raw
+    return run.position.get(axis)
+
+
+def lattice_frequency(q: Array, highest: float) -> float:
+    """See `_lattice_frequency`; the same places are asked for by every harmonic and shape."""
+    return _remembered(np.ascontiguousarray(q, dtype=float).tobytes(), float(highest))
+
+
+@lru_cache(maxsize=64)
+def _remembered(places: bytes, highest: float) -> float:
+    return _lattice_frequency(np.frombuffer(places), highest)
+
+
+def _lattice_frequency(q: Array, highest: float) -> float:
+    """Lowest frequency g up to `highest` at which all rows are in step; infinite where there is none.
+
+    The spectral window |mean exp(2 pi i g q)| is 1 at 0 and again at 1 / h for rows on a lattice of step h (Deeming,
+    Astrophysics and Space Science 36 (1975) 137); a wave of frequency f has a twin at |g - f|. Found by one FFT of the
+    histogram of places, in bins an eighth of the shortest wavelength.
+    """
+    length = float(np.ptp(q))
+    if length <= 0 or highest * length <= TURNS:
+        return float("inf")
+    width = 0.25 / highest
+    count = min(int(length / width) + 2, MOST_BINS)
+    width = max(width, length / (count - 1))
+    whole = 1 << int(np.ceil(np.log2(2 * count)))
+    filled = np.bincount(np.round((q - q.min()) / width).astype(np.intp), minlength=whole)
+    window = np.abs(np.fft.rfft(filled)) / len(q)
+    g = np.arange(len(window)) / (len(filled) * width)
+    window[g < TURNS / length] = 0.0
+    window[g > min(highest * (1 + 1e-3), 0.3 / width)] = 0.0  # beyond, the bins themselves are a lattice
+    high = np.flatnonzero(window >= 0.8 * IN_STEP)  # binning blurs the window
+    return next(
+        (found for start in _starts(g[high], length) if (found := _peak(q, start, length)) is not None),
+        np.inf,
+    )
+
+
+def _starts(high: Array, length: float) -> list[float]:
+    """Frequencies from which to search, 3 / length apart."""
+    _, first = np.unique(np.floor(high * length / 3.0), return_index=True)
+    return [float(g) for g in high[first][:MOST_PEAKS]]
+
+
+def _peak(q: Array, start: float, length: float) -> float | None:
+    """The exact window about a bin: its maximum's frequency where that is IN_STEP."""
+    near = np.maximum(start + np.linspace(-1.0, 4.0, 101) / length, TURNS / length)
+    window = np.abs(np.exp(2j * np.pi * np.outer(near, q - q.min())).mean(axis=1))
+    best = int(np.argmax(window))
+    return float(near[best]) if window[best] >= IN_STEP else None
+
+
+def shortest(q: Array | None, finest: float) -> float:
+    """The shortest period, down to `finest`, that rows at q (n,) can tell from every longer one."""
+    if q is None:
+        return float("inf")
+    g = lattice_frequency(q, 2.0 / finest)
+    return finest if np.isinf(g) else 2.0 / g
+
+
+def supported(q: Array | None, period: float, least: float | None = None) -> bool:
+    """Can rows at q (n,) show this period, and no longer one in its place? least: `shortest`, where it is known."""
+    if q is None:
+        return False
+    length = float(np.ptp(q))
+    if period * TURNS > length * (1 + 1e-9) or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST:
+        return False
+    return period >= (shortest(q, period) if least is None else least) * (1 - 1e-2)
+
+
+def of_angle(harmonic: int, angle: Array) -> bool:
+    """Can rows at these angles (n,) rad show a wave with `harmonic` periods per turn? It takes more than two places each."""
+    around = np.mod(angle, ROUND)
+    cells = 16 * harmonic
+    found = np.unique(np.round(around / ROUND * cells).astype(int) % cells)
+    return len(found) > 2 * harmonic
+
+
+def alias(q: Array | None, period: float) -> float | None:
+    """The longest other period with the same numbers at q, or None where there is none.
+
+    On a lattice of step h: frequencies 1/h - f, then 1/h + f. A screw of 5 mm looked at every 4 mm shows 20 mm.
+    """
+    g = np.inf if q is None else lattice_frequency(q, FURTHER / period)
+    if np.isinf(g):
+        return None
+    step = 1.0 / g
+    near, far = abs(1.0 / step - 1.0 / period), 1.0 / step + 1.0 / period
+    other = near if near > 0.05 / period and abs(near * period - 1.0) > 0.05 else far
+    return 1.0 / other
+
+
+def alias_words(effect: Effect | None, run: Run) -> str:
+    """'period 20 mm or its alias 5 mm: ...' for an effect with a period, "" where the rows decide."""
+    if effect is None or not hasattr(effect, "period"):
+        return ""
+    harmonic = int(getattr(effect, "harmonic", 1))
+    period, q = float(effect.period) / harmonic, coordinate(effect, run)
+    other = alias(q, period)
+    if other is None or q is None:
+        return ""
+    unit = "rad" if str(getattr(effect, "axis", "X")) in "ABC" else "mm"
+    step = 1.0 / lattice_frequency(q, FURTHER / period)
+    return f"period {period:.4g} {unit} or its alias {other:.4g} {unit}: the places are {step:.4g} {unit} apart, and cannot tell"

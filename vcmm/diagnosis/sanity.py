@@ -1,0 +1,238 @@
+"""Is a recording fit to be diagnosed? Copies, dead or saturated sensors, impossible numbers, gaps, signs, belonging.
+
+What makes single rows no observations (copies of another row, a sensor at its stop) leaves these rows out, in words and
+with their lines; what makes the whole recording rubbish is refused. `doubtful` lowers what may be claimed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.diagnosis.signs import sign_warnings
+from vcmm.errors import ModelLimit
+from vcmm.machine import Machine
+from vcmm.recording import Ints, Recording
+from vcmm.run import Array
+
+Mask = npt.NDArray[np.bool_]
+FEWEST = 10  # observations below which nothing is said about a sensor
+LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no recording
+CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
+SPREAD = 1.0  # K that another sensor must vary before a constant one is called dead
+GAP = 20.0  # times the usual distance in time
+GAP_SHARE = 0.05  # of the whole time
+FAHRENHEIT = (59.0, 95.0)  # 15 to 35 degC
+
+# ending or beginning of a column -> least, largest, what is usual
+LIMITS: tuple[tuple[Callable[[str], bool], float, float, str], ...] = (
+    (lambda c: c.startswith("temp_gradient"), -50.0, 50.0, "a difference of temperatures is a few K"),
+    (lambda c: c.startswith("temp_"), -40.0, 150.0, "temperatures are in degC"),
+    (lambda c: c == "pressure_hPa", 500.0, 1100.0, "1013 hPa at sea level; 1 mmHg = 1.333 hPa"),
+    (lambda c: c == "humidity_pct", 0.0, 100.0, "relative humidity in percent"),
+    (lambda c: c.startswith(("since_reversal_", "travel_")), 0.0, np.inf, "a distance is not negative"),
+    (lambda c: c in ("stylus_length_mm", "tip_radius_mm", "tool_radius_mm", "tool_length_mm", "cut_length_mm"),
+     0.0, np.inf, "a length is not negative"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """The recording without the rows that are no observations; what to tell; whether the claim must be lowered."""
+
+    recording: Recording
+    warnings: tuple[str, ...]
+    doubtful: bool = False
+
+
+def checked(recording: Recording, machine: Machine) -> Checked:
+    """Look at the numbers before any physics. Raises ModelLimit where there is nothing to diagnose."""
+    _not_dead(recording)
+    _no_impossible_log(recording)
+    warnings: list[str] = []
+    out = np.zeros(recording.m, dtype=bool)
+    for find in (copies, frozen, saturated, impossible):
+        mask, text = find(recording)
+        fresh = mask & ~out
+        if fresh.any():
+            warnings.append(f"{recording.places(fresh)} left out: {text}")
+            out |= mask
+    if out.mean() > LARGEST_SHARE and not _only_copies(recording, out):
+        raise ModelLimit(
+            f"{int(out.sum())} of {recording.m} observations cannot be used. " + ". ".join(warnings)
+        )
+    doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, out)
+    kept = recording.take(~out) if out.any() else recording
+    warnings += [*quiet_sensors(kept), *gaps(kept), *sign_warnings(kept)]
+    return Checked(kept, tuple(warnings), doubtful)
+
+
+def _only_copies(recording: Recording, out: Mask) -> bool:
+    return bool((out == copies(recording)[0]).all())
+
+
+def _not_dead(recording: Recording) -> None:
+    if recording.m >= FEWEST and np.ptp(recording.value) == 0.0:
+        raise ModelLimit(
+            f"recording {recording.name}: all {recording.m} observations are {recording.value[0] * 1e3:g} um"
+            " (or mrad): a dead sensor, or the wrong column"
+        )
+
+
+def copies(recording: Recording) -> tuple[Mask, str]:
+    """Observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
+
+    Without time stamps only where the readings are so fine that chance cannot repeat them.
+    """
+    none = np.zeros(recording.m, dtype=bool)
+    time = recording.run.columns.get("time_s")
+    if time is None and len(np.unique(recording.value)) < 0.5 * recording.m:
+        return none, ""
+    table = np.column_stack([recording.value, recording.direction, *_of_rows(recording)])
+    _, first = np.unique(table, axis=0, return_index=True)
+    copy = ~none
+    copy[first] = False
+    return copy, "copies of other rows, with the same reading to the last digit" + (
+        "" if time is not None else " (if they are repeats, add time_s)"
+    )
+
+
+def _of_rows(recording: Recording) -> list[Array]:
+    run = recording.run
+    columns = [*run.position.values(), *run.offset.T]
+    columns += [v for name, v in run.columns.items() if name == "time_s" or name.startswith("temp_")]
+    columns += [np.unique(v, return_inverse=True)[1].astype(float) for v in run.labels.values()]
+    second = np.where(recording.other >= 0, recording.other, recording.row)
+    seen = [c[recording.row] for c in columns]
+    return seen + [run.position[a][second] for a in run.position]
+
+
+def series_of(recording: Recording) -> list[Ints]:
+    """Observations of one series each, in order: d, or dx, dy and dz apart."""
+    order = np.argsort(recording.row, kind="stable")
+    first = np.r_[True, np.diff(recording.row[order]) > 0]
+    starts = np.maximum.accumulate(np.where(first, np.arange(recording.m), 0))
+    place = np.arange(recording.m) - starts
+    return [order[place == k].astype(np.intp) for k in range(int(place.max(initial=0)) + 1)]
+
+
+def frozen(recording: Recording) -> tuple[Mask, str]:
+    """Runs of one and the same reading, longer than the coarseness of the readings explains."""
+    out = np.zeros(recording.m, dtype=bool)
+    for series in series_of(recording):
+        value = recording.value[series]
+        if len(value) < FEWEST:
+            continue
+        starts = np.flatnonzero(np.r_[True, np.diff(value) != 0])
+        length = np.diff(np.r_[starts, len(value)])
+        longest = int(length.max())
+        others = len(value) - longest
+        equal = (others - (len(length) - 1) + 1.0) / (others + 2.0)  # share of equal neighbours elsewhere
+        if longest >= 5 and len(value) * equal ** (longest - 1) < CHANCE:
+            for k in np.flatnonzero(len(value) * equal ** (length - 1.0) < CHANCE):
+                out[series[starts[k] : starts[k] + length[k]]] = True
+    return out, "the reading stands still, although rows differ: the sensor hung"
+
+
+def saturated(recording: Recording) -> tuple[Mask, str]:
+    """Readings that pile up at their largest or smallest value: the end of the measuring range."""
+    out = np.zeros(recording.m, dtype=bool)
+    for series in series_of(recording):
+        value = recording.value[series]
+        kinds, count = np.unique(value, return_counts=True)
+        if len(value) < FEWEST or len(kinds) < FEWEST:
+            continue
+        usual = float(np.quantile(count, 0.9))
+        for end, near in ((0, count[1:4]), (-1, count[-4:-1])):
+            if count[end] >= max(5.0, 3.0 * float(near.max()), 3.0 * usual):
+                out[series[value == kinds[end]]] = True
+    return out, "the reading is at the end of its range: the sensor is saturated"
+
+
+def impossible(recording: Recording) -> tuple[Mask, str]:
+    """Rows with a condition that no workshop has; a column that is so everywhere is refused."""
+    out, names = np.zeros(recording.m, dtype=bool), []
+    for name, values in recording.run.columns.items():
+        for fits, low, high, usual in LIMITS:
+            if not fits(name):
+                continue
+            wrong = ((values < low) | (values > high))[recording.row]
+            if wrong.mean() > LARGEST_SHARE:
+                raise ModelLimit(
+                    f"{name} is {values[recording.row][wrong][0]:g} in {recording.places(wrong)}; {usual}"
+                )
+            if wrong.any():
+                names.append(f"{name} = {values[recording.row][wrong][0]:g} ({usual})")
+                out |= wrong
+            break
+    return out, "impossible " + ", ".join(names)
+
+
+def _no_impossible_log(recording: Recording) -> None:
+    for name, log in recording.run.series.items():
+        gradient = name == "gradient"
+        wrong = np.flatnonzero(np.abs(log.value - (0.0 if gradient else 55.0)) > (50.0 if gradient else 95.0))
+        if name not in ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg") and len(wrong):
+            at = int(wrong[0])
+            raise ModelLimit(
+                f"the log of {name} is {log.value[at]:g} degC at time_s = {log.time[at]:g} ({len(wrong)} such values):"
+                " a fault of the sensor; remove these rows of the log"
+            )
+
+
+def quiet_sensors(recording: Recording) -> list[str]:
+    """Temperatures that stand still while another moves, and those that look like degF."""
+    out, run = [], recording.run
+    names = [c for c in run.columns if c.startswith("temp_") and c.endswith("_C") and c != "temp_gradient_C"]
+    spread = {c: float(np.ptp(run.columns[c][recording.row])) for c in names}
+    moving = [c for c in names if spread[c] > SPREAD]
+    still = [c for c in names if spread[c] == 0.0]
+    if moving and still:
+        out.append(
+            f"{', '.join(still)} never changes while {moving[0]} varies by {spread[moving[0]]:.1f} K: a dead sensor, or a"
+            " number typed once; what depends on it cannot be shown"
+        )
+    middle = [float(np.median(run.columns[c])) for c in names]
+    if names and all(FAHRENHEIT[0] < t < FAHRENHEIT[1] for t in middle):
+        out.append(f"{', '.join(names)}: about {middle[0]:.0f}, which in a workshop is degF; degC is due")
+    same = [n for n in ("pressure_hPa", "humidity_pct", "load_kg", "spindle_rpm") if n in run.columns]
+    constant = [n for n in same if np.ptp(run.columns[n][recording.row]) == 0]
+    if constant:
+        out.append(f"{', '.join(constant)} is the same in all rows; what depends on it cannot be shown")
+    return out
+
+
+def gaps(recording: Recording) -> list[str]:
+    """Times without rows, far longer than usual."""
+    if "time_s" not in recording.run.columns or recording.m < 2 * FEWEST:
+        return []
+    time = recording.run.columns["time_s"][recording.row]
+    order = np.argsort(time, kind="stable")
+    step = np.diff(time[order])
+    usual = float(np.quantile(step[step > 0], 0.9)) if (step > 0).any() else 0.0
+    long = np.flatnonzero((step > GAP * usual) & (step > GAP_SHARE * float(np.ptp(time))))
+    if usual <= 0 or not len(long):
+        return []
+    told = []
+    for i in long[:3]:
+        where = recording.places(order[[i, i + 1]])
+        told.append(f"{step[i]:.0f} s between {where}")
+    more = f" and {len(long) - 3} more" if len(long) > 3 else ""
+    return [
+        f"no rows for {'; '.join(told)}{more}: what happened there is unknown, and a drift across it may be a step"
+    ]
+
+
+def without_gaps(before: Ints, time: Array | None) -> Ints:
+    """Predecessors (m,) of the observations, none across a gap in time: neighbours there are no neighbours."""
+    if time is None:
+        return before
+    inner = before >= 0
+    step = np.where(inner, time - time[np.maximum(before, 0)], 0.0)
+    positive = step[inner & (step > 0)]
+    if len(positive) < FEWEST:
+        return before
+    return np.where(inner & (step > GAP * np.quantile(positive, 0.9)), -1, before)
