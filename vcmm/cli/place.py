@@ -25,7 +25,8 @@ def place_command(
     """The pose, among those that the fixture allows, with the smallest objective: gain, map, flatness, certificate.
 
     [placement] of the scenario says what may move and what is minimised; without it the part slides on the table, turns
-    about the vertical, and U/T of all characteristics counts. `vcmm place gaska2014` runs the twin of a published study.
+    about the vertical, and U/T of all characteristics counts. A scenario that cuts a part ([cut]) is moved with its work
+    offset to where the deviations are smallest. `vcmm place gaska2014` runs the twin of a published study.
 
     Parameters
     ----------
@@ -61,12 +62,23 @@ def place_command(
         from vcmm.cli.gaska_placement import show_placement
 
         return show_placement(folder, draws, seed, json)
+    if scenario.suffix == ".toml" and scenario.is_file() and _cuts(scenario):
+        from vcmm.cli.place_cut import placed_cut
+
+        return placed_cut(scenario, {"seed": seed, "trials": trials}, json, folder)
     options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
     if machines:
         from vcmm.cli.machines import choose
 
         return choose(scenario, machines, options, json, folder)
     return _placed(scenario, options, json, folder)
+
+
+def _cuts(scenario: Path) -> bool:
+    """Whether the scenario cuts a part."""
+    from vcmm.files.toml import read_toml
+
+    return "cut" in read_toml(scenario).data
 
 
 def _planned(scenario: Path, budget: str, seed: int | None, json: bool, out: Path | None) -> int:

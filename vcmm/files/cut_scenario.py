@@ -14,6 +14,7 @@ from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
 from vcmm.errors import choose_from
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
+from vcmm.files.placement import PlacementTable, placement_from
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
 from vcmm.files.scenario import (
@@ -86,6 +87,7 @@ class CutFile(Table):
     job: str | dict[str, Any] = Field(default_factory=dict, examples=['"job.toml"'])
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
+    placement: PlacementTable = Field(default_factory=PlacementTable)
 
 
 def load_cut(path: str | Path) -> CutScenario:
@@ -124,6 +126,9 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         return None
     known = _known(document, machine, setup, model.cut, part, environment, problems)
     inspection = _inspection(document, model.inspection, problems)
+    placement = placement_from(document, part.part if part else None, model, problems)
+    if model.placement.objective not in ("", "deviation"):
+        problems.add(("placement", "objective"), 'the objective of a cut part is "deviation"; leave it out')
     program = document.path.parent / model.cut.program
     if not program.is_file():
         problems.add(
@@ -139,6 +144,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(environment.temperature), inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, step=model.cut.step,
+        fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
 
 

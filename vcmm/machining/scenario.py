@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from vcmm.fixture import Fixture
 from vcmm.inputs import Input
 from vcmm.machine import Machine
 from vcmm.nc.setup import Setup
@@ -52,6 +53,8 @@ class CutScenario:
     set_here: bool = True
     set_at: tuple[float, float, float] | None = None
     step: float = 1.0
+    fixture: Fixture | None = None  # what `place` may move
+    weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1
 
     def at(self, pose: Pose) -> CutScenario:
         """The same job with the part elsewhere; its work offsets move with it."""

@@ -91,7 +91,7 @@ class Travels:
             if letter not in machine.chain.letters:
                 out.append(Limit(f"no axis {letter}", i, 0.0, 0.0))
         for effect in machine.effects:
-            out += _known_range(effect)
+            out += known_range(effect)
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:
@@ -133,7 +133,7 @@ class Travels:
         return out
 
 
-def _known_range(effect: object) -> list[Limit]:
+def known_range(effect: object) -> list[Limit]:
     """Where a tabulated effect is known; outside it refuses."""
     if isinstance(effect, ComponentTable):
         pairs = [(a, np.asarray(g, float)) for a, g in zip(effect.arguments, effect.grids) if a in "XYZ"]
