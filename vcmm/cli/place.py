@@ -62,11 +62,18 @@ def place_command(
         from vcmm.cli.gaska_placement import show_placement
 
         return show_placement(folder, draws, seed, json)
-    if scenario.suffix == ".toml" and scenario.is_file() and _cuts(scenario):
+    options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
+    return _any(scenario, machines, options, json, folder)
+
+
+def _any(
+    scenario: Path, machines: list[Path] | None, options: dict[str, Any], json: bool, folder: Path | None
+) -> int:
+    """A cut part, a choice of machines, or the placement of one measuring task."""
+    if scenario.is_file() and _cuts(scenario):
         from vcmm.cli.place_cut import placed_cut
 
-        return placed_cut(scenario, {"seed": seed, "trials": trials}, json, folder)
-    options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
+        return placed_cut(scenario, options, json, folder)
     if machines:
         from vcmm.cli.machines import choose
 

@@ -14,7 +14,7 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 
     loaded = load_cut(scenario)
     with progress() as report, about(scenario):
-        found = place_cut(loaded, progress=report, **{k: v for k, v in options.items() if v is not None})
+        found = place_cut(loaded, progress=report, **options)
     files = [*sources(scenario), loaded.program]
     content = document(
         "vcmm.place/1", _json(found), seed=found.seed, files=files, warnings=found.after.warnings

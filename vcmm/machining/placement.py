@@ -33,7 +33,7 @@ from vcmm.placing.travels import EDGE, Limit, known_range
 from vcmm.run import Array, Run
 
 BATCH = 64  # poses at once
-EVALUATIONS, SCANNED = 2000, 2048
+EVALUATIONS, SCANNED = 5000, 4096
 Progress = Callable[[str, float], None]
 
 
