@@ -31,6 +31,7 @@ _HOME = {
     "field": "vcmm.volumetric",
     "diagnose": "vcmm.diagnosing",
     "cut": "vcmm.machining.job",
+    "compensate": "vcmm.compensating.job",
     "load_cut": "vcmm.files.cut_scenario",
     "load_recording": "vcmm.files.recording",
 }
