@@ -66,6 +66,7 @@ class Field:
     moving: Ints  # moves that take time
     set_here: bool
     constants: Mapping[str, float]
+    sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
 
     def run(self, move: Ints, share: Array, tips: Array) -> Run:
         """The machine at shares (k,) of moves (k,) with its tip at tips (k, 3)."""
@@ -110,7 +111,8 @@ class Field:
             found = -machine.indication_error(run)
         except ModelLimit as error:
             raise ModelLimit(self._where(str(error), move)) from None
-        return np.asarray(found - self._setting(run, move) if self.set_here else found)
+        found = found - self._setting(run, move) if self.set_here else found
+        return np.asarray(found * self.sensitive)
 
     def _where(self, text: str, move: Ints) -> str:
         row = int(text.split(":")[0].removeprefix("row ")) - 1 if text.startswith("row ") else -1
@@ -163,11 +165,12 @@ class Field:
 
 
 def field_of(
-    known: Known, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None
+    known: Known, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
 ) -> Field:  # fmt: skip
     """Errors along the motion of a program."""
     path = toolpath(tuple(moves), known.machine, setup) if known.needs_states and moves else None
     moving = np.arange(len(moves)) if path is None else path.timing.moving
     if path is not None and not len(moving):
         path = None
-    return Field(known, setup, tuple(moves), path, moving, set_here, constants or {})
+    sensitive = np.array([float(a in known.machine.axes and not (lathe and a == "Y")) for a in "XYZ"])
+    return Field(known, setup, tuple(moves), path, moving, set_here, constants or {}, sensitive)

@@ -5,6 +5,7 @@ program -> moves with traces -> corrected points (fixed point) -> lines and arcs
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -130,8 +131,8 @@ def prepare(
     check_program(read, machine, setup, source.name)
     check_travel(read, machine, False, source.name)
     known = known_errors_of(machine)
-    field = field_of(known, setup, read.moves, set_here=set_here, constants=constants)
     language = G_CODE[name]
+    field = field_of(known, setup, read.moves, set_here=set_here, constants=constants, lathe=language.lathe)
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     hashed = digest([*file_parts([setup.path, machine_file]), source.text.encode("utf-8")])
@@ -163,13 +164,15 @@ def rewrite(work: Work, tolerance: float) -> tuple[str, list[int], Targets, Writ
     found = targets(traces, work.field, index, FIT_SHARE * tolerance, [codes[t.line - 1] for t in traces])
     first = traces[0].contour
     writer = Writer(
-        work.source, work.dialect, work.decimals, np.array(first.start) + np.array(first.tool_offset)
+        work.source, work.dialect, work.decimals, np.array(first.start) + np.array(first.tool_offset), "".join(work.machine.axes)
     )
     at = 0
     while at < len(traces):
         to = at + 1
         while to < len(traces) and traces[to].line == traces[at].line and to - at < len(traces):
             to += 1
+        following = traces[to].contour.kind if to < len(traces) else "rapid"
+        writer.rapid = FIT_SHARE * tolerance if following in ("line", "arc") else math.inf
         _block(writer, traces[at:to], found.fits[at:to], work)
         at = to
     return (*_assembled(work, writer, tolerance), found, writer)
@@ -235,7 +238,10 @@ def _proved(
     compare_comments(work.source.text, text, mark)
     check_travel(new, work.machine, True, work.source.name, lines)
     before, offset_only, shifts = _before(work)
-    field = field_of(work.known, work.setup, new.moves, set_here=work.field.set_here, constants=work.field.constants)
+    field = field_of(
+        work.known, work.setup, new.moves, set_here=work.field.set_here, constants=work.field.constants,
+        lathe=work.dialect.lathe,
+    )  # fmt: skip
     w = walk(new.moves)
     low, high = spans(work.program, new, lines)
     gap = departures(w.tip + errors_on(field, w), work.program.moves, low[w.move], high[w.move])

@@ -13,6 +13,7 @@ from vcmm.nc.reading import read_bytes
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
+_APART, _CLOSE = re.compile(r"[\d.]\s+[A-Za-z]"), re.compile(r"[\d.][A-Za-z]")
 _BOM = "\ufeff"
 
 
@@ -91,7 +92,9 @@ def code_of(line: str) -> str:
     return _COMMENT.sub(lambda m: " " * len(m[0]), line)
 
 
-def separator(line: str) -> str:
-    """What stands between two words of the line: a blank, or nothing."""
-    code = code_of(line).strip()
-    return " " if re.search(r"[\d.]\s+[A-Za-z]", code) or not re.search(r"[\d.][A-Za-z]", code) else ""
+def separator(source: SourceText) -> str:
+    """What stands between two words of the program: a blank, or nothing where words are written without."""
+    code = [code_of(line) for line, _ in source.lines]
+    apart = sum(len(_APART.findall(line)) for line in code)
+    close = sum(len(_CLOSE.findall(line)) for line in code)
+    return " " if apart >= close else ""

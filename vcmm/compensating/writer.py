@@ -68,12 +68,21 @@ class Writer:
     dialect: Dialect
     decimals: tuple[int, int]  # metric, inch
     q: Array
+    axes: str = AXES
+    rapid: float = math.inf  # mm by which a rapid may leave an axis off that it does not name
     edits: dict[int, list[Edit]] = field(default_factory=dict)
     added: dict[int, list[str]] = field(default_factory=dict)
     carried: dict[tuple[int, bool], Diffusion] = field(default_factory=dict)
     rounding: list[Array] = field(default_factory=list)  # written - wanted at the ends of feeds, mm
     cycle: dict[str, float] = field(default_factory=dict)  # of a series of holes, see holes.py
     expressions: set[int] = field(default_factory=set)  # lines in which an expression became a number
+
+    def __post_init__(self) -> None:
+        self.gap = separator(self.source)
+
+    def absent(self, i: int) -> bool:
+        """Axes that the machine has not, and Y of a lathe, are never added to a block."""
+        return AXES[i] not in self.axes or (self.dialect.lathe and i == 1)
 
     def step(self, inch: bool) -> float:
         return float(10.0 ** -self.decimals[inch])
@@ -88,8 +97,7 @@ class Writer:
             fit = self._shifted(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
         for k, piece in enumerate(fit.pieces):
-            begin = self.q - frame.offset
-            cur = frame.numbers(begin)
+            cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             named = tuple(a in trace.words for a in AXES) if k == 0 else (False,) * 3
             whole = m.kind == "arc" and len(fit.pieces) == 1 and _is_whole(trace)
             part = (shares[k + 1] - shares[k]) * length_of(m)
@@ -102,6 +110,11 @@ class Writer:
             self.q = frame.tip(new) + frame.offset
             if m.kind != "rapid":
                 self.rounding.append(self.q - frame.offset - piece.end)
+
+    def _standing(self, trace: Trace) -> Array:
+        """Tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
+        follows = self.dialect.length_follows and "Z" in trace.words
+        return np.array(trace.before.tool_offset if follows else trace.contour.tool_offset)
 
     def _shifted(self, trace: Trace, frame: Frame) -> Fit:
         """A tiny arc moves as a whole with its start, so that rounding cannot close or turn it."""
@@ -122,12 +135,15 @@ class Writer:
             diffusion = self.carried.setdefault((i, frame.inch), Diffusion(step))
             if whole and i in (a, b):
                 continue
-            if short:
+            if not named[i] and self.absent(i):
+                continue
+            if short and named[i]:
                 target = diffusion.next(float(wanted[i]))
             else:
                 diffusion.forget()
                 target = nearest(float(wanted[i]), step)
-                if not named[i] and (kind == "rapid" or abs(wanted[i] - cur[i]) <= HOLD * step):
+                near = HOLD * step if kind != "rapid" else max(HOLD * step, self.rapid * float(frame.scale[1]))
+                if not named[i] and abs(wanted[i] - cur[i]) <= near:
                     continue
             new[i] = target if frame.absolute else cur[i] + nearest(target - float(cur[i]), step)
         return new
@@ -253,17 +269,18 @@ class Writer:
 
     def _drop(self, index: int, word: WordAt) -> None:
         line = self.source.lines[index][0]
-        last = word.last + (1 if line[word.last - 1 : word.last] == " " else 0)
-        self.edits.setdefault(index, []).append(Edit(word.first, last, ""))
+        blank = line[word.last - 1 : word.last] == " "
+        first = word.first - (1 if not blank and line[: word.first - 1].endswith(" ") else 0)
+        self.edits.setdefault(index, []).append(Edit(first, word.last + blank, ""))
 
     drop = _drop
 
     def _add(self, index: int, trace: Trace, letter: str, number: str) -> None:
         """A word that the block has not: behind those that come before it in X Y Z I J K R, else before the first."""
         line, order = self.source.lines[index][0], AXES + CENTRES + "R"
-        gap = separator(line)
-        before = [w for k, w in trace.words.items() if k in order and order.index(k) < order.index(letter)]
-        behind = [w for k, w in trace.words.items() if k in order and order.index(k) > order.index(letter)]
+        gap, letter = self.gap, letter.lower() if _lower(line) else letter
+        before = [w for k, w in trace.words.items() if k in order and order.index(k) < order.index(letter.upper())]
+        behind = [w for k, w in trace.words.items() if k in order and order.index(k) > order.index(letter.upper())]
         if before:
             at = max(w.last for w in before)
             edit = Edit(at, at, f"{gap}{letter}{number}")
@@ -279,7 +296,8 @@ class Writer:
         line = self.source.lines[index][0]
         slash = line.lstrip()[:1] == "/"
         digits = line.lstrip()[1:2] if slash and line.lstrip()[1:2].isdigit() else ""
-        body = separator(line).join(words)
+        body = self.gap.join(words)
+        body = body.lower() if _lower(line) else body
         self.added.setdefault(index, []).append((f"/{digits} " if slash else "") + body)
 
     def _like(self, trace: Trace) -> str:
@@ -298,6 +316,12 @@ class Writer:
                 last = k == len(added) - 1
                 out.append((text + (end if last else own), index))
         return out
+
+
+def _lower(line: str) -> bool:
+    """Whether the words of a line are written in small letters."""
+    code = code_of(line)
+    return code != code.upper() and code == code.lower()
 
 
 def _is_whole(trace: Trace) -> bool:
