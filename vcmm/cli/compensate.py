@@ -117,6 +117,8 @@ def compensation_json(found: Any, target: Path | None) -> dict[str, Any]:
         "tolerance_um": found.tolerance * 1e3, "tolerance_used_um": found.used * 1e3, "met": found.met,
         "deviation": {
             "before": departure(found.before), "offset_only": departure(found.offset_only), "after": departure(found.after),
+            "before_with_dynamic": departure(found.whole[0]) if found.whole else None,
+            "after_with_dynamic": departure(found.whole[1]) if found.whole else None,
         },
         "offset_shift_mm": {name: [float(v) for v in shift] for name, shift in found.shifts.items()},
         "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
@@ -137,6 +139,10 @@ def _show(found: Any, offset_only: bool) -> None:
     rows = [row("as programmed", found.before), row("work offsets shifted", found.offset_only)]
     if not offset_only:
         rows.append(row("compensated program", found.after))
+    if found.whole is not None:
+        rows.append(row("as programmed, with reversal and lag", found.whole[0]))
+        if not offset_only:
+            rows.append(row("compensated, with reversal and lag", found.whole[1]))
     show_table(
         f"{found.name} on {found.machine}: departure of the cut path from the programmed one",
         ["", "largest", "rms", "at line"],

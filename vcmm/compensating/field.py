@@ -25,34 +25,55 @@ from vcmm.nc.toolpath import Toolpath, toolpath
 from vcmm.run import Array, Run
 
 RANDOM = ("scatter", "reindexing")  # they have no known value
+DYNAMIC = ("sense_", "since_reversal_", "accel_", "speed_", "time_since_accel")  # what changes at once, or with the speed
 SHAPE_OF_CONTACT = ("nx", "ny", "nz", "cut_length_mm", "force_x_N")  # needed by effects that a path cannot correct
 
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """machine: with the effects that are corrected. left: ids of effects that are not, and why."""
+    """machine: with the effects that are corrected; full: also with those that the drives must correct.
+
+    left: ids of effects that are not corrected, and why.
+    """
 
     machine: Machine
+    full: Machine
     left: tuple[str, ...]
+
+    @property
+    def dynamic(self) -> bool:
+        return len(self.full.effects) > len(self.machine.effects)
 
     @property
     def needs_states(self) -> bool:
         return any(e.required() for e in self.machine.effects)
 
+    def whole(self) -> Known:
+        """The same with every known effect on the path, to see what is left in all."""
+        return Known(self.full, self.full, self.left)
+
 
 def known_errors_of(machine: Machine) -> Known:
-    """What of a machine can be corrected by its path: everything known that moves the tool, but what depends on the contact."""
+    """What of a machine can be corrected by its path: what is known and smooth along it.
+
+    Reversal, lag and vibration jump or depend on the speed: steps in the path would mark the surface, and the control has
+    its own parameters for them (backlash, quadrant compensation, gains), so they are left to it and reported.
+    """
     moves, stated, idle = cutting_effects(machine)
-    kept, left = [], [f"{name} acts on measuring, not on cutting" for name in idle]
+    kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
         if effect.name in RANDOM:
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
+        elif any(column.startswith(DYNAMIC) for column in effect.required()):
+            rest.append(effect)
+            left.append(f"{effect.id} jumps at reversals or goes with the speed: left to the control's own compensation, not corrected")
         else:
             kept.append(effect)
     left += [f"{e.id} is stated for the finished part: not corrected" for e in stated.effects]
-    return Known(replace(machine, effects=tuple(kept)), tuple(left))
+    full = replace(machine, effects=(*kept, *rest))
+    return Known(replace(machine, effects=tuple(kept)), full, tuple(left))
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +158,13 @@ class Field:
                 ) from None
         return out
 
+    def _asked(self, letter: str, nominal: Array, q: Array) -> Array:
+        """Where the error is asked for: at the end of a travel a correction must not lead beyond it (a command that does is
+        refused later); the error changes by less than its gradient times the correction."""
+        low, high = self.known.machine.axes[letter].travel
+        inside = (nominal >= low) & (nominal <= high)
+        return np.asarray(np.where(inside, np.clip(q, low, high), q))
+
     def corrected(
         self, move: Ints, share: Array, nominal: Array, beside: Array, tolerance: float = 1e-7
     ) -> Array:
@@ -149,7 +177,7 @@ class Field:
         for _ in range(8):
             tips = wanted + beside
             moved = {
-                a: q if a not in "XYZ" else tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)]
+                a: q if a not in "XYZ" else self._asked(a, q, tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)])
                 for a, q in run.position.items()
             }
             now = replace(run, position=moved)

@@ -40,7 +40,7 @@ from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
 from vcmm.compensating.source import SourceText, read_source
 from vcmm.compensating.targets import Targets, moves_of, targets
 from vcmm.compensating.writer import AXES, CENTRES, Writer
-from vcmm.errors import DataError, UsageError
+from vcmm.errors import DataError, ModelLimit, UsageError
 from vcmm.machine import Machine
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.interpret import interpret
@@ -92,8 +92,7 @@ def compensate(
     work = prepare(program, setup, machine, dialect, decimals, set_here, constants)
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
-        text, lines, found, writer = rewrite(work, used)
-        new = interpret(text, work.dialect.name, work.setup, work.source.name, trace=True)
+        text, lines, found, writer, new = _read_back(work, used, notes)
         grown = len(new.traces) / max(len(work.program.traces), 1)
         if grown <= growth:
             break
@@ -104,6 +103,28 @@ def compensate(
     else:
         raise UsageError(f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth")
     return _proved(work, text, lines, found, writer, new, tolerance, used, notes)
+
+
+def _read_back(
+    work: Work, tolerance: float, notes: list[str]
+) -> tuple[str, list[int], Targets, Writer, Program]:
+    """Rewrite and read again; where radius compensation cannot follow the added blocks, without blocks added there."""
+    for beside in (True, False):
+        text, lines, found, writer = rewrite(work, tolerance, beside)
+        try:
+            new = interpret(text, work.dialect.name, work.setup, work.source.name, trace=True)
+        except (ModelLimit, DataError) as error:
+            if not beside:
+                raise ModelLimit(
+                    f"the rewritten program cannot be read again (lines of the new program): {error}; nothing was written"
+                ) from None
+            continue
+        if not beside:
+            notes.append(
+                "radius compensation (G41, G42) cannot follow blocks added to its contours; none were added there"
+            )
+        break
+    return text, lines, found, writer, new
 
 
 def prepare(
@@ -156,12 +177,13 @@ def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
     return out[0], out[1]
 
 
-def rewrite(work: Work, tolerance: float) -> tuple[str, list[int], Targets, Writer]:
+def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Targets, Writer]:
     """The new text, the source line (from 1, 0 for the mark) of each of its lines, the fits, and the writer's tallies."""
     traces = work.program.traces
     codes = codes_of(work.source)
     index = moves_of(traces, work.program.moves)
-    found = targets(traces, work.field, index, FIT_SHARE * tolerance, [codes[t.line - 1] for t in traces])
+    own = [codes[t.line - 1] for t in traces]
+    found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
     writer = Writer(
         work.source, work.dialect, work.decimals, np.array(first.start) + np.array(first.tool_offset), "".join(work.machine.axes)
@@ -238,14 +260,11 @@ def _proved(
     compare_comments(work.source.text, text, mark)
     check_travel(new, work.machine, True, work.source.name, lines)
     before, offset_only, shifts = _before(work)
-    field = field_of(
-        work.known, work.setup, new.moves, set_here=work.field.set_here, constants=work.field.constants,
-        lathe=work.dialect.lathe,
-    )  # fmt: skip
-    w = walk(new.moves)
-    low, high = spans(work.program, new, lines)
-    gap = departures(w.tip + errors_on(field, w), work.program.moves, low[w.move], high[w.move])
-    after = departure(gap, w.weight, [lines[new.moves[i].source.line - 1] for i in w.move.tolist()])
+    after = _departed(work, work.known, new, lines)
+    whole = None
+    if work.known.dynamic:
+        full = work.known.whole()
+        whole = (_departed(work, full, work.program, ()), _departed(work, full, new, lines))
     rounding = _rounding(writer, after)
     met = after.largest <= used + rounding.largest + 1e-9
     if not met:
@@ -258,8 +277,21 @@ def _proved(
     return Compensation(
         work.source.name, work.dialect.name, work.machine.name, text, work.source.encoded(text), tolerance, used,
         met and used == tolerance, before, offset_only, after, shifts, rounding, _counted(work, writer, new, lines), work.hashed,
-        tuple(notes), tuple(lines),
+        tuple(notes), tuple(lines), whole,
     )  # fmt: skip
+
+
+def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) -> Departure:
+    """The program run on the machine, against the path of the original; lines: empty for the original itself."""
+    field = field_of(
+        known, work.setup, program.moves, set_here=work.field.set_here, constants=work.field.constants,
+        lathe=work.dialect.lathe,
+    )  # fmt: skip
+    w = walk(program.moves)
+    low, high = spans(work.program, program, lines) if lines else (np.arange(len(program.moves)),) * 2
+    gap = departures(w.tip + errors_on(field, w), work.program.moves, low[w.move], high[w.move])
+    at = [program.moves[i].source.line for i in w.move.tolist()]
+    return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
 
 
 def _before(work: Work) -> tuple[Departure, Departure, dict[str, Array]]:

@@ -176,7 +176,7 @@ def compare_comments(old: str, new: str, mark: Sequence[str]) -> None:
         raise ModelLimit("reading the new program again shows other comments; nothing was written")
 
 
-def block_rate(moves: Sequence[Move], shortest: float = 1e-9) -> tuple[float, int]:
+def block_rate(moves: Sequence[Move], shortest: float = 1e-3) -> tuple[float, int]:
     """Largest number of blocks per second at the programmed feed, and the line."""
     best, line = 0.0, 0
     for m in moves:

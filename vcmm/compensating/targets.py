@@ -140,9 +140,13 @@ def may_split(trace: Trace, codes: frozenset[str]) -> bool:
 
 
 def targets(
-    traces: Sequence[Trace], field: Field, index: Ints, limit: float, codes: Sequence[frozenset[str]], most: int = 48
+    traces: Sequence[Trace], field: Field, index: Ints, limit: float, codes: Sequence[frozenset[str]],
+    beside: bool = True, most: int = 48,
 ) -> Targets:  # fmt: skip
-    """Corrected end points, centres and split points of all traces. codes: M codes of each trace's block."""
+    """Corrected end points, centres and split points of all traces.
+
+    codes: M codes of each trace's block. beside: blocks under radius compensation may be split too.
+    """
     if not traces:
         return Targets((), np.zeros((0, 3)))
     samples = samples_of(traces)
@@ -151,14 +155,15 @@ def targets(
     for i, trace in enumerate(traces):
         rows = samples.rows(i)
         m = trace.contour
+        free = may_split(trace, codes[i]) and (beside or trace.compensation is None)
         if not m.rewritable or m.kind == "dwell":
             fits.append(None)
         elif m.kind == "arc":
-            fits.append(arcs(m, wanted[rows], limit, most if may_split(trace, codes[i]) else 1))
+            fits.append(arcs(m, wanted[rows], limit, most if free else 1))
         elif rows.stop - rows.start <= 2:
             fits.append(Fit((Piece(1.0, wanted[rows.stop - 1]),), 0.0))
         else:
             way = directions(m, np.zeros(1))[0]
             across = np.broadcast_to(np.eye(3) - np.outer(way, way), (rows.stop - rows.start, 3, 3))
-            fits.append(chords(m, samples.share[rows], wanted[rows], across, limit, may_split(trace, codes[i])))
+            fits.append(chords(m, samples.share[rows], wanted[rows], across, limit, free))
     return Targets(tuple(fits), wanted[samples.first[:-1]])
