@@ -16,6 +16,7 @@ def compensate_command(
     tolerance: str = "1 um",
     decimals: int | None = None,
     set_on: str = "this machine",
+    carry: Annotated[bool, Parameter(name="--carry-rounding")] = True,
     growth: float = 20.0,
     out: Path | None = None,
     offset_only: bool = False,
@@ -43,6 +44,9 @@ def compensate_command(
         Decimals of the new numbers (default: those of the program, at least 0.001 mm or 0.0001 inch).
     set_on
         Where the work offset was set: "this machine" (its error there is subtracted) or "elsewhere".
+    carry
+        Carry the rounding error along chains of short blocks, so that their mean is right to far less than a digit;
+        --no-carry-rounding rounds every number by itself.
     growth
         How many times as many blocks there may be before the tolerance is relaxed.
     out
@@ -65,12 +69,12 @@ def compensate_command(
             return points_form(program, points, out, json)
         assert table is not None
         return table_form(program, table, out, json)
-    return _program(program, setup, dialect, tolerance, decimals, set_on, growth, out, offset_only, diff, json)
+    return _program(program, setup, dialect, tolerance, decimals, set_on, carry, growth, out, offset_only, diff, json)
 
 
 def _program(
     program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
-    growth: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
+    carry: bool, growth: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
 ) -> int:  # fmt: skip
     from vcmm.cli.common import document, print_json, say
     from vcmm.compensating.job import compensate
@@ -90,7 +94,7 @@ def _program(
         raise UsageError(f"{target} is the program itself; choose another file with --out")
     found = compensate(
         program, setup, dialect=dialect, tolerance=limit, decimals=decimals, set_here=set_on == "this machine",
-        growth=growth,
+        carry=carry, growth=growth,
     )  # fmt: skip
     if not offset_only:
         write_source(target, found.data)

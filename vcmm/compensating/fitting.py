@@ -99,7 +99,7 @@ def arcs(m: Move, wanted: Array, limit: float, most: int) -> Fit:
 
 
 def _whole(sweep: float) -> bool:
-    return abs(math.remainder(sweep, 2 * math.pi)) < WHOLE
+    return sweep > math.pi and abs(math.remainder(sweep, 2 * math.pi)) < WHOLE
 
 
 def _apart(m: Move, wanted: Array) -> float:
@@ -124,7 +124,7 @@ def fitted_arc(m: Move, wanted: Array, sweep: float, begin: float, end: float) -
     a, b, n = PLANES[m.plane]
     assert m.centre is not None
     flat = wanted[:, [a, b]]
-    whole = _whole(sweep) and sweep > math.pi
+    whole = _whole(sweep)
     guess = np.array([m.centre[a], m.centre[b]]) + _mean_shift(m, wanted, begin, end)
     centre = guess
     uneven = abs(math.dist((m.start[a], m.start[b]), (m.centre[a], m.centre[b])) - math.dist((m.end[a], m.end[b]), (m.centre[a], m.centre[b])))

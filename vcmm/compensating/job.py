@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.compensating.contours import length_of
 from vcmm.compensating.field import Field, Known, field_of, known_errors_of
 from vcmm.compensating.header import digest, file_parts, header, place
 from vcmm.compensating.holes import drill
@@ -23,6 +24,7 @@ from vcmm.compensating.proof import (
     compare_comments,
     departure,
     departures,
+    end_departures,
     errors_on,
     shifted,
     spans,
@@ -39,7 +41,7 @@ from vcmm.compensating.refusals import (
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
 from vcmm.compensating.source import SourceText, read_source
 from vcmm.compensating.targets import Targets, moves_of, targets
-from vcmm.compensating.writer import AXES, CENTRES, Writer
+from vcmm.compensating.writer import AXES, CENTRES, SHORT, Writer
 from vcmm.errors import DataError, ModelLimit, UsageError
 from vcmm.machine import Machine
 from vcmm.nc.dialects import G_CODE, Dialect
@@ -50,7 +52,8 @@ from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
 from vcmm.run import Array
 
-FIT_SHARE = 0.7  # of the tolerance for what lies between the ends of blocks; the rest is for second-order effects
+FIT_SHARE = 0.7  # of the tolerance for what lies between the ends of blocks; the rest is for the ends
+SLACK = 0.3  # of the tolerance: an axis that a block does not name is corrected only where it is off by more
 GROWTH = 20.0  # blocks after / before, beyond which the tolerance is relaxed
 RELAXED, MOST_RELAXED = 2.0, 10
 
@@ -69,6 +72,7 @@ class Work:
     decimals: tuple[int, int]
     hashed: str
     notes: tuple[str, ...]
+    carry: bool
 
 
 def compensate(
@@ -80,16 +84,18 @@ def compensate(
     tolerance: float = 1e-3,
     decimals: int | None = None,
     set_here: bool = True,
+    carry: bool = True,
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
 ) -> Compensation:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
+    carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself.
 
     Raises DataError, UsageError and ModelLimit, with file and line, for whatever cannot be rewritten for certain.
     """
     if not tolerance > 0:
         raise UsageError(f"tolerance = {tolerance:g} mm must be a positive length")
-    work = prepare(program, setup, machine, dialect, decimals, set_here, constants)
+    work = prepare(program, setup, machine, dialect, decimals, set_here, constants, carry)
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
         text, lines, found, writer, new = _read_back(work, used, notes)
@@ -129,7 +135,7 @@ def _read_back(
 
 def prepare(
     program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None,
-    decimals: int | None, set_here: bool, constants: Mapping[str, float] | None,
+    decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
     if not isinstance(setup, Setup):
@@ -159,7 +165,7 @@ def prepare(
     hashed = digest([*file_parts([setup.path, machine_file]), source.text.encode("utf-8")])
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
     return Work(
-        source, read, language, setup, machine, known, field, _decimals(read.traces, decimals), hashed, said
+        source, read, language, setup, machine, known, field, _decimals(read.traces, decimals), hashed, said, carry
     )
 
 
@@ -186,15 +192,17 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
     found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
     writer = Writer(
-        work.source, work.dialect, work.decimals, np.array(first.start) + np.array(first.tool_offset), "".join(work.machine.axes)
+        work.source, work.dialect, work.decimals, np.array(first.start) + np.array(first.tool_offset), "".join(work.machine.axes), work.carry, slack=SLACK * tolerance,
     )
     at = 0
     while at < len(traces):
         to = at + 1
         while to < len(traces) and traces[to].line == traces[at].line and to - at < len(traces):
             to += 1
-        following = traces[to].contour.kind if to < len(traces) else "rapid"
-        writer.rapid = FIT_SHARE * tolerance if following in ("line", "arc") else math.inf
+        following = traces[to].contour if to < len(traces) else None
+        cuts = following is not None and following.kind in ("line", "arc")
+        writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
+        writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
         _block(writer, traces[at:to], found.fits[at:to], work)
         at = to
     return (*_assembled(work, writer, tolerance), found, writer)
@@ -208,7 +216,11 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[object], work
     if not one.contour.rewritable:
         _machine_move(writer, traces, work.dialect)
         return
-    if one.runs > 1 and work.known.machine.effects:
+    if one.runs > 1 and not work.known.machine.effects:
+        last = traces[-1].contour
+        writer.q = np.array(last.end) + np.array(last.tool_offset)
+        return
+    if one.runs > 1:
         raise DataError(
             f"{one.file}:{one.line}:{one.contour.source.first}: the block is executed {one.runs} times (loop or subprogram), and the "
             "correction depends on the place: write it out for each place, or post the program without subprograms and loops"
@@ -289,7 +301,9 @@ def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) 
     )  # fmt: skip
     w = walk(program.moves)
     low, high = spans(work.program, program, lines) if lines else (np.arange(len(program.moves)),) * 2
-    gap = departures(w.tip + errors_on(field, w), work.program.moves, low[w.move], high[w.move])
+    actual = w.tip + errors_on(field, w)
+    gap = departures(actual, work.program.moves, low[w.move], high[w.move])
+    gap = np.maximum(gap, end_departures(actual, w, program.moves, work.program.moves, low, high))
     at = [program.moves[i].source.line for i in w.move.tolist()]
     return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
 
@@ -300,10 +314,14 @@ def _before(work: Work) -> tuple[Departure, Departure, dict[str, Array]]:
     w = walk(moves)
     error = errors_on(work.field, w)
     lines = [moves[i].source.line for i in w.move.tolist()]
-    gap = departures(w.tip + error, moves, w.move, w.move)
     shifts = best_shifts(error, w, moves)
-    rest = departures(w.tip + shifted(error, w, moves, shifts), moves, w.move, w.move)
-    return departure(gap, w.weight, lines), departure(rest, w.weight, lines), shifts
+    all_moves = np.arange(len(moves))
+    found = []
+    for off in (error, shifted(error, w, moves, shifts)):
+        gap = departures(w.tip + off, moves, w.move, w.move)
+        gap = np.maximum(gap, end_departures(w.tip + off, w, moves, moves, all_moves, all_moves))
+        found.append(departure(gap, w.weight, lines))
+    return found[0], found[1], shifts
 
 
 def _rounding(writer: Writer, after: Departure) -> Rounding:

@@ -1,6 +1,7 @@
 """Proof: the new program is read again, compared block by block with the old one, and run again on the machine.
 
-departure = distance of the point where the tool tip (centre) really is from the programmed path of the original program
+departure = distance of the point where the tool tip (centre) really is from the programmed path of the original program,
+            at the ends of blocks from the programmed end
 """
 
 from __future__ import annotations
@@ -70,6 +71,21 @@ def departures(at: Array, moves: Sequence[Move], low: Ints, high: Ints) -> Array
         rows = np.flatnonzero(low + by <= high)
         found = np.linalg.norm(nominal_distance(at[rows], moves, low[rows] + by), axis=1)
         out[rows] = np.minimum(out[rows], found)
+    return out
+
+
+def end_departures(at: Array, w: Walk, moves: Sequence[Move], old: Sequence[Move], low: Ints, high: Ints) -> Array:
+    """Distance (k,) from the programmed ends, at the ends of blocks; 0 elsewhere and where radius compensation moves the ends."""
+    out = np.zeros(len(at))
+    for rows, first in ((np.flatnonzero(w.share == 0.0), True), (np.flatnonzero(w.share == 1.0), False)):
+        for row in rows.tolist():
+            i = int(w.move[row])
+            k = int(low[i])
+            beside = moves[i].compensation or old[k].compensation
+            other = i - 1 if first else i + 1
+            inner = 0 <= other < len(moves) and low[other] == k == high[other]  # another block of the same move
+            if low[i] == high[i] and not inner and not beside:
+                out[row] = float(np.linalg.norm(at[row] - np.array(old[k].start if first else old[k].end)))
     return out
 
 

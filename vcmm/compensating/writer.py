@@ -69,6 +69,9 @@ class Writer:
     decimals: tuple[int, int]  # metric, inch
     q: Array
     axes: str = AXES
+    carry: bool = True  # rounding errors are carried along chains of short blocks
+    chain_ends: bool = True  # the block after this one belongs to no chain of short blocks
+    slack: float = 0.0  # mm by which a feed may leave such an axis off
     rapid: float = math.inf  # mm by which a rapid may leave an axis off that it does not name
     edits: dict[int, list[Edit]] = field(default_factory=dict)
     added: dict[int, list[str]] = field(default_factory=dict)
@@ -129,7 +132,7 @@ class Writer:
         """Numbers at which the block will end, rounded."""
         kind, step = trace.contour.kind, self.step(frame.inch)
         wanted, new = frame.numbers(piece.end), cur.copy()
-        short = kind == "line" and part <= SHORT
+        short = self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
         a, b, _ = PLANES[trace.contour.plane]
         for i in range(3):
             diffusion = self.carried.setdefault((i, frame.inch), Diffusion(step))
@@ -142,7 +145,8 @@ class Writer:
             else:
                 diffusion.forget()
                 target = nearest(float(wanted[i]), step)
-                near = HOLD * step if kind != "rapid" else max(HOLD * step, self.rapid * float(frame.scale[1]))
+                slack = self.rapid if kind == "rapid" else self.slack
+                near = max(HOLD * step, slack * float(frame.scale[1]))
                 if not named[i] and abs(wanted[i] - cur[i]) <= near:
                     continue
             new[i] = target if frame.absolute else cur[i] + nearest(target - float(cur[i]), step)
@@ -325,7 +329,8 @@ def _lower(line: str) -> bool:
 
 
 def _is_whole(trace: Trace) -> bool:
-    return abs(math.remainder(sweep_of(trace.contour), 2 * math.pi)) < WHOLE
+    sweep = abs(sweep_of(trace.contour))
+    return sweep > math.pi and abs(math.remainder(sweep, 2 * math.pi)) < WHOLE
 
 
 def _gap(p: Array, c: Array, a: int, b: int) -> float:
