@@ -33,6 +33,7 @@ _HOME = {
     "place": "vcmm.placing.job",
     "diagnose": "vcmm.diagnosing",
     "cut": "vcmm.machining.job",
+    "compensate": "vcmm.compensating.job",
     "load_cut": "vcmm.files.cut_scenario",
     "load_recording": "vcmm.files.recording",
 }

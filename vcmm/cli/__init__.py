@@ -20,13 +20,16 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
+    "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
     "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
     "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
     "doctor": "Check the installation.",
     "schema": "Print the JSON Schema of a file format.",
 }
-JOBS = ("demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose", "nc", "cut")
-LATER = ("compensate", "calibrate", "audit", "serve")
+JOBS = (
+    "demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose", "nc", "cut", "compensate",
+)  # fmt: skip
+LATER = ("calibrate", "audit", "serve")
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
 

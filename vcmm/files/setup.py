@@ -69,8 +69,11 @@ def load_setup(path: str | Path) -> Setup:
         _check_names(model, problems)
     tools = {} if model is None else _tools(model, problems)
     control = None
+    active: tuple[str, ...] | None = None
     if model is not None and model.control is not None:
-        control = problems.attempt(("control",), lambda: control_from(model.control or {}))
+        motion = {k: v for k, v in model.control.items() if k != "compensation"}
+        control = problems.attempt(("control",), lambda: control_from(motion))
+        active = problems.attempt(("control", "compensation"), lambda: _active(model.control or {}))
     problems.raise_if_any()
     assert model is not None
     folder = Path(path).parent
@@ -79,9 +82,19 @@ def load_setup(path: str | Path) -> Setup:
         rotations=dict(model.rotations), tools=tools, reference=model.reference, second_reference=model.second_reference,
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
-        control=control,
+        control=control, compensation=active,
         material=model.stock.material if model.stock else None,
     )  # fmt: skip
+
+
+def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
+    """[control] compensation: names of what the control itself compensates; None where nothing is said."""
+    found = control.get("compensation")
+    if found is None:
+        return None
+    if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
+        raise UsageError('control.compensation is a list of names, for example compensation = ["pitch"], or [] for none')
+    return tuple(found)
 
 
 def _check_names(model: SetupFile, problems: Problems) -> None:

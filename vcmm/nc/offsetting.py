@@ -10,6 +10,8 @@ import math
 from typing import NamedTuple
 
 Vec = tuple[float, float]
+ROUNDED = 1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
+FAR = 10.0  # times the width of such a corner: a meeting further away is none
 TINY = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
 
 
@@ -97,11 +99,26 @@ def corner(a: Piece, b: Piece, h: float, rounding: str) -> Joint:
         middle = 0.5 * (ends[0][0] + ends[1][0]), 0.5 * (ends[0][1] + ends[1][1])
         return Joint(middle, middle, turn=turn)
     if is_inside(a, b, h):
-        point = _meeting(a, b, h)
+        point = _inside_point(a, b, h, turn)
         return Joint(point, point, turn=turn)
     if rounding == "arc":
         return Joint(ends[0], ends[1], pivot=a.end, turn=turn)
     return _square_corner(a, b, h, ends, turn)
+
+
+def _inside_point(a: Piece, b: Piece, h: float, turn: float) -> Vec:
+    """Where the parallel curves meet. Tangents that differ by rounding alone need not meet at all, or meet far away, where one
+    piece is an arc: then the point between their ends serves, which is within ROUNDED of both."""
+    one, two = beside(a, a.end, h), beside(b, b.start, h)
+    middle = 0.5 * (one[0] + two[0]), 0.5 * (one[1] + two[1])
+    rounded = _beside_both(a, b, h, turn) < ROUNDED
+    try:
+        point = _meeting(a, b, h)
+    except NoMeeting:
+        if rounded:
+            return middle
+        raise
+    return middle if rounded and math.dist(point, middle) > FAR * abs(h * turn) else point
 
 
 def is_inside(a: Piece, b: Piece, h: float) -> bool:
@@ -124,9 +141,12 @@ def _smooth(a: Piece, b: Piece, h: float, turn: float) -> bool:
     The middle of two points |h turn| apart lies h turn^2 / 8 inside the rounding and (h turn / 2)^2 / (2 R) off a
     parallel arc of radius R.
     """
+    return _beside_both(a, b, h, turn) < TINY
+
+
+def _beside_both(a: Piece, b: Piece, h: float, turn: float) -> float:
     radii = [parallel_radius(p, h) for p in (a, b) if p.centre is not None]
-    off = abs(h) * turn**2 / 8 + sum((h * turn) ** 2 / (8 * max(radius, 1e-12)) for radius in radii)
-    return off < TINY
+    return abs(h) * turn**2 / 8 + sum((h * turn) ** 2 / (8 * max(radius, 1e-12)) for radius in radii)
 
 
 def _square_corner(a: Piece, b: Piece, h: float, ends: tuple[Vec, Vec], turn: float) -> Joint:

@@ -1,0 +1,61 @@
+"""Machines with simple errors and a short way to compensate a text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.compensating.job import compensate
+from vcmm.compensating.result import Compensation
+from vcmm.effect import Effect
+from vcmm.effects.component import ComponentTable
+from vcmm.effects.scale import ScaleFactor
+from vcmm.effects.squareness import Squareness
+from vcmm.kinematics import Axis, parse_structure
+from vcmm.machine import Machine
+from vcmm.nc.setup import Setup, Tool
+
+SETUP = Setup(
+    dialect="fanuc",
+    offsets={"G54": (0.0, 0.0, 0.0), "G55": (100.0, 0.0, 0.0)},
+    tools={1: Tool(1, 0.0, 10.0), 2: Tool(2, 30.0, 6.0)},
+    compensation=(),
+)
+
+
+def mill(*effects: Effect, travel: float = 1e4) -> Machine:
+    axes = {a: Axis(a, (-travel, travel)) for a in "XYZ"}
+    return Machine("test mill", "machine-tool", parse_structure("w X' Y' b Z t"), axes, effects)
+
+
+def scale(k_um_m: float, axis: str = "X") -> Machine:
+    return mill(ScaleFactor(axis, k_um_m * 1e-6))
+
+
+def wavy(component: str, amplitude: float, length: float, phase: float = 0.0) -> ComponentTable:
+    """A tabulated component error, um or urad, over its own axis: a sine of the given length, mm."""
+    grid = np.linspace(-500.0, 500.0, 101)
+    values = amplitude * np.sin(2 * np.pi * grid / length + phase)
+    unit = 1e-3 if component.startswith("EX") or component.startswith(("EY", "EZ")) else 1e-6
+    return ComponentTable(component=component, arguments=(component[-1],), grids=(grid,), values=values * unit)
+
+
+def rough() -> Machine:
+    """Every kind of smooth geometric error at once, about 10 um."""
+    return mill(
+        ScaleFactor("X", 60e-6), ScaleFactor("Z", -40e-6), Squareness("C0Y", 30e-6), Squareness("B0Z", 20e-6),
+        wavy("EYX", 4.0, 300.0), wavy("EXY", 3.0, 250.0, 1.0), wavy("EZX", 3.0, 400.0, 0.5), wavy("ECX", 15.0, 500.0),
+    )  # fmt: skip
+
+
+def run(folder: Path, text: str, machine: Machine, setup: Setup = SETUP, **more: object) -> Compensation:
+    path = folder / "part.nc"
+    path.write_bytes(text.encode("utf-8"))
+    return compensate(path, setup, machine, **more)  # type: ignore[arg-type]
+
+
+def body(found: Compensation) -> list[str]:
+    """The new program without the mark, line by line, with line ends."""
+    lines = found.text.splitlines(keepends=True)
+    return [line for line, source in zip(lines, found.source_lines) if source]

@@ -1,0 +1,177 @@
+"""vcmm compensate: a program, measured points or a control's table with the known errors of the machine taken out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+
+def compensate_command(
+    program: Path,
+    *,
+    setup: Path | None = None,
+    dialect: str | None = None,
+    tolerance: str = "1 um",
+    decimals: int | None = None,
+    set_on: str = "this machine",
+    carry: Annotated[bool, Parameter(name="--carry-rounding")] = True,
+    growth: float = 20.0,
+    out: Path | None = None,
+    offset_only: bool = False,
+    diff: bool = False,
+    points: Path | None = None,
+    table: str | None = None,
+    json: Annotated[bool, Parameter(name="--json")] = False,
+) -> int:
+    """Rewrite an NC program so that the machine with its known errors cuts the part right.
+
+    Three forms: PROGRAM --setup setup.toml (a new program), MACHINE --points measured.csv (corrected points),
+    MACHINE --table FORMAT (a table for a control). Exit code 1 where the tolerance is not met everywhere.
+
+    Parameters
+    ----------
+    program
+        NC program; with --points or --table a machine file.
+    setup
+        Set-up file (setup/1): machine, work offsets, tools, and what the control itself compensates.
+    dialect
+        How the program is written; default: that of the set-up file, else guessed.
+    tolerance
+        Largest departure that may be left, beside the rounding of the last decimal.
+    decimals
+        Decimals of the new numbers (default: those of the program, at least 0.001 mm or 0.0001 inch).
+    set_on
+        Where the work offset was set: "this machine" (its error there is subtracted) or "elsewhere".
+    carry
+        Carry the rounding error along chains of short blocks, so that their mean is right to far less than a digit;
+        --no-carry-rounding rounds every number by itself.
+    growth
+        How many times as many blocks there may be before the tolerance is relaxed.
+    out
+        File for the result (default: PROGRAM with "-compensated" before its ending, beside the current folder's name).
+    offset_only
+        Only the best shift of each work offset, what can be done without a new program; nothing is written.
+    diff
+        Print the changes as a unified diff.
+    points
+        Measured points (columns as in recordings): indicated to corrected.
+    table
+        Table for a control: isg, linuxcnc or heidenhain.
+    json
+        Print one JSON document.
+    """
+    if points is not None or table is not None:
+        from vcmm.cli.compensate_machine import points_form, table_form
+
+        if points is not None:
+            return points_form(program, points, out, json)
+        assert table is not None
+        return table_form(program, table, out, json)
+    return _program(program, setup, dialect, tolerance, decimals, set_on, carry, growth, out, offset_only, diff, json)
+
+
+def _program(
+    program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
+    carry: bool, growth: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
+) -> int:  # fmt: skip
+    from vcmm.cli.common import document, print_json, say
+    from vcmm.compensating.job import compensate
+    from vcmm.compensating.source import write_source
+    from vcmm.errors import UsageError, choose_from
+    from vcmm.units import quantity
+
+    if setup is None:
+        raise UsageError(
+            "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
+        )
+    if set_on not in ("this machine", "elsewhere"):
+        raise UsageError(f'--set-on "{set_on}".{choose_from(set_on, ["this machine", "elsewhere"])}')
+    limit = quantity(tolerance, "length", "--tolerance", "1 um")
+    target = out or Path(f"{program.stem}-compensated{program.suffix}")
+    if target.exists() and program.exists() and target.samefile(program):
+        raise UsageError(f"{target} is the program itself; choose another file with --out")
+    found = compensate(
+        program, setup, dialect=dialect, tolerance=limit, decimals=decimals, set_here=set_on == "this machine",
+        carry=carry, growth=growth,
+    )  # fmt: skip
+    if not offset_only:
+        write_source(target, found.data)
+        say(f"wrote {target}")
+    if json:
+        body = compensation_json(found, None if offset_only else target)
+        print_json(document("vcmm.compensation/1", body, files=[program, setup], warnings=found.warnings))
+    else:
+        _show(found, offset_only)
+        if diff:
+            _show_diff(program, target, found)
+    return 0 if found.met or offset_only else 1
+
+
+def compensation_json(found: Any, target: Path | None) -> dict[str, Any]:
+    """The body of the JSON document; lengths in um, as people say them."""
+
+    def departure(d: Any) -> dict[str, Any]:
+        return {"max_um": d.largest * 1e3, "rms_um": d.rms * 1e3, "line": d.line}
+
+    r, b = found.rounding, found.blocks
+    return {
+        "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": str(target) if target else None,
+        "tolerance_um": found.tolerance * 1e3, "tolerance_used_um": found.used * 1e3, "met": found.met,
+        "deviation": {
+            "before": departure(found.before), "offset_only": departure(found.offset_only), "after": departure(found.after),
+            "before_with_dynamic": departure(found.whole[0]) if found.whole else None,
+            "after_with_dynamic": departure(found.whole[1]) if found.whole else None,
+        },
+        "offset_shift_mm": {name: [float(v) for v in shift] for name, shift in found.shifts.items()},
+        "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
+        "blocks": {
+            "before": b.before, "after": b.after, "growth": b.growth, "changed": b.changed, "added": b.added,
+            "rate_before_1_s": b.rate_before, "rate_after_1_s": b.rate_after, "rate_line": b.rate_line,
+        },
+        "hash": found.digest,
+    }  # fmt: skip
+
+
+def _show(found: Any, offset_only: bool) -> None:
+    from vcmm.cli.common import say, show_table
+
+    def row(name: str, d: Any) -> list[str]:
+        return [name, f"{d.largest * 1e3:.2f} um", f"{d.rms * 1e3:.2f} um", str(d.line)]
+
+    rows = [row("as programmed", found.before), row("work offsets shifted", found.offset_only)]
+    if not offset_only:
+        rows.append(row("compensated program", found.after))
+    if found.whole is not None:
+        rows.append(row("as programmed, with reversal and lag", found.whole[0]))
+        if not offset_only:
+            rows.append(row("compensated, with reversal and lag", found.whole[1]))
+    show_table(
+        f"{found.name} on {found.machine}: departure of the cut path from the programmed one",
+        ["", "largest", "rms", "at line"],
+        rows,
+    )
+    shifts = [[n, *[f"{v * 1e3:+.1f} um" for v in s]] for n, s in found.shifts.items()]
+    show_table("best shift of the work offsets alone", ["offset", "X", "Y", "Z"], shifts)
+    if not offset_only:
+        r, b = found.rounding, found.blocks
+        print(
+            f"tolerance {found.used * 1e3:g} um: {'met everywhere' if found.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
+            f"up to {r.largest * 1e3:.2f} um, {r.share:.0%} of the mean square that is left)\n"
+            f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
+            f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
+        )
+    for warning in found.warnings:
+        say(f"note: {warning}")
+
+
+def _show_diff(program: Path, target: Path, found: Any) -> None:
+    import difflib
+
+    from vcmm.compensating.source import read_source
+
+    old = [line for line, _ in read_source(program).lines]
+    new = found.text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
+    for line in difflib.unified_diff(old, new, str(program), str(target), lineterm="", n=1):
+        print(line)

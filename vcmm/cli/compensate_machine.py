@@ -1,0 +1,64 @@
+"""The two forms of vcmm compensate that take a machine: corrected points, and tables for a control."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+
+def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> int:
+    """MACHINE --points measured.csv: indicated to corrected points."""
+    from vcmm.cli.common import document, print_json, say, sources, write_text
+    from vcmm.compensating.points import corrected_points
+    from vcmm.compensating.tables import without_scatter
+    from vcmm.errors import ModelLimit
+    from vcmm.files.columns import read_positions
+    from vcmm.files.machine import load_machine
+
+    loaded = without_scatter(load_machine(machine))
+    run = read_positions(points, loaded.chain.letters)
+    try:
+        found = corrected_points(loaded, run)
+    except ModelLimit as error:
+        raise ModelLimit(f"{points}: {error}") from None
+    target = out or Path(f"{points.stem}-corrected.csv")
+    write_text(target, _points_csv(found))
+    say(f"wrote {target}")
+    largest = max((float((e**2).sum() ** 0.5) for e in found.error), default=0.0)
+    if json:
+        body = {
+            "machine": loaded.name, "points": len(found.error), "file": str(target), "max_um": largest * 1e3,
+            "corrected_mm": found.corrected.tolist(), "error_mm": found.error.tolist(),
+        }  # fmt: skip
+        print_json(document("vcmm.compensated-points/1", body, files=[*sources(machine), points]))
+    else:
+        print(f"{len(found.error)} points of {loaded.name}: errors up to {largest * 1e3:.2f} um taken off")
+    return 0
+
+
+def _points_csv(found: Any) -> str:
+    rows = ["corrected_x_mm,corrected_y_mm,corrected_z_mm,indicated_x_mm,indicated_y_mm,indicated_z_mm,ex_um,ey_um,ez_um"]
+    for corrected, indicated, error in zip(found.corrected, found.indicated, found.error):
+        numbers = [f"{v:.6f}" for v in (*corrected, *indicated)] + [f"{v * 1e3:.4f}" for v in error]
+        rows.append(",".join(numbers))
+    return "\n".join(rows) + "\n"
+
+
+def table_form(machine: Path, form: str, out: Path | None, json: bool) -> int:
+    """MACHINE --table FORMAT: tables for a control, in the folder --out (default: the current one)."""
+    from vcmm.cli.common import document, print_json, say, sources, write_files
+    from vcmm.compensating.tables import control_tables
+    from vcmm.files.machine import load_machine
+
+    loaded = load_machine(machine)
+    found = control_tables(loaded, form)
+    written = write_files(out or Path(f"{machine.stem}-{form}"), found.files)
+    if json:
+        body = {"machine": loaded.name, "format": form, "files": [str(p) for p in written], "left_out": list(found.left_out)}
+        print_json(document("vcmm.compensation-table/1", body, files=sources(machine)))
+        return 0
+    for path in written:
+        print(path)
+    for text in found.left_out:
+        say(f"note: {text}")
+    return 0

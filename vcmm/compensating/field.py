@@ -1,0 +1,204 @@
+"""The known error of the machine along a program: actual - commanded of the tool tip, less that where the offset was set.
+
+    e(x) = tip error(x, state) - tip error(place of setting, at rest)
+
+States (time, speed, sense, distance since reversal) are those of the motion of a whole program, and are worked out only
+where an effect of the machine asks for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.errors import ModelLimit
+from vcmm.machine import Machine
+from vcmm.machining.contacts import Ints
+from vcmm.machining.rows import setting_rows
+from vcmm.machining.states import states_at
+from vcmm.machining.toolside import cutting_effects
+from vcmm.nc.moves import Move, Point
+from vcmm.nc.setup import Setup
+from vcmm.nc.toolpath import Toolpath, toolpath
+from vcmm.run import Array, Run
+
+RANDOM = ("scatter", "reindexing")  # they have no known value
+DYNAMIC = ("sense_", "since_reversal_", "accel_", "speed_", "time_since_accel")  # what changes at once, or with the speed
+SHAPE_OF_CONTACT = ("nx", "ny", "nz", "cut_length_mm", "force_x_N")  # needed by effects that a path cannot correct
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """machine: with the effects that are corrected; full: also with those that the drives must correct.
+
+    left: ids of effects that are not corrected, and why.
+    """
+
+    machine: Machine
+    full: Machine
+    left: tuple[str, ...]
+
+    @property
+    def dynamic(self) -> bool:
+        return len(self.full.effects) > len(self.machine.effects)
+
+    @property
+    def needs_states(self) -> bool:
+        return any(e.required() for e in self.machine.effects)
+
+    def whole(self) -> Known:
+        """The same with every known effect on the path, to see what is left in all."""
+        return Known(self.full, self.full, self.left)
+
+
+def known_errors_of(machine: Machine) -> Known:
+    """What of a machine can be corrected by its path: what is known and smooth along it.
+
+    Reversal, lag and vibration jump or depend on the speed: steps in the path would mark the surface, and the control has
+    its own parameters for them (backlash, quadrant compensation, gains), so they are left to it and reported.
+    """
+    moves, stated, idle = cutting_effects(machine)
+    kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
+    for effect in moves.effects:
+        if effect.name in RANDOM:
+            continue
+        if set(effect.required()) & set(SHAPE_OF_CONTACT):
+            left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
+        elif any(column.startswith(DYNAMIC) for column in effect.required()):
+            rest.append(effect)
+            left.append(f"{effect.id} jumps at reversals or goes with the speed: left to the control's own compensation, not corrected")
+        else:
+            kept.append(effect)
+    left += [f"{e.id} is stated for the finished part: not corrected" for e in stated.effects]
+    full = replace(machine, effects=(*kept, *rest))
+    return Known(replace(machine, effects=tuple(kept)), full, tuple(left))
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns."""
+
+    known: Known
+    setup: Setup
+    moves: tuple[Move, ...]
+    path: Toolpath | None
+    moving: Ints  # moves that take time
+    set_here: bool
+    constants: Mapping[str, float]
+    sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
+
+    def run(self, move: Ints, share: Array, tips: Array) -> Run:
+        """The machine at shares (k,) of moves (k,) with its tip at tips (k, 3)."""
+        if self.path is not None:
+            near, at = self._moving(move, share)
+            found, _ = states_at(self.path, near, at, tips)
+        else:
+            found = Run({}, np.zeros((len(move), 3)))
+        offset = np.array([self.moves[i].tool_offset for i in move.tolist()]).reshape(-1, 3)
+        turned = {
+            letter: np.array([self.moves[i].rotary_end["ABC".index(letter)] for i in move.tolist()])
+            for letter in self.known.machine.axes
+            if letter in "ABC"
+        }
+        zero = np.array([self._zero(self.moves[i]) for i in move.tolist()]).reshape(-1, 3)
+        columns = {k: v for k, v in found.columns.items() if not k.startswith("tip_")}
+        columns |= {f"part_{c}_mm": (tips - zero)[:, i] for i, c in enumerate("xyz")}
+        columns |= {name: np.full(len(move), value) for name, value in self.constants.items()}
+        position = {
+            letter: (tips + offset)[:, "XYZ".index(letter)] if letter in "XYZ" else turned[letter]
+            for letter in self.known.machine.axes
+        }
+        labels = {**found.labels, "tool": np.array([str(self.moves[i].tool) for i in move.tolist()])}
+        return Run(position, -offset, columns, labels)
+
+    def _moving(self, move: Ints, share: Array) -> tuple[Ints, Array]:
+        """Moves that take time: a move of none stands at the end of the one before it."""
+        place = np.searchsorted(self.moving, move, side="right") - 1
+        first = place < 0
+        near = self.moving[np.maximum(place, 0)]
+        return near, np.where(near == move, share, np.where(first, 0.0, 1.0))
+
+    def _zero(self, m: Move) -> Point:
+        return self.setup.offsets.get(m.offset, (0.0, 0.0, 0.0))
+
+    def errors(self, run: Run, move: Ints) -> Array:
+        """e (k, 3) mm of rows of `run`, which belong to moves (k,)."""
+        machine = self.known.machine
+        if not machine.effects:
+            return np.zeros((run.n, 3))
+        try:
+            found = -machine.indication_error(run)
+        except ModelLimit as error:
+            raise ModelLimit(self._where(str(error), move)) from None
+        found = found - self._setting(run, move) if self.set_here else found
+        return np.asarray(found * self.sensitive)
+
+    def _where(self, text: str, move: Ints) -> str:
+        row = int(text.split(":")[0].removeprefix("row ")) - 1 if text.startswith("row ") else -1
+        if not 0 <= row < len(move):
+            return text
+        return f"line {self.moves[move[row]].source.line} leaves the machine: {text}; check work offset and tool length"
+
+    def _setting(self, run: Run, move: Ints) -> Array:
+        """Error (k, 3) at the work zero of each row's offset, with its tool."""
+        pairs = [(self.moves[i].offset, self.moves[i].tool, self.moves[i].tool_offset) for i in move.tolist()]
+        out = np.zeros((run.n, 3))
+        for one in dict.fromkeys(pairs):
+            rows = np.array([i for i, p in enumerate(pairs) if p == one], dtype=np.intp)
+            at = np.array(self.setup.offsets.get(one[0], (0.0, 0.0, 0.0)))
+            here = setting_rows(run.take(rows[:1]), np.array([str(one[1])]), {str(one[1]): -np.array(one[2])}, at)
+            try:
+                out[rows] = -self.known.machine.indication_error(here)
+            except ModelLimit as error:
+                raise ModelLimit(
+                    f"the work zero of {one[0]} cannot be reached with tool {one[1]} ({error}); say --set-on elsewhere "
+                    "where the offset was not set on this machine"
+                ) from None
+        return out
+
+    def _asked(self, letter: str, nominal: Array, q: Array) -> Array:
+        """Where the error is asked for: at the end of a travel a correction must not lead beyond it (a command that does is
+        refused later); the error changes by less than its gradient times the correction."""
+        low, high = self.known.machine.axes[letter].travel
+        inside = (nominal >= low) & (nominal <= high)
+        return np.asarray(np.where(inside, np.clip(q, low, high), q))
+
+    def corrected(
+        self, move: Ints, share: Array, nominal: Array, beside: Array, tolerance: float = 1e-7
+    ) -> Array:
+        """Commands T (k, 3) for which T + e(T + beside) is nominal, by fixed point T = nominal - e(T + beside).
+
+        beside (k, 3): from the programmed contour to the tool centre. Raises ModelLimit where it does not settle.
+        """
+        run = self.run(move, share, nominal + beside)
+        wanted = nominal
+        for _ in range(8):
+            tips = wanted + beside
+            moved = {
+                a: q if a not in "XYZ" else self._asked(a, q, tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)])
+                for a, q in run.position.items()
+            }
+            now = replace(run, position=moved)
+            new = nominal - self.errors(now, move)
+            change = float(np.abs(new - wanted).max(initial=0.0))
+            wanted = new
+            if change < tolerance:
+                return wanted
+        raise ModelLimit(
+            f"the correction does not settle (last step {change * 1e3:.3g} um): the error changes too fast with position; "
+            "check the error table"
+        )
+
+
+def field_of(
+    known: Known, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
+) -> Field:  # fmt: skip
+    """Errors along the motion of a program."""
+    path = toolpath(tuple(moves), known.machine, setup) if known.needs_states and moves else None
+    moving = np.arange(len(moves)) if path is None else path.timing.moving
+    if path is not None and not len(moving):
+        path = None
+    sensitive = np.array([float(a in known.machine.axes and not (lathe and a == "Y")) for a in "XYZ"])
+    return Field(known, setup, tuple(moves), path, moving, set_here, constants or {}, sensitive)

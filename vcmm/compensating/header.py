@@ -1,0 +1,53 @@
+"""The mark of a compensated program: what it was made with, as comments that every control accepts."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from vcmm.compensating.refusals import MARK
+from vcmm.compensating.source import SourceText
+from vcmm.nc.dialects import Dialect
+
+LONGEST = 60  # characters of a comment: old controls show no more
+_O_NUMBER = re.compile(r"\s*[O:]\s*\d+", re.IGNORECASE)
+
+
+def digest(parts: Sequence[bytes]) -> str:
+    """Twelve characters that change with any of the inputs."""
+    whole = hashlib.sha256()
+    for part in parts:
+        whole.update(hashlib.sha256(part).digest())
+    return whole.hexdigest()[:12]
+
+
+def file_parts(paths: Sequence[Path | None]) -> list[bytes]:
+    return [p.read_bytes() for p in paths if p is not None]
+
+
+def comment(text: str, dialect: Dialect) -> str:
+    """A comment: capitals, digits and plain signs only, no brackets inside."""
+    clean = re.sub(r"[^A-Z0-9 .,=/+-]", " ", text.upper()) if dialect.words == "macro" else re.sub(r"[()]", " ", text)
+    return f"({' '.join(clean.split())[:LONGEST]})"
+
+
+def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> list[str]:
+    """The lines of the mark."""
+    said = (f"{MARK} - DO NOT COMPENSATE AGAIN", f"MACHINE {machine}", f"TOLERANCE {tolerance * 1e3:g} um", f"HASH {hashed}")
+    return [comment(text, dialect) for text in said]
+
+
+def place(source: SourceText) -> int:
+    """Index of the line before which the mark stands: behind % and the O number."""
+    at = 0
+    while at < len(source.lines) and not source.lines[at][0].strip():
+        at += 1
+    if at < len(source.lines) and source.lines[at][0].strip().startswith("%"):
+        at += 1
+    elif at:
+        at = 0
+    if at < len(source.lines) and _O_NUMBER.match(source.lines[at][0]):
+        at += 1
+    return at

@@ -1,0 +1,203 @@
+"""Drilling cycles: each hole is shifted by the correction at its own place; R and the depth move together.
+
+X and Y take the mean of the corrections at the clearance height and at the bottom (a hole stays straight), R and Z that at
+the bottom, so that depth and number of pecks stay. Repeats (L, K) in increments are written out where holes differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.compensating.fitting import Fit
+from vcmm.compensating.numbers import SAME, nearest, written
+from vcmm.compensating.writer import AXES, Frame, Writer, frame_of
+from vcmm.errors import DataError
+from vcmm.nc.cycles import CYCLES
+from vcmm.nc.moves import PLANES
+from vcmm.nc.trace import Trace
+from vcmm.run import Array
+
+NEAR = 1e-6  # mm
+
+
+@dataclass(frozen=True, eq=False)
+class Hole:
+    """Numbers of the program: place (3,) of the bottom, and its correction (3,)."""
+
+    place: Array
+    shift: Array
+
+
+def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -> None:
+    """One block of a cycle with all its moves."""
+    first = traces[0]
+    frame = frame_of(first)
+    normal = PLANES[first.contour.plane][2]
+    _series(writer, first, frame, normal)
+    r, bottom = _heights(writer, first, frame, normal)
+    holes = _holes(traces, fits, frame, normal, bottom)
+    blocks = _blocks(writer, holes, frame, normal, r, bottom)
+    repeat = next((k for k in ("L", "K") if k in first.words and len(holes) > 1), None)
+    if repeat is not None and _even(blocks, writer.step(frame.inch)):
+        blocks = blocks[:1]
+        repeat = None
+    _write(writer, first, frame, normal, blocks)
+    if repeat is not None:
+        writer.drop(first.line - 1, first.words[repeat])
+    _arrive(writer, traces[-1], frame, normal, r, bottom, holes, blocks)
+
+
+def _series(writer: Writer, trace: Trace, frame: Frame, normal: int) -> None:
+    """A new series begins where no cycle was in force: its initial level is where the tool stands."""
+    c = writer.cycle
+    going = trace.before.motion in CYCLES and trace.before.plane == trace.after.plane and "level" in c
+    if not going:
+        c.clear()
+        c["level"] = float(frame.numbers(np.array(trace.contour.start))[normal])
+        c["new level"] = float(frame.numbers(writer.q - frame.offset)[normal])
+
+
+def _heights(writer: Writer, trace: Trace, frame: Frame, normal: int) -> tuple[float, float]:
+    """R and bottom as programmed, absolute, numbers of the program."""
+    c = writer.cycle
+    for letter, name in ((AXES[normal], "Z"), ("R", "R")):
+        if letter in trace.words:
+            if not trace.words[letter].plain:
+                raise DataError(
+                    f"{trace.file}:{trace.line}:{trace.words[letter].first}: {letter} of a cycle is an expression; write it as a number to compensate the program"
+                )
+            c[name] = _said(writer, trace, letter, frame.inch)
+    r = c["R"] if frame.absolute else c["level"] + c["R"]
+    return r, c["Z"] if frame.absolute else r + c["Z"]
+
+
+def _said(writer: Writer, trace: Trace, letter: str, inch: bool) -> float:
+    from vcmm.compensating.numbers import value_of
+
+    word = trace.words[letter]
+    number = value_of(word)
+    pointless = word.decimals is None and writer.dialect.decimal_point == "increment"
+    return number * writer.dialect.increment[inch] if pointless else number
+
+
+def _holes(
+    traces: Sequence[Trace], fits: Sequence[Fit | None], frame: Frame, normal: int, bottom: float
+) -> list[Hole]:
+    """Holes in order: one for each stay at the bottom."""
+    found: list[Hole] = []
+    others = [i for i in range(3) if i != normal]
+    for trace, fit in zip(traces, fits):
+        if fit is None:
+            continue
+        end = np.array(trace.contour.end)
+        numbers, shift = frame.numbers(end), frame.ways(fit.pieces[-1].end - end)
+        if abs(numbers[normal] - bottom) > NEAR or trace.contour.kind == "rapid":
+            continue
+        start = np.array(trace.contour.start)
+        top = _top(traces, fits, start, frame, normal)
+        mean = shift.copy()
+        if top is not None:
+            mean[others] = (shift[others] + top[others]) / 2
+        place = numbers.copy()
+        if not found or np.abs((place - found[-1].place)[others]).max() > NEAR:
+            found.append(Hole(place, mean))
+    if not found:
+        raise DataError(
+            f"{traces[0].file}:{traces[0].line}: the holes of {traces[0].cycle} cannot be told; write the block as single moves"
+        )
+    return found
+
+
+def _top(
+    traces: Sequence[Trace], fits: Sequence[Fit | None], start: Array, frame: Frame, normal: int
+) -> Array | None:
+    """Correction where the feed of a hole begins."""
+    for trace, fit in zip(traces, fits):
+        if fit is not None and np.abs(np.array(trace.contour.end) - start).max() < NEAR:
+            return frame.ways(fit.pieces[-1].end - np.array(trace.contour.end))
+    return None
+
+
+def _blocks(
+    writer: Writer, holes: Sequence[Hole], frame: Frame, normal: int, r: float, bottom: float
+) -> list[dict[str, float]]:
+    """Words of the block of each hole: X Y of the plane, Z and R as they are written."""
+    step, out = writer.step(frame.inch), []
+    cur = frame.numbers(writer.q - frame.offset)
+    for hole in holes:
+        down = nearest(float(hole.shift[normal]), step)
+        words: dict[str, float] = {}
+        for i in (i for i in range(3) if i != normal):
+            wanted = nearest(float(hole.place[i] + hole.shift[i]), step)
+            words[AXES[i]] = wanted if frame.absolute else nearest(wanted - float(cur[i]), step)
+            cur[i] = wanted if frame.absolute else cur[i] + words[AXES[i]]
+        words[AXES[normal]] = bottom + down if frame.absolute else bottom - r
+        words["R"] = r + down if frame.absolute else r + down - writer.cycle["new level"]
+        words["down"] = down
+        out.append(words)
+    return out
+
+
+def _even(blocks: Sequence[dict[str, float]], step: float) -> bool:
+    return all(abs(b[k] - blocks[0][k]) < SAME * step for b in blocks for k in b)
+
+
+def _write(
+    writer: Writer, trace: Trace, frame: Frame, normal: int, blocks: Sequence[dict[str, float]]
+) -> None:
+    """The block itself, then one block for each further hole."""
+    c, step, index = writer.cycle, writer.step(frame.inch), trace.line - 1
+    cur = frame.numbers(writer.q - frame.offset)
+    for k, words in enumerate(blocks):
+        more = []
+        for letter in (*AXES, "R"):
+            value = words[letter]
+            sticky = letter in (AXES[normal], "R")
+            name = f"new {'Z' if letter == AXES[normal] else letter}"
+            stands = c.get(name) if sticky else float(cur[AXES.index(letter)]) if frame.absolute else 0.0
+            changed = stands is None or abs(value - stands) > SAME * step
+            if k == 0 and (changed or letter in trace.words):
+                writer.word(index, trace, letter, value, value, frame.inch)
+            elif k and changed:
+                more.append(letter + written(value, writer.decimals[frame.inch]))
+            if sticky:
+                c[name] = value
+            elif frame.absolute:
+                cur[AXES.index(letter)] = value
+        if k and not any(w[0] in AXES for w in more):
+            more.insert(0, "X" + written(words["X"], writer.decimals[frame.inch]))
+        if more:
+            writer.insert(index, more)
+
+
+def _arrive(
+    writer: Writer, last: Trace, frame: Frame, normal: int, r: float, bottom: float, holes: Sequence[Hole],
+    blocks: Sequence[dict[str, float]],
+) -> None:  # fmt: skip
+    """Where the new program stands after the block."""
+    new = frame.numbers(writer.q - frame.offset)
+    step = writer.step(frame.inch)
+    for i in (i for i in range(3) if i != normal):
+        letter = AXES[i]
+        if frame.absolute:
+            new[i] = blocks[-1][letter]
+        else:
+            steps = blocks if len(blocks) == len(holes) else [blocks[0]] * len(holes)
+            new[i] += sum(nearest(b[letter], step) for b in steps)
+    height = float(frame.numbers(np.array(last.contour.end))[normal])
+    c = writer.cycle
+    if abs(height - r) < NEAR:
+        new[normal] = r + blocks[-1]["down"]
+    elif abs(height - c["level"]) < NEAR:
+        new[normal] = c["new level"]
+    else:
+        new[normal] = height
+    writer.q = frame.tip(new) + frame.offset
+    if len(blocks) == len(holes):
+        for hole, block in zip(holes, blocks):
+            if frame.absolute:
+                off = [block[AXES[i]] - hole.place[i] - hole.shift[i] if i != normal else block["down"] - hole.shift[i] for i in range(3)]
+                writer.rounding.append(np.array(off) / abs(float(frame.scale[1])))

@@ -1,0 +1,150 @@
+"""What is refused before anything is rewritten: where the machine's position or the state of its control is not known."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from vcmm.compensating.source import SourceText
+from vcmm.errors import DataError, ModelLimit, UsageError
+from vcmm.machine import Machine
+from vcmm.nc.dialects import FRONT_ENDS, G_CODE
+from vcmm.nc.moves import Program
+from vcmm.nc.setup import Setup
+from vcmm.nc.trace import Trace
+
+MARK = "VCMM COMPENSATED"
+TRAVEL = 1e-6  # mm or rad of rounding that is allowed beyond a travel
+
+
+def check_dialect(name: str) -> None:
+    """Only dialects whose front-end says which word made which move."""
+    if name in FRONT_ENDS:
+        raise UsageError(
+            f"programs of the dialect {name} cannot be rewritten: its reader does not say which word made which move. Have the "
+            f"program posted for {' or '.join(n for n in G_CODE if n != 'fanuc-lathe')}, or correct the work offset (--offset-only)"
+        )
+
+
+def check_mark(source: SourceText) -> None:
+    """A program that has been compensated must not be compensated again."""
+    for number, (line, _) in enumerate(source.lines, 1):
+        if MARK in line.upper():
+            raise DataError(
+                f"{source.name}:{number}:{line.upper().index(MARK) + 1}: the program carries our mark: it is compensated already. "
+                "Compensate the original program"
+            )
+
+
+def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> list[str]:
+    """The control must run with the compensations with which the errors were measured. Returns remarks."""
+    where = f"{setup.path}: " if setup.path else ""
+    if setup.compensation is None:
+        raise UsageError(
+            f"{where}which of its own compensations the control has switched on is not said; add [control] compensation = "
+            '["pitch"] (as the machine file names them), or compensation = [] for none'
+        )
+    here, there = (sorted(c.strip().lower() for c in names) for names in (setup.compensation, machine.compensation))
+    stated = _errors_table(machine_file)
+    if stated is None and not there:
+        return [
+            f"the machine file has no [errors] table: its effects are taken to hold with the control as stated ({', '.join(setup.compensation) or 'no compensation'})"
+        ]
+    if stated == "":
+        raise DataError(
+            f'{machine_file}: [errors] does not say in which state the table was measured; add state = "residual" with the '
+            'compensation that was on, or state = "raw"'
+        )
+    if here != there:
+        raise UsageError(
+            f"{where}the control runs with {_names(here)}, but the errors of {machine.name} were measured with {_names(there)}: they "
+            "are not the errors that will be there. Measure in this state, or switch the control"
+        )
+    return []
+
+
+def _names(found: Sequence[str]) -> str:
+    return ", ".join(found) if found else "no compensation"
+
+
+def _errors_table(path: Path | None) -> str | None:
+    """The stated state of [errors]; "" where it is not stated, None where there is no such table (or no file)."""
+    if path is None:
+        return "as given"
+    from vcmm.files.toml import read_toml
+
+    table = read_toml(path).data.get("errors")
+    return None if not isinstance(table, dict) else str(table.get("state", ""))
+
+
+def check_program(program: Program, machine: Machine, setup: Setup, name: str) -> None:
+    """Work offsets, tools, rotary axes, words and blocks that cannot be rewritten."""
+    if not program.moves:
+        raise UsageError(f"{name}: the program has no motion; there is nothing to compensate")
+    for trace in program.traces:
+        at = f"{trace.file}:{trace.line}:{trace.contour.source.first}"
+        if trace.contour.rewritable and trace.contour.kind != "dwell":
+            _check_known(trace, machine, setup, at)
+            _check_rewritable(trace, name, at)
+
+
+def _check_known(trace: Trace, machine: Machine, setup: Setup, at: str) -> None:
+    m = trace.contour
+    if m.offset not in setup.offsets:
+        raise DataError(
+            f'{at}: the work offset {m.offset} is in force, but the set-up does not say where it lies; add [offsets] "{m.offset}" = '
+            '["100 mm", "50 mm", "-200 mm"]'
+        )
+    if m.tool and m.tool not in setup.tools and m.kind != "rapid":
+        raise DataError(
+            f'{at}: tool {m.tool} cuts here, but the set-up does not know it; add [tools.{m.tool}] length = "80 mm"'
+        )
+    if any(m.rotary_start) or any(m.rotary_end):
+        raise ModelLimit(
+            f"{at}: a rotary axis stands off zero; only programs of X, Y and Z are rewritten. Split the program by position of "
+            "the rotary axes, with a work offset for each"
+        )
+    for letter in "XYZ":
+        i = "XYZ".index(letter)
+        if letter not in machine.axes and abs(m.start[i] - m.end[i]) > TRAVEL:
+            raise ModelLimit(f"{at}: the program moves {letter}, which {machine.name} has not; name the right machine")
+
+
+def _check_rewritable(trace: Trace, name: str, at: str) -> None:
+    if trace.file != name:
+        raise DataError(f"{at}: the subprogram in a file of its own is not rewritten; copy it into the program")
+    if any(k in trace.words for k in "UVW"):
+        raise DataError(f"{at}: increments by U, V or W are not rewritten; use X, Y and Z with G91")
+    if trace.cycle == "G76" and trace.contour.kind == "thread":
+        raise DataError(f"{at}: the threading cycle G76 is not rewritten; write its passes as single G33 moves")
+
+
+def check_travel(program: Program, machine: Machine, after: bool, name: str, lines: Sequence[int] = ()) -> None:
+    """Axes within their travels at the ends of all moves. lines: source line of each line of the new program."""
+    for m in program.moves:
+        for i, letter in enumerate("XYZ"):
+            if letter not in machine.axes:
+                continue
+            low, high = machine.axes[letter].travel
+            q = m.end[i] + m.tool_offset[i]
+            if low - TRAVEL <= q <= high + TRAVEL:
+                continue
+            line = lines[m.source.line - 1] if lines else m.source.line
+            what = "after correction" if after else "already as programmed"
+            raise ModelLimit(
+                f"{name}:{line}:{m.source.first}: axis {letter} = {q:.4f} mm is outside its travel {low:g} to {high:g} mm {what}; move the "
+                "work offset or check the tool length"
+            )
+
+
+def codes_of(source: SourceText) -> list[frozenset[str]]:
+    """M codes of each line: M08 -> "M8"."""
+    from vcmm.compensating.source import code_of
+
+    return [
+        frozenset(f"M{int(n)}" for n in re.findall(r"[Mm]\s*0*(\d+)", code_of(line)))
+        if "M" in line.upper()
+        else frozenset()
+        for line, _ in source.lines
+    ]

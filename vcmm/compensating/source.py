@@ -1,0 +1,100 @@
+"""The text of a program, byte for byte: lines with their own ends, words changed in place, everything else untouched."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from vcmm.errors import Environment
+from vcmm.nc.reading import read_bytes
+
+_LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
+_COMMENT = re.compile(r"\([^()]*\)|;.*")
+_APART, _CLOSE = re.compile(r"[\d.]\s+[A-Za-z]"), re.compile(r"[\d.][A-Za-z]")
+_BOM = "\ufeff"
+
+
+@dataclass(frozen=True)
+class SourceText:
+    """lines: text and end of each line ("" after the last one where the file has none). encoding: to write it back."""
+
+    name: str
+    lines: tuple[tuple[str, str], ...]
+    encoding: str = "utf-8"
+    bom: bool = False
+
+    @property
+    def text(self) -> str:
+        return "".join(body + end for body, end in self.lines)
+
+    @property
+    def end(self) -> str:
+        """The line end that the file uses."""
+        return next((end for _, end in self.lines if end), "\n")
+
+    def encoded(self, text: str) -> bytes:
+        """The bytes of a text in the encoding of the source."""
+        return ((_BOM if self.bom else "") + text).encode(self.encoding)
+
+
+def source_text(text: str, name: str, encoding: str = "utf-8", bom: bool = False) -> SourceText:
+    """Split a text into lines. CR LF, LF and CR end a line."""
+    found = [(m[1], m[2]) for m in _LINE.finditer(text)]
+    if found and found[-1] == ("", ""):
+        found.pop()
+    return SourceText(name, tuple(found), encoding, bom)
+
+
+def read_source(path: Path) -> SourceText:
+    """Read a program file; Latin-1 where it is no UTF-8, as old posts write comments. Raises DataError."""
+    text = read_bytes(path)
+    raw = path.read_bytes()
+    try:
+        raw.decode("utf-8")
+        encoding = "utf-8"
+    except UnicodeDecodeError:
+        encoding = "latin-1"
+    return source_text(text, str(path), encoding, raw.startswith(b"\xef\xbb\xbf"))
+
+
+def write_source(path: Path, content: bytes) -> None:
+    """Write a whole program or nothing. Raises Environment."""
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        draft.write_bytes(content)
+        draft.replace(path)
+    except OSError as error:
+        raise Environment(
+            f"{path} cannot be written ({error.strerror}); choose another file with --out"
+        ) from None
+
+
+class Edit(NamedTuple):
+    """Columns from 1: line[first - 1 : last - 1] becomes `text`; first == last inserts."""
+
+    first: int
+    last: int
+    text: str
+
+
+def edited(line: str, edits: Sequence[Edit]) -> str:
+    """A line with its edits made; those at one place stay in their order."""
+    for edit in reversed(sorted(edits, key=lambda e: e.first)):
+        line = line[: edit.first - 1] + edit.text + line[edit.last - 1 :]
+    return line
+
+
+def code_of(line: str) -> str:
+    """The line with comments blanked, so that columns stay."""
+    return _COMMENT.sub(lambda m: " " * len(m[0]), line)
+
+
+def separator(source: SourceText) -> str:
+    """What stands between two words of the program: a blank, or nothing where words are written without."""
+    code = [code_of(line) for line, _ in source.lines]
+    apart = sum(len(_APART.findall(line)) for line in code)
+    close = sum(len(_CLOSE.findall(line)) for line in code)
+    return " " if apart >= close else ""

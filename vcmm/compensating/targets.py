@@ -1,0 +1,169 @@
+"""What every move of a program must be commanded so that the machine with its errors runs the programmed path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.compensating.contours import directions, left_normal, length_of, points, sweep_of
+from vcmm.compensating.field import Field
+from vcmm.compensating.fitting import Fit, Piece, arcs, chords
+from vcmm.machining.contacts import Ints
+from vcmm.nc.moves import Move
+from vcmm.nc.trace import Trace
+from vcmm.run import Array
+
+SPACING, MOST_SAMPLES = 2.0, 400  # mm between the points at which a correction is asked for; and at most per move
+CUTTING = ("line", "arc")
+NEVER_SPLIT = ("M0", "M1", "M2", "M30", "M60", "M98", "M99")  # they act after the motion of their block
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points along the moves of traces: trace (k,), share (k,), nominal (k, 3), beside (k, 3); first (n + 1,) row of each trace."""
+
+    first: Ints
+    trace: Ints
+    share: Array
+    nominal: Array
+    beside: Array
+
+    def rows(self, i: int) -> slice:
+        return slice(int(self.first[i]), int(self.first[i + 1]))
+
+
+def moves_of(traces: Sequence[Trace], moves: Sequence[Move]) -> Ints:
+    """Index (n,) of the move of the executed path that belongs to each trace; corners of radius compensation add moves."""
+    if len(traces) == len(moves):
+        return np.arange(len(traces))
+    out, at = [], 0
+    for trace in traces:
+        line = trace.contour.source.line
+        place = at
+        while place < len(moves) and (
+            moves[place].source.line != line or moves[place].kind != trace.contour.kind
+        ):
+            place += 1
+        found = place if place < len(moves) else min(at, len(moves) - 1)
+        out.append(found)
+        at = found + 1 if place < len(moves) else at
+    return np.array(out, dtype=np.intp)
+
+
+def shares_of(trace: Trace) -> Array:
+    """Where a move is sampled: only at its end where nothing is cut."""
+    m = trace.contour
+    length = length_of(m)
+    if m.kind not in CUTTING or trace.cycle or not m.rewritable:
+        return np.array([1.0])
+    if m.kind == "arc":
+        count = 8 if length < 1.0 else 48 if length < 20.0 or abs(sweep_of(m)) < 0.2 else 96
+        return np.linspace(0.0, 1.0, count + 1)
+    count = min(max(math.ceil(length / SPACING), 2 if length > 0.5 else 1), MOST_SAMPLES)
+    return np.linspace(0.0, 1.0, count + 1)
+
+
+def samples_of(traces: Sequence[Trace]) -> Samples:
+    """All points of all traces."""
+    share = [shares_of(t) for t in traces]
+    first = np.concatenate([[0], np.cumsum([len(s) for s in share])]).astype(np.intp)
+    nominal = [points(t.contour, s) for t, s in zip(traces, share)]
+    beside = [_beside(traces, i, s) for i, s in enumerate(share)]
+    index = np.repeat(np.arange(len(traces)), np.diff(first))
+    return Samples(first, index, np.concatenate(share), np.concatenate(nominal), np.concatenate(beside))
+
+
+def _beside(traces: Sequence[Trace], i: int, share: Array) -> Array:
+    """From the programmed contour to the tool centre (k, 3): radius compensation, with its corners and its way in and out."""
+    side, before = _side(traces, i), _side(traces, i - 1)
+    if not side and not before:
+        return np.zeros((len(share), 3))
+    m = traces[i].contour
+    if not before or not side:
+        whole = _corner(traces, i) if side else _corner(traces, i - 1)
+        return np.asarray((share if side else 1.0 - share)[:, None] * whole)
+    out = side * left_normal(directions(m, share), m.plane)
+    if share[-1] == 1.0:
+        out[-1] = _corner(traces, i)
+    return np.asarray(out)
+
+
+def _side(traces: Sequence[Trace], i: int) -> float:
+    """Signed radius of compensation, positive to the left of travel; 0 where there is none."""
+    found = traces[i].compensation if 0 <= i < len(traces) else None
+    if found is None:
+        return 0.0
+    return found.radius if found.side == "left" else -found.radius
+
+
+def _corner(traces: Sequence[Trace], i: int) -> Array:
+    """Where the tool centre stands at the end of move i: inside corners where both parallels meet, outside half way round."""
+    h, m = _side(traces, i), traces[i].contour
+    one = left_normal(directions(m, np.ones(1)), m.plane)[0]
+    if not _side(traces, i + 1):
+        return np.asarray(h * one)
+    following = traces[i + 1].contour
+    two = left_normal(directions(following, np.zeros(1)), m.plane)[0]
+    if _side(traces, i - 1) == 0.0:  # the way in ends square to the first cut
+        return np.asarray(h * (two if np.any(two) else one))
+    middle = one + two
+    size = float(np.linalg.norm(middle))
+    if size < 0.2:
+        return np.asarray(h * one)
+    turn = float(np.cross(one, two).sum())
+    inside = turn * h > 0
+    factor = 2.0 / size if inside else 1.0
+    return np.asarray(h * factor * middle / size)
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Fits by trace (None: not rewritten); start (n, 3): wanted at the start of each trace."""
+
+    fits: tuple[Fit | None, ...]
+    start: Array
+
+    def worst(self) -> float:
+        return max((f.residual for f in self.fits if f is not None), default=0.0)
+
+
+def may_split(trace: Trace, codes: frozenset[str]) -> bool:
+    """Whether blocks may be added: not where compensation starts or ends, nor where a code acts after the motion."""
+    before, after = trace.before, trace.after
+    one_stop = trace.contour.exact_stop and not after.exact_stop
+    return (
+        trace.contour.kind in CUTTING and before.side == after.side and not one_stop and codes.isdisjoint(NEVER_SPLIT)
+    )
+
+
+def targets(
+    traces: Sequence[Trace], field: Field, index: Ints, limit: float, codes: Sequence[frozenset[str]],
+    beside: bool = True, most: int = 48,
+) -> Targets:  # fmt: skip
+    """Corrected end points, centres and split points of all traces.
+
+    codes: M codes of each trace's block. beside: blocks under radius compensation may be split too.
+    """
+    if not traces:
+        return Targets((), np.zeros((0, 3)))
+    samples = samples_of(traces)
+    wanted = field.corrected(index[samples.trace], samples.share, samples.nominal, samples.beside)
+    fits: list[Fit | None] = []
+    for i, trace in enumerate(traces):
+        rows = samples.rows(i)
+        m = trace.contour
+        free = may_split(trace, codes[i]) and (beside or trace.compensation is None)
+        if not m.rewritable or m.kind == "dwell":
+            fits.append(None)
+        elif m.kind == "arc":
+            fits.append(arcs(m, wanted[rows], limit, most if free else 1))
+        elif rows.stop - rows.start <= 2:
+            fits.append(Fit((Piece(1.0, wanted[rows.stop - 1]),), 0.0))
+        else:
+            way = directions(m, np.zeros(1))[0]
+            across = np.broadcast_to(np.eye(3) - np.outer(way, way), (rows.stop - rows.start, 3, 3))
+            fits.append(chords(m, samples.share[rows], wanted[rows], across, limit, free))
+    return Targets(tuple(fits), wanted[samples.first[:-1]])
