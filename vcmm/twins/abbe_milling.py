@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.effect import Effect
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.squareness import Squareness
 from vcmm.kinematics import Axis, link_frames, parse_structure
@@ -23,6 +22,7 @@ from vcmm.machine import Machine
 from vcmm.machining.job import set_up
 from vcmm.machining.scenario import CutScenario
 from vcmm.run import Array, Run
+from vcmm.twins.error_tables import effects_of, shape, table_text
 from vcmm.twins.spline_slot import Slot, nets
 from vcmm.twins.virtual_cut import Seen, departure, placed, seen
 from vcmm.volumetric import grid
@@ -37,7 +37,6 @@ STRUCTURES = {  # the paper's groups: single axis carrying the tool, several car
     "w b X Y Z t": "all carry the tool",
 }
 ZEROS = {"corner": (0.0, 0.0, -1.0), "middle": (-0.5, -0.5, -0.5)}  # low end of the travels, in lengths
-NODES = 11
 POSITIONING, STRAIGHTNESS, TILT, ROLL, SQUARE = 6e-3, 4e-3, 20e-6, 12e-6, 15e-6  # mm, rad: scales of the draws
 GUIDE = 250.0  # mm from the reflector to the point about which a slide turns
 PLACES = {  # work zero in machine coordinates of the tip
@@ -117,13 +116,6 @@ def table_point(axes: Mapping[str, Axis]) -> Array:
     return TABLE + np.array(shift)
 
 
-def shape(rng: np.random.Generator) -> Array:
-    """A smooth error curve (NODES,) of about unit size, zero where the measurement starts; half waves, so not periodic."""
-    s = np.linspace(0.0, 1.0, NODES)
-    waves = [rng.normal() / k * (np.cos(np.pi * k * s) - 1.0) for k in (1, 2, 3, 4)]
-    return np.asarray(rng.normal() * s + np.sum(waves, axis=0))
-
-
 def draw_tables(seed: int, structure: str, draws_of: str = RIGID) -> dict[str, Array]:
     """Error tables as a laser with its reflector reads them: component -> (NODES,), mm or rad; squareness: one number.
 
@@ -142,19 +134,6 @@ def draw_tables(seed: int, structure: str, draws_of: str = RIGID) -> dict[str, A
         out |= {f"E{d}{axis}": shift[:, i] for i, d in enumerate("XYZ")}
         out |= {f"E{d}{axis}": turn[:, i] for i, d in enumerate("ABC")}
     return out | {pair: np.array([rng.normal() * SQUARE]) for pair in ("A0Z", "B0Z", "C0Y")}
-
-
-def effects_of(tables: Mapping[str, Array], axes: Mapping[str, Axis]) -> tuple[Effect, ...]:
-    """The tables as effects, rounded as they stand in files: 1 nm and 1 nrad."""
-    out: list[Effect] = []
-    for name, values in tables.items():
-        if name[1] == "0":
-            out.append(Squareness(name, float(np.round(values[0], 9))))
-        else:
-            nodes = np.linspace(*axes[name[2]].travel, NODES)
-            decimals = 9 if name[1] in "ABC" else 6
-            out.append(ComponentTable(name, (name[2],), (nodes,), np.round(values, decimals)))
-    return tuple(out)
 
 
 def machine(seed: int, structure: str = "w X' Y' b Z t", zero: str = "corner", draws_of: str = RIGID) -> Machine:
@@ -256,14 +235,22 @@ def rms(values: Array) -> float:
 
 def errors_csv(seed: int = 1, structure: str = "w X' Y' b Z t", zero: str = "corner") -> str:
     """The error table of the scenario (ISG volumetric CSV): the draw of one seed."""
-    tables, axes = draw_tables(seed, structure), axes_of(zero)
-    lines = [f"// drawn by us, seed {seed}: mm and rad over the axis position in mm, as a laser with its reflector reads them"]
-    for axis in "XYZ":
-        names = [f"E{d}{axis}" for d in "XYZABC"]
-        lines.append(" ".join([axis, *names]))
-        for k, q in enumerate(np.linspace(*axes[axis].travel, NODES)):
-            cells = [f"{tables[n][k]:.6f}" if n[1] in "XYZ" else f"{tables[n][k]:.9f}" for n in names]
-            lines.append(" ".join([f"{q:g}", *cells]))
-        lines.append("#")
-    lines += ["A0Z B0Z C0Y", " ".join(f"{tables[n][0]:.9f}" for n in ("A0Z", "B0Z", "C0Y"))]
-    return "\n".join(lines) + "\n"
+    said = f"drawn by us, seed {seed}: mm and rad over the axis position in mm, as a laser with its reflector reads them"
+    return table_text(draw_tables(seed, structure), axes_of(zero), said)
+
+
+def figures(result: Result) -> dict[str, object]:
+    """Plain numbers for JSON: shares as fractions, departures in um."""
+    return {
+        "draws": result.draws,
+        "paper_reduction": PAPER_REDUCTION,
+        "reductions": [vars(one) for one in result.reductions],
+        "corners": [vars(one) for one in result.corners],
+        "slots": [
+            {"place": s.place, "zero_set_here": s.zero_set_here, "model": model, "surface": name,
+             "rms_um": rms(values), "largest_um": float(np.abs(values).max())}
+            for s in result.slots
+            for model, found in (("conventional", s.conventional), ("Abbe-consistent", s.consistent))
+            for name, values in found.items()
+        ],
+    }  # fmt: skip

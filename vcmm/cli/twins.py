@@ -1,0 +1,49 @@
+"""Twins of machining for `vcmm demo --twin`: run, tables, report, JSON."""
+
+from __future__ import annotations
+
+import importlib
+import json as _json
+from pathlib import Path
+
+TITLES = {
+    "abbe_milling": "Abbe's principle in the error model of a mill: spline slots",
+    "marin2004": "Marin 2004: error prediction and compensation of a vertical machining centre",
+    "test_piece": "Circle-diamond-square: which error shows in which feature",
+}
+
+
+def twin_command(name: str, folder: Path, draws: int | None, json: bool) -> int:
+    """Run one twin on its embedded scenario and write report.html and demo.json."""
+    from vcmm.cli.common import document, output_folder, print_json, progress, say, show_table, write_text
+    from vcmm.files.cut_scenario import load_cut
+    from vcmm.library import companions, path
+
+    output_folder(folder)
+    twin, page = (importlib.import_module(f"vcmm.{layer}.{name}") for layer in ("twins", "pages"))
+    source = path(name)
+    scenario = load_cut(source)
+    with progress() as report:
+        result = twin.run(scenario, **({} if draws is None else {"draws": draws}), progress=report)
+    files = [source, *companions(name).values()]
+    content = document("vcmm.twin/1", {"twin": name, **twin.figures(result)}, files=files)
+    write_text(folder / "demo.json", _json.dumps(content, indent=1, allow_nan=False))
+    write_text(folder / "report.html", page.twin_page(scenario, result))
+    if json:
+        print_json(content)
+        return 0
+    for shown in page.tables(result):
+        show_table(shown.title, shown.columns, shown.rows, left=shown.left, caption=shown.caption)
+    say(f"wrote {folder}/report.html, demo.json")
+    print(f"Next:\n  open {folder}/report.html\n  {_next(name)}")
+    return 0
+
+
+def _next(name: str) -> str:
+    from vcmm.cli.demo import _command
+
+    me = _command()
+    return f"{me} new {name}\n  {me} cut {name}.toml --out {name}-report"
+
+
+
