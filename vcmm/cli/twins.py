@@ -6,21 +6,21 @@ import importlib
 import json as _json
 from pathlib import Path
 
-TITLES = {
-    "abbe_milling": "Abbe's principle in the error model of a mill: spline slots",
-    "marin2004": "Marin 2004: error prediction and compensation of a vertical machining centre",
-    "test_piece": "Circle-diamond-square: which error shows in which feature",
-}
+MODULES = {"abbe_milling": "abbe_milling", "marin2004": "marin2004", "test_piece": "test_piece_errors"}
+DRAWN = ("abbe_milling",)  # twins whose ranges are over drawn machines
 
 
 def twin_command(name: str, folder: Path, draws: int | None, json: bool) -> int:
     """Run one twin on its embedded scenario and write report.html and demo.json."""
     from vcmm.cli.common import document, output_folder, print_json, progress, say, show_table, write_text
+    from vcmm.errors import UsageError
     from vcmm.files.cut_scenario import load_cut
     from vcmm.library import companions, path
 
+    if draws is not None and name not in DRAWN:
+        raise UsageError(f"--draws is of no use to {name}: it draws one machine; leave it out")
     output_folder(folder)
-    twin, page = (importlib.import_module(f"vcmm.{layer}.{name}") for layer in ("twins", "pages"))
+    twin, page = (importlib.import_module(m) for m in (f"vcmm.twins.{MODULES[name]}", f"vcmm.pages.{name}"))
     source = path(name)
     scenario = load_cut(source)
     with progress() as report:

@@ -30,7 +30,7 @@ from vcmm.twins.virtual_cut import Seen, seen, tool_errors
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
 LINEAR, CROSS, TURN, SQUARE = 4e-3, 2.5e-3, 10e-6, 12e-6  # mm, rad: scales of the drawn tables
 LEARNED, VALIDATED = (1, 2), 3  # seeds of the days on which the regression is made, and of the day that it must predict
-COLD, WARM = 0, 300  # minutes at which the part is cut
+COLD, WARM = 0, 200  # minutes at which the part is cut
 HALF, DEEP, RADIUS, STEP = (120.0, 80.0), 12.0, 16.0, 10.0  # mm: half sides, depth of the contour, cutter, longest line
 MODELS = ("as programmed", "geometry", "geometry and thermal")
 Progress = Callable[[str, float], None]
