@@ -50,7 +50,7 @@ def _agreements(result: Result) -> Shown:
 
 
 def _nm(value: float) -> str:
-    return f"{value:.2f}" if value >= 0.01 else f"{value:.0e}"
+    return f"{value:.2f}" if value >= 0.01 else "< 0.01"
 
 
 def _fits(result: Result) -> Shown:

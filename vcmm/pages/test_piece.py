@@ -32,7 +32,7 @@ def tables(result: Result) -> list[Shown]:
     square = [i for i in flat if i not in half]
     caption = "µm. Sizes and lengths: departure from nominal. Form and orientation: width of the zone. Ovals: amplitude of cos 2a and sin 2a."
     return [
-        _shown(result, circle, "Errors x round features", caption),
+        _shown(result, circle, "Errors x circle and bore", caption),
         _shown(result, square, "Errors x square", "µm, as above."),
         _shown(result, half, "Errors x diamond", "µm, as above. NE: between the sides south-west and north-east."),
     ]
@@ -40,7 +40,12 @@ def tables(result: Result) -> list[Shown]:
 
 def _shown(result: Result, columns: list[int], title: str, caption: str) -> Shown:
     rows = tuple((name, *(_cell(row[i]) for i in columns)) for name, row in zip(result.errors, result.um))
-    return Shown(title, ("error", *(result.features[i] for i in columns)), rows, caption)
+    return Shown(title, ("error", *(_short(result.features[i]) for i in columns)), rows, caption)
+
+
+def _short(feature: str) -> str:
+    """The title of the table says which shape it is."""
+    return feature.removeprefix("circle, ").removeprefix("circle ").removeprefix("square ").removeprefix("diamond ")
 
 
 def _cell(value: float) -> str:

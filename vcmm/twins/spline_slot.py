@@ -16,6 +16,9 @@ from vcmm.machining.maps import Net
 from vcmm.run import Array
 
 
+STRAIGHT = 4e-3  # 1/mm: where the spline is straighter than that, lines get no longer (2 mm)
+
+
 @dataclass(frozen=True)
 class Slot:
     """Lengths in mm, work coordinates: z = 0 is the top of the workpiece."""
@@ -77,7 +80,8 @@ def _stations(slot: Slot) -> Array:
         )
     offset = (slot.width - slot.cutter) / 2
     tightest = curvature / (1 - curvature * offset)  # of the inner pass
-    step = np.sqrt(8 * slot.chord / np.maximum(tightest, 1e-3))
+    speed = np.linalg.norm(np.gradient(slot.point(dense), dense, axis=0), axis=1)  # mm per unit of the parameter
+    step = np.sqrt(8 * slot.chord / np.maximum(tightest, STRAIGHT)) / speed
     grown = np.append(0.0, np.cumsum(np.diff(dense) / (0.5 * (step[1:] + step[:-1]))))
     return np.interp(np.linspace(0.0, grown[-1], int(np.ceil(grown[-1])) + 1), grown, dense)
 
