@@ -62,12 +62,17 @@ def test_what_is_counted_twice_is_rotation_times_the_place_of_the_reflector():
     one = bare("w b X Y Z t", turning)
     run = Run({"X": np.array([750.0]), "Y": np.array([100.0]), "Z": np.array([-200.0])}, twin.TOOL[None, :])
     # at X = 750: b = 10 urad; (0 b 0) x m with m = (0 450 -450) is (-450 b, 0, 0) = -4.5 um
-    assert (twin.conventional(one).tip_error(run) - one.tip_error(run))[0] == pytest.approx([-4.5e-3, 0, 0], abs=1e-12)
+    assert (twin.conventional(one).tip_error(run) - one.tip_error(run))[0] == pytest.approx(
+        [-4.5e-3, 0, 0], abs=1e-12
+    )
 
 
 def test_a_rigid_slide_moves_its_reflector():
     apart, rigid = (twin.draw_tables(5, "w X' Y' b Z t", kind) for kind in (twin.APART, twin.RIGID))
-    for axis, arm in (("X", 250.0), ("Z", -250.0)):  # reflector above the guide of a table, below that of the tool
+    for axis, arm in (
+        ("X", 250.0),
+        ("Z", -250.0),
+    ):  # reflector above the guide of a table, below that of the tool
         # (a b c) x (0 0 h) = (b h, -a h, 0)
         assert rigid[f"EX{axis}"] - apart[f"EX{axis}"] == pytest.approx(apart[f"EB{axis}"] * arm)
         assert rigid[f"EY{axis}"] - apart[f"EY{axis}"] == pytest.approx(-apart[f"EA{axis}"] * arm)
@@ -83,8 +88,12 @@ def test_the_files_of_the_scenario_are_what_the_twin_makes(scenario):
     of_file = replace(scenario.machine, effects=kept, inputs=())
     run = vcmm.field(drawn, nodes=3).run
     assert of_file.tip_error(run) == pytest.approx(drawn.tip_error(run), abs=1e-9)
-    assert twin.conventional(of_file).tip_error(run) == pytest.approx(twin.conventional(drawn).tip_error(run), abs=1e-9)
-    assert {a: x.measured_at for a, x in of_file.axes.items()} == {a: x.measured_at for a, x in drawn.axes.items()}
+    assert twin.conventional(of_file).tip_error(run) == pytest.approx(
+        twin.conventional(drawn).tip_error(run), abs=1e-9
+    )
+    assert {a: x.measured_at for a, x in of_file.axes.items()} == {
+        a: x.measured_at for a, x in drawn.axes.items()
+    }
 
 
 def test_the_reduction_is_that_of_the_means():

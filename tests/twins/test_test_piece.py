@@ -65,7 +65,10 @@ def test_sizes_add_up(scenario):
     ready = twin.prepared(scenario)
     one, other = Squareness("C0Y", 10e-6), ScaleFactor("X", 10e-6)
     names = [c.name for c in scenario.part.characteristics]
-    sizes = [names.index(n) for n in ("circle diameter", "square length in X", "diamond width NE", "diamond width NW")]
+    sizes = [
+        names.index(n)
+        for n in ("circle diameter", "square length in X", "diamond width NE", "diamond width NW")
+    ]
     apart = twin.row(ready, (one,))[0] + twin.row(ready, (other,))[0] - twin.row(ready, ())[0]
     assert twin.row(ready, (one, other))[0][sizes] == pytest.approx(apart[sizes], abs=1e-4)
 

@@ -117,10 +117,21 @@ def _cutting_rows(file: Path) -> list[list[str]]:
         world.errors(), world.influences()
     minutes, seconds = divmod(shop.seconds, 60)
     rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
-    rows += [["program", f"{scenario.program.name}: {len(shop.program.moves)} moves, {minutes:.0f} min {seconds:.0f} s"]]
+    rows += [
+        [
+            "program",
+            f"{scenario.program.name}: {len(shop.program.moves)} moves, {minutes:.0f} min {seconds:.0f} s",
+        ]
+    ]
     rows += _tool_rows(scenario.setup)
-    rows += [["inspection", f"{scenario.inspection.kind}, {task.touches.run.n} points, all within the travels"]]
-    return rows + _known_rows(scenario, task) + [[f"remark {i}", w] for i, w in enumerate((*remarks(shop), *notes), 1)]
+    rows += [
+        ["inspection", f"{scenario.inspection.kind}, {task.touches.run.n} points, all within the travels"]
+    ]
+    return (
+        rows
+        + _known_rows(scenario, task)
+        + [[f"remark {i}", w] for i, w in enumerate((*remarks(shop), *notes), 1)]
+    )
 
 
 def _known_rows(scenario: Any, task: Any) -> list[list[str]]:

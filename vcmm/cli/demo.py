@@ -37,7 +37,7 @@ def demo_command(
     if twin != "gaska2014":
         from vcmm.cli.twins import twin_command
 
-        return twin_command(twin, out, draws, json)
+        return twin_command(twin, out, draws, json, _command())
     return _gaska(out, 200 if draws is None else draws, trials, json)
 
 

@@ -10,8 +10,8 @@ MODULES = {"abbe_milling": "abbe_milling", "marin2004": "marin2004", "test_piece
 DRAWN = ("abbe_milling",)  # twins whose ranges are over drawn machines
 
 
-def twin_command(name: str, folder: Path, draws: int | None, json: bool) -> int:
-    """Run one twin on its embedded scenario and write report.html and demo.json."""
+def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
+    """Run one twin on its embedded scenario and write report.html and demo.json. me: how the user calls vcmm."""
     from vcmm.cli.common import document, output_folder, print_json, progress, say, show_table, write_text
     from vcmm.errors import UsageError
     from vcmm.files.cut_scenario import load_cut
@@ -35,15 +35,7 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool) -> int:
     for shown in page.tables(result):
         show_table(shown.title, shown.columns, shown.rows, left=shown.left, caption=shown.caption)
     say(f"wrote {folder}/report.html, demo.json")
-    print(f"Next:\n  open {folder}/report.html\n  {_next(name)}")
+    print(
+        f"Next:\n  open {folder}/report.html\n  {me} new {name}\n  {me} cut {name}.toml --out {name}-report"
+    )
     return 0
-
-
-def _next(name: str) -> str:
-    from vcmm.cli.demo import _command
-
-    me = _command()
-    return f"{me} new {name}\n  {me} cut {name}.toml --out {name}-report"
-
-
-

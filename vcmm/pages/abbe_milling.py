@@ -44,12 +44,25 @@ def _reductions(result: Result) -> Shown:
         (f"{one.structure}: {STRUCTURES[one.structure]}", one.zero, one.draws_of, f"{one.median:.1%}", f"{one.low:.1%} … {one.high:.1%}", f"{PAPER_REDUCTION:.1%}")
         for one in result.reductions
     ]  # fmt: skip
-    columns = ("structure", "machine zero", "draws", "smaller by, median", f"range of {result.draws} draws", "paper")
+    columns = (
+        "structure",
+        "machine zero",
+        "draws",
+        "smaller by, median",
+        f"range of {result.draws} draws",
+        "paper",
+    )
     caption = (
         "How much smaller the mean volumetric error of the Abbe-consistent model is; minus: larger. Rigid slide: the reflector "
         "sees its share of the rotations. Independent: it is drawn apart from them. The paper's figure belongs to one machine."
     )
-    return Shown("Mean volumetric error: Abbe-consistent against conventional", columns, tuple(rows), caption, (0, 1, 2))
+    return Shown(
+        "Mean volumetric error: Abbe-consistent against conventional",
+        columns,
+        tuple(rows),
+        caption,
+        (0, 1, 2),
+    )
 
 
 def _slots(result: Result) -> Shown:
@@ -58,7 +71,14 @@ def _slots(result: Result) -> Shown:
         for name, one, other in _surfaces(slot):
             cells = [f"{rms(v):.1f} / {np.abs(v).max():.1f}" for v in (one, other, one - other)]
             rows.append((slot.place, _zero(slot), name, *cells))
-    columns = ("slot", "work zero set", "surface", "conventional / µm", "Abbe-consistent / µm", "difference / µm")
+    columns = (
+        "slot",
+        "work zero set",
+        "surface",
+        "conventional / µm",
+        "Abbe-consistent / µm",
+        "difference / µm",
+    )
     caption = "rms / largest departure from the drawing, machine of the scenario, work zero as stated."
     return Shown("The slots, virtually milled", columns, tuple(rows), caption, (0, 1, 2))
 
@@ -80,7 +100,13 @@ def _corners(result: Result) -> Shown:
          "–" if c.place == "centre" else f"{c.larger:.0%}")
         for c in result.corners
     ]  # fmt: skip
-    columns = ("slot", "work zero set", "effect, median / µm", "against centre, median", "draws in which it is larger")
+    columns = (
+        "slot",
+        "work zero set",
+        "effect, median / µm",
+        "against centre, median",
+        "draws in which it is larger",
+    )
     caption = (
         f"Effect: rms difference of the two models over walls and floor, {result.draws} draws. It grows with the rotations, "
         "which are counted from the low ends of the travels, where the laser began: a slot there shows least, and a corner shows "
@@ -138,7 +164,14 @@ def _profiles(result: Result) -> list[str]:
             both = (("conventional", slot.conventional), ("Abbe-consistent", slot.consistent))
             series = [r.Series(net.first, found[net.feature][middle], name) for name, found in both]
             title = f"{place}, work zero set {_zero(slot)}"
-            charts.append(r.curve(series, x_label="along the slot / mm", y_label="departure of the left wall / µm", title=title))
+            charts.append(
+                r.curve(
+                    series,
+                    x_label="along the slot / mm",
+                    y_label="departure of the left wall / µm",
+                    title=title,
+                )
+            )
         out.append(r.columns(*charts))
     return out
 
@@ -150,4 +183,8 @@ def _scene(result: Result) -> str:
                unit="µm", symmetric=True, edges=False, cull=False)
         for v in result.seen[FAR]
     ]  # fmt: skip
-    return r.scene(items, title=f"Difference of the two models, {FAR}", caption="Conventional less Abbe-consistent, along the outward normal.")
+    return r.scene(
+        items,
+        title=f"Difference of the two models, {FAR}",
+        caption="Conventional less Abbe-consistent, along the outward normal.",
+    )

@@ -28,10 +28,17 @@ SOURCES = (
     ("squareness on X: axy, axz", "the paper's; ayz is not shown there and sits on Z here"),
     ("offsets a, b, c where the errors were measured", "the paper's idea; places drawn"),
     ("parameters by multiple regression on sensors", "the paper's; sensors, days and coefficients drawn"),
-    ("program: identify positions, correct, rewrite (figure 3)", "the paper's scheme; lines of 10 mm at most"),
+    (
+        "program: identify positions, correct, rewrite (figure 3)",
+        "the paper's scheme; lines of 10 mm at most",
+    ),
     ("error tables, travels, part, tool", "drawn"),
 )
-REWRITTEN = {MODELS[0]: "as programmed", MODELS[1]: "rewritten: geometry", MODELS[2]: "rewritten: geometry, thermal"}
+REWRITTEN = {
+    MODELS[0]: "as programmed",
+    MODELS[1]: "rewritten: geometry",
+    MODELS[2]: "rewritten: geometry, thermal",
+}
 
 
 def tables(result: Result) -> list[Shown]:
@@ -46,7 +53,13 @@ def _agreements(result: Result) -> Shown:
         "first-order rotation matrices multiplied out are second order; reference axes and true rotations make the rest. Where "
         "rotations are true, squareness is what remains: vcmm turns the travel, the paper adds a slope."
     )
-    return Shown("The paper's product against vcmm's engines", ("what", "against", "largest difference / nm"), rows, caption, (0, 1))
+    return Shown(
+        "The paper's product against vcmm's engines",
+        ("what", "against", "largest difference / nm"),
+        rows,
+        caption,
+        (0, 1),
+    )
 
 
 def _nm(value: float) -> str:
@@ -55,7 +68,14 @@ def _nm(value: float) -> str:
 
 def _fits(result: Result) -> Shown:
     rows = tuple(
-        (PARAMETERS[f.parameter], UNITS[f.parameter].replace("u", "µ", 1), f"{f.span:.1f}", f"{f.rms:.2f}", f"{f.largest:.2f}") for f in result.fits
+        (
+            PARAMETERS[f.parameter],
+            UNITS[f.parameter].replace("u", "µ", 1),
+            f"{f.span:.1f}",
+            f"{f.rms:.2f}",
+            f"{f.largest:.2f}",
+        )
+        for f in result.fits
     )
     caption = (
         f"Learned on {len(LEARNED)} drawn days from {len(SENSORS)} sensors, judged on another. The first parameter holds a "
@@ -74,7 +94,9 @@ def _cuts(result: Result) -> Shown:
     for state, minute in (("cold", COLD), ("warm", WARM)):
         chosen = [_of(result, minute, model).departure for model in MODELS]
         for name in chosen[0]:
-            rows.append((state, name, *(f"{d[name].mean():+.2f} / {np.abs(d[name]).max():.2f}" for d in chosen)))
+            rows.append(
+                (state, name, *(f"{d[name].mean():+.2f} / {np.abs(d[name]).max():.2f}" for d in chosen))
+            )
     columns = ("machine", "feature", *REWRITTEN.values())
     caption = (
         f"Mean / largest departure from the drawing, µm, along the outward normal. Cold: minute {COLD}; warm: minute {WARM} of the "
@@ -111,17 +133,33 @@ def twin_page(scenario: CutScenario, result: Result) -> str:
         blocks += html(shown)
     blocks += [r.heading("The drawn day"), _day(result), r.heading("The surface, warm"), _scenes(result)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
-    return r.page("Marin 2004: chain, warm-up, rewritten program", blocks, subtitle=scenario.machine.name, footer=footer)
+    return r.page(
+        "Marin 2004: chain, warm-up, rewritten program", blocks, subtitle=scenario.machine.name, footer=footer
+    )
 
 
 def _day(result: Result) -> str:
     """Sensors, and the first parameter as it is and as the regression says."""
     today, minute = result.today, result.today.minute
     sensors = [r.Series(minute, today.sensors[:, i], name) for i, name in enumerate(SENSORS)]
-    one = r.curve(sensors, x_label="minute of the day", y_label="sensor / °C", title=f"Validation day (seed {VALIDATED})", zero_line=False)
+    one = r.curve(
+        sensors,
+        x_label="minute of the day",
+        y_label="sensor / °C",
+        title=f"Validation day (seed {VALIDATED})",
+        zero_line=False,
+    )
     said = result.model.at(today.sensors)
     both = [r.Series(minute, today.parameters[:, 0], "true"), r.Series(minute, said[:, 0], "regression")]
-    return r.columns(one, r.curve(both, x_label="minute of the day", y_label="EZZ, displacement of the head / µm", title="Growth of spindle and column"))
+    return r.columns(
+        one,
+        r.curve(
+            both,
+            x_label="minute of the day",
+            y_label="EZZ, displacement of the head / µm",
+            title="Growth of spindle and column",
+        ),
+    )
 
 
 def _scenes(result: Result) -> str:
@@ -130,8 +168,22 @@ def _scenes(result: Result) -> str:
     for model in (MODELS[0], MODELS[2]):
         cut = _of(result, WARM, model)
         items = [
-            r.Mesh(v.net.points, v.net.faces, values=cut.departure[v.net.feature], unit="µm", symmetric=True, edges=False, cull=False)
+            r.Mesh(
+                v.net.points,
+                v.net.faces,
+                values=cut.departure[v.net.feature],
+                unit="µm",
+                symmetric=True,
+                edges=False,
+                cull=False,
+            )
             for v in result.seen
         ]
-        charts.append(r.scene(items, title=f"Warm, {REWRITTEN[model]}", caption="Departure along the outward normal; drawing frame."))
+        charts.append(
+            r.scene(
+                items,
+                title=f"Warm, {REWRITTEN[model]}",
+                caption="Departure along the outward normal; drawing frame.",
+            )
+        )
     return r.columns(*charts)

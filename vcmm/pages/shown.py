@@ -32,6 +32,8 @@ def text(shown: Shown) -> str:
     cells = [shown.columns, *shown.rows]
     widths = [max(len(row[i]) for row in cells) for i in range(len(shown.columns))]
     return "\n".join(
-        "  ".join(c.ljust(w) if i in shown.left else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths))).rstrip()
+        "  ".join(
+            c.ljust(w) if i in shown.left else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths))
+        ).rstrip()
         for row in cells
     )

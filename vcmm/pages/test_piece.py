@@ -34,7 +34,9 @@ def tables(result: Result) -> list[Shown]:
     return [
         _shown(result, circle, "Errors x circle and bore", caption),
         _shown(result, square, "Errors x square", "µm, as above."),
-        _shown(result, half, "Errors x diamond", "µm, as above. NE: between the sides south-west and north-east."),
+        _shown(
+            result, half, "Errors x diamond", "µm, as above. NE: between the sides south-west and north-east."
+        ),
     ]
 
 
@@ -45,7 +47,12 @@ def _shown(result: Result, columns: list[int], title: str, caption: str) -> Show
 
 def _short(feature: str) -> str:
     """The title of the table says which shape it is."""
-    return feature.removeprefix("circle, ").removeprefix("circle ").removeprefix("square ").removeprefix("diamond ")
+    return (
+        feature.removeprefix("circle, ")
+        .removeprefix("circle ")
+        .removeprefix("square ")
+        .removeprefix("diamond ")
+    )
 
 
 def _cell(value: float) -> str:
@@ -69,6 +76,18 @@ def _glance(result: Result) -> str:
     """Sizes of the deviations, rows and columns numbered as in the tables."""
     size = np.abs(result.um)
     x, y = np.arange(1.0, size.shape[1] + 1), np.arange(1.0, size.shape[0] + 1)
-    names = [f"{i} {n}" for i, n in enumerate(result.features, 1)] + [f"row {i}: {n}" for i, n in enumerate(result.errors, 1)]
-    chart = r.heat_map(size, x, y, x_label="feature", y_label="error (row)", unit="µm", title="Size of the deviation", width=900, height=420)
+    names = [f"{i} {n}" for i, n in enumerate(result.features, 1)] + [
+        f"row {i}: {n}" for i, n in enumerate(result.errors, 1)
+    ]
+    chart = r.heat_map(
+        size,
+        x,
+        y,
+        x_label="feature",
+        y_label="error (row)",
+        unit="µm",
+        title="Size of the deviation",
+        width=900,
+        height=420,
+    )
     return chart + r.details("Features and errors by number", r.paragraph("; ".join(names)))

@@ -30,14 +30,22 @@ from vcmm.volumetric import grid
 PAPER_REDUCTION = 0.247
 LENGTH = {"X": 1500.0, "Y": 900.0, "Z": 600.0}  # mm, travels
 TOOL = np.array([0.0, 0.0, -150.0])  # mm, from the spindle nose to the tip
-TABLE = np.array([750.0, 450.0, -650.0])  # reflector on the table, tool-relative mm, machine zero in the corner
+TABLE = np.array(
+    [750.0, 450.0, -650.0]
+)  # reflector on the table, tool-relative mm, machine zero in the corner
 STRUCTURES = {  # the paper's groups: single axis carrying the tool, several carrying the tool, several the workpiece
     "w X' Y' b Z t": "Z alone carries the tool, X and Y the workpiece",
     "w X' b Y Z t": "Y and Z carry the tool, X the workpiece",
     "w b X Y Z t": "all carry the tool",
 }
 ZEROS = {"corner": (0.0, 0.0, -1.0), "middle": (-0.5, -0.5, -0.5)}  # low end of the travels, in lengths
-POSITIONING, STRAIGHTNESS, TILT, ROLL, SQUARE = 6e-3, 4e-3, 20e-6, 12e-6, 15e-6  # mm, rad: scales of the draws
+POSITIONING, STRAIGHTNESS, TILT, ROLL, SQUARE = (
+    6e-3,
+    4e-3,
+    20e-6,
+    12e-6,
+    15e-6,
+)  # mm, rad: scales of the draws
 GUIDE = 250.0  # mm from the reflector to the point about which a slide turns
 PLACES = {  # work zero in machine coordinates of the tip
     "centre": (750.0, 450.0, -560.0), "corner X- Y-": (150.0, 100.0, -560.0), "corner X+ Y-": (1350.0, 100.0, -560.0),
@@ -96,7 +104,9 @@ def axes_of(zero: str) -> dict[str, Axis]:
     return {a: Axis(a, (low[a] * LENGTH[a], (low[a] + 1) * LENGTH[a])) for a in "XYZ"}
 
 
-def reflectors(structure: str, axes: Mapping[str, Axis], table: Array, tool: Array = TOOL) -> dict[str, Array]:
+def reflectors(
+    structure: str, axes: Mapping[str, Axis], table: Array, tool: Array = TOOL
+) -> dict[str, Array]:
     """Where the reflector stood, in the moving frame of each axis, by the paper's groups: on the tool for an axis that
     carries the tool, on the table for one that carries the workpiece; the other axes stood in the middle of their travels.
 
@@ -136,7 +146,9 @@ def draw_tables(seed: int, structure: str, draws_of: str = RIGID) -> dict[str, A
     return out | {pair: np.array([rng.normal() * SQUARE]) for pair in ("A0Z", "B0Z", "C0Y")}
 
 
-def machine(seed: int, structure: str = "w X' Y' b Z t", zero: str = "corner", draws_of: str = RIGID) -> Machine:
+def machine(
+    seed: int, structure: str = "w X' Y' b Z t", zero: str = "corner", draws_of: str = RIGID
+) -> Machine:
     """A drawn machine, Abbe-consistent: `measured_at` is where the reflector stood."""
     axes = axes_of(zero)
     place = reflectors(structure, axes, table_point(axes))
@@ -171,7 +183,9 @@ def reductions(draws: int, report: Progress) -> tuple[Reduction, ...]:
     for number, (structure, zero, kind) in enumerate(cases):
         report(f"mean volumetric error, {structure}", 0.6 * number / len(cases))
         found = np.array([reduction(seed, structure, zero, kind) for seed in range(1, draws + 1)])
-        out.append(Reduction(structure, zero, kind, float(np.median(found)), float(found.min()), float(found.max())))
+        out.append(
+            Reduction(structure, zero, kind, float(np.median(found)), float(found.min()), float(found.max()))
+        )
     return tuple(out)
 
 
@@ -218,7 +232,15 @@ def corners(scenario: CutScenario, views: Mapping[str, tuple[Seen, ...]], draws:
         found = {place: np.array([effect(views[place], one, here) for one in machines]) for place in PLACES}
         for place in PLACES:
             ratio = found[place] / found["centre"]
-            out.append(Corner(place, here, float(np.median(found[place])), float(np.median(ratio)), float((ratio > 1).mean())))
+            out.append(
+                Corner(
+                    place,
+                    here,
+                    float(np.median(found[place])),
+                    float(np.median(ratio)),
+                    float((ratio > 1).mean()),
+                )
+            )
     return tuple(out)
 
 

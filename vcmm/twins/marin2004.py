@@ -12,6 +12,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +30,17 @@ from vcmm.twins.virtual_cut import Seen, seen, tool_errors
 
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
 LINEAR, CROSS, TURN, SQUARE = 4e-3, 2.5e-3, 10e-6, 12e-6  # mm, rad: scales of the drawn tables
-LEARNED, VALIDATED = (1, 2), 3  # seeds of the days on which the regression is made, and of the day that it must predict
+LEARNED, VALIDATED = (
+    (1, 2),
+    3,
+)  # seeds of the days on which the regression is made, and of the day that it must predict
 COLD, WARM = 0, 200  # minutes at which the part is cut
-HALF, DEEP, RADIUS, STEP = (120.0, 80.0), 12.0, 16.0, 10.0  # mm: half sides, depth of the contour, cutter, longest line
+HALF, DEEP, RADIUS, STEP = (
+    (120.0, 80.0),
+    12.0,
+    16.0,
+    10.0,
+)  # mm: half sides, depth of the contour, cutter, longest line
 MODELS = ("as programmed", "geometry", "geometry and thermal")
 Progress = Callable[[str, float], None]
 
@@ -91,14 +100,20 @@ def draw_tables(seed: int) -> dict[str, Array]:
 def errors_csv(seed: int = 1) -> str:
     """The error table of the scenario."""
     axes = {a: Axis(a, travel) for a, travel in TRAVEL.items()}
-    return table_text(draw_tables(seed), axes, f"drawn by us, seed {seed}: mm and rad over the axis position in mm; the carriages' own motions")
+    return table_text(
+        draw_tables(seed),
+        axes,
+        f"drawn by us, seed {seed}: mm and rad over the axis position in mm; the carriages' own motions",
+    )
 
 
 def path() -> list[Array]:
     """Cutter positions (n, 3) in work coordinates, tip: face milling in rows, then the contour; lines of STEP mm at most."""
     x, y = HALF[0] + RADIUS + 10, HALF[1]
     rows = np.linspace(-y, y, 8)
-    face = [(sign * x, row, 0.0) for i, row in enumerate(rows) for sign in ((-1, 1) if i % 2 == 0 else (1, -1))]
+    face = [
+        (sign * x, row, 0.0) for i, row in enumerate(rows) for sign in ((-1, 1) if i % 2 == 0 else (1, -1))
+    ]
     a, b = HALF[0] + RADIUS, HALF[1] + RADIUS
     contour = [(-a, -b - 30, -DEEP), (-a, b, -DEEP), (a, b, -DEEP), (a, -b, -DEEP), (-a - 30, -b, -DEEP)]
     return [_divided(np.array(face)), _divided(np.array(contour))]
@@ -106,7 +121,7 @@ def path() -> list[Array]:
 
 def _divided(corners: Array) -> Array:
     out = [corners[:1]]
-    for start, end in zip(corners[:-1], corners[1:]):
+    for start, end in pairwise(corners):
         share = np.linspace(0.0, 1.0, int(np.ceil(np.linalg.norm(end - start) / STEP)) + 1)[1:]
         out.append(start + share[:, None] * (end - start))
     return np.concatenate(out)
@@ -114,7 +129,14 @@ def _divided(corners: Array) -> Array:
 
 def program(parts: list[Array] | None = None) -> str:
     """The NC program (Fanuc dialect) through given cutter positions, 0.1 um."""
-    lines = ["%", "O2004 (FACE AND CONTOUR)", "G21 G17 G40 G49 G80 G90 G94", "T1 M6", "G54 G0 S2000 M3", "G43 H1 Z50."]
+    lines = [
+        "%",
+        "O2004 (FACE AND CONTOUR)",
+        "G21 G17 G40 G49 G80 G90 G94",
+        "T1 M6",
+        "G54 G0 S2000 M3",
+        "G43 H1 Z50.",
+    ]
     for points in parts or path():
         x, y, z = points[0]
         lines += [f"G0 X{x:.4f} Y{y:.4f}", f"G0 Z{z:.4f}"]
@@ -146,7 +168,8 @@ def fits(model: Regression, today: Day) -> tuple[Fit, ...]:
     left = model.at(today.sensors) - today.parameters
     span = np.ptp(today.parameters, axis=0)
     return tuple(
-        Fit(i, float(span[i]), float(np.sqrt(np.mean(left[:, i] ** 2))), float(np.abs(left[:, i]).max())) for i in range(left.shape[1])
+        Fit(i, float(span[i]), float(np.sqrt(np.mean(left[:, i] ** 2))), float(np.abs(left[:, i]).max()))
+        for i in range(left.shape[1])
     )
 
 
@@ -155,7 +178,11 @@ def predicted(machine: Machine, thermal: Array | None, tips: Array, zero: Array,
 
     The geometric error at the zero was taken away when it was set; thermal parameters act in full.
     """
-    warm = machine if thermal is None else replace(machine, effects=(*machine.effects, *thermal_effects(thermal)))
+    warm = (
+        machine
+        if thermal is None
+        else replace(machine, effects=(*machine.effects, *thermal_effects(thermal)))
+    )
     at_zero = product(carriages(machine, at(zero[None, :], tool)))[0]
     return product(carriages(warm, at(tips, tool)))[0] - at_zero
 
@@ -175,7 +202,8 @@ def run(scenario: CutScenario, progress: Progress | None = None) -> Result:
     largest, found = agreements(geometry, tool)
     report("drawn days", 0.1)
     today, model = day(VALIDATED), regression([day(seed) for seed in LEARNED])
-    cuts, views = [], ()
+    cuts: list[Cut] = []
+    views: tuple[Seen, ...] = ()
     for number, minute in enumerate((COLD, WARM)):
         report(f"cutting at minute {minute}", 0.2 + 0.4 * number)
         some, views = cuts_at(scenario, geometry, today, model, minute)
@@ -195,14 +223,19 @@ def cuts_at(
     """The three programs cut on the true machine of that minute, and the views of the first."""
     truth, guess = today.parameters[minute], model.at(today.sensors[minute])
     zero, tool = np.array(scenario.setup.offsets["G54"]), -np.array(scenario.setup.tools[1].offset)
-    out, views = [], ()
+    out: list[Cut] = []
+    views: tuple[Seen, ...] = ()
     for name, thermal in zip(MODELS, (None, None, guess)):
         parts = path()
         if name != MODELS[0]:
             parts = [p - predicted(geometry, thermal, p + zero, zero, tool) for p in parts]
         here = looked_at(scenario, parts)
         views = views or here
-        said = None if name == MODELS[0] else departures(views, geometry, np.zeros(6) if thermal is None else thermal)
+        said = (
+            None
+            if name == MODELS[0]
+            else departures(views, geometry, np.zeros(6) if thermal is None else thermal)
+        )
         out.append(Cut(f"minute {minute}", name, departures(here, geometry, truth), said))
     return out, views
 

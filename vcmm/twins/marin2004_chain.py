@@ -100,7 +100,7 @@ def product(c: Carriages, exact: bool = False) -> tuple[Array, Array]:
 
 def in_workpiece_axes(correction: Array, table: Array) -> Array:
     """The same vector in the axes of the table as it really stands."""
-    return np.linalg.solve(table, correction[:, :, None])[:, :, 0]
+    return np.asarray(np.linalg.solve(table, correction[:, :, None])[:, :, 0], dtype=np.float64)
 
 
 def expanded(c: Carriages) -> Array:

@@ -15,7 +15,6 @@ from vcmm.errors import UsageError
 from vcmm.machining.maps import Net
 from vcmm.run import Array
 
-
 STRAIGHT = 4e-3  # 1/mm: where the spline is straighter than that, lines get no longer (2 mm)
 
 
@@ -80,7 +79,9 @@ def _stations(slot: Slot) -> Array:
         )
     offset = (slot.width - slot.cutter) / 2
     tightest = curvature / (1 - curvature * offset)  # of the inner pass
-    speed = np.linalg.norm(np.gradient(slot.point(dense), dense, axis=0), axis=1)  # mm per unit of the parameter
+    speed = np.linalg.norm(
+        np.gradient(slot.point(dense), dense, axis=0), axis=1
+    )  # mm per unit of the parameter
     step = np.sqrt(8 * slot.chord / np.maximum(tightest, STRAIGHT)) / speed
     grown = np.append(0.0, np.cumsum(np.diff(dense) / (0.5 * (step[1:] + step[:-1]))))
     return np.interp(np.linspace(0.0, grown[-1], int(np.ceil(grown[-1])) + 1), grown, dense)

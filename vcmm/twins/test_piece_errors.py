@@ -90,7 +90,9 @@ def scan(feature: Feature) -> Net:
     """361 points round the middle of a cylinder."""
     angle, height = np.radians(np.arange(361.0)), np.array([feature.extent[0] / 2])
     points = surface_point(feature, angle, height)
-    return Net(feature.name, points, normal(feature, points), angle, height, ("angle / deg", "along the axis / mm"))
+    return Net(
+        feature.name, points, normal(feature, points), angle, height, ("angle / deg", "along the axis / mm")
+    )
 
 
 def row(ready: Ready, effects: Sequence[Effect]) -> tuple[Array, Array]:
@@ -134,4 +136,8 @@ def run(scenario: CutScenario, progress: Callable[[str, float], None] | None = N
 
 def figures(result: Result) -> dict[str, object]:
     """Plain numbers for JSON."""
-    return {"errors": list(result.errors), "features": list(result.features), "deviation_um": result.um.tolist()}
+    return {
+        "errors": list(result.errors),
+        "features": list(result.features),
+        "deviation_um": result.um.tolist(),
+    }

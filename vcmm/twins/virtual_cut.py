@@ -54,7 +54,9 @@ def departure(found: Seen, machine: Machine, zero_set_here: bool = True) -> Arra
 def tool_errors(found: Seen, machine: Machine, zero_set_here: bool = True) -> Array:
     """Errors of the tool (rows, 3) mm, actual - commanded, for the sums of several machines."""
     setting = found.tool.setting if zero_set_here else np.full_like(found.tool.setting, -1)
-    return replace(found.tool, machine=machine, setting=setting, known=np.zeros_like(found.tool.known)).errors()
+    return replace(
+        found.tool, machine=machine, setting=setting, known=np.zeros_like(found.tool.known)
+    ).errors()
 
 
 def placed(setup: Setup, zero: tuple[float, float, float]) -> Setup:
