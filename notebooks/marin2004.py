@@ -15,7 +15,6 @@
 # signs and were derived again from the matrix product.
 
 # %%
-import numpy as np
 
 import vcmm
 from vcmm.library import path

@@ -100,8 +100,8 @@ def _cuts(result: Result) -> Shown:
     columns = ("machine", "feature", *REWRITTEN.values())
     caption = (
         f"Mean / largest departure from the drawing, µm, along the outward normal. Cold: minute {COLD}; warm: minute {WARM} of the "
-        "validation day; the work zero was set cold. What is left on horizontal faces cold is the edge of the tilted cutter, which "
-        "the correction of the tip does not lift, and the interpolation of the tables."
+        "validation day; the work zero was set cold. What is left cold comes from the rotations: the edge that cuts is not the tip "
+        "that was corrected. Warm, what the regression misses is added."
     )
     return Shown("The part, cut virtually", columns, tuple(rows), caption, (0, 1))
 
