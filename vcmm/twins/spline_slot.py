@@ -1,7 +1,8 @@
 """A spline-shaped slot: drawing, NC program cut into short lines, and the nets over its walls and floor.
 
 The spline is our own. One finishing contour inside the slot, counter-clockwise so that both walls are down milled, of
-lines no longer than the chord tolerance allows; its two passes cover the floor as well.
+lines no longer than the chord tolerance allows; its two passes cover the floor as well. A bore of the slot's width goes
+deeper at both ends, cut in short lines too: features that can be fitted and toleranced.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ class Slot:
     knots: tuple[tuple[float, float], ...] = ((-110, -25), (-55, 18), (0, -8), (55, 18), (110, -25))
     width: float = 20.0
     depth: float = 10.0
+    bore: float = 6.0  # below the floor
     cutter: float = 12.0  # diameter, flat
     chord: float = 2e-3
     feed: float = 900.0  # mm/min
@@ -95,18 +97,39 @@ def _cap(centre: Array, start: Array, chord: float) -> Array:
     return np.asarray(centre + np.cos(angle)[:, None] * start + np.sin(angle)[:, None] * turned)
 
 
+def circles(slot: Slot) -> tuple[Array, Array]:
+    """Closed paths of the cutter's centre (n, 2) in the bores at both ends, counter-clockwise."""
+    radius = (slot.width - slot.cutter) / 2
+    count = int(np.ceil(2 * np.pi / np.sqrt(8 * slot.chord / radius)))
+    angle = np.linspace(0.0, 2 * np.pi, count + 1)
+    round_about = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    start, end = slot.point(np.array([0.0, slot.length]))
+    return start + round_about, end + round_about
+
+
 def program(slot: Slot | None = None) -> str:
-    """The NC program (Fanuc dialect): plunge, the contour at full depth in short lines, out."""
+    """The NC program (Fanuc dialect): the contour at full depth and both bores, in short lines."""
     s = slot or Slot()
-    path = contour(s)
     lines = [
-        "%", "O2424 (SPLINE SLOT, FINISHING, SHORT LINES)", "G21 G17 G40 G49 G80 G90 G94", "T1 M6",
-        f"G54 G0 X{path[0, 0]:.4f} Y{path[0, 1]:.4f} S{s.speed:.0f} M3", "G43 H1 Z20.", "Z1.",
-        f"G1 Z-{s.depth:.1f} F300", f"G1 X{path[1, 0]:.4f} Y{path[1, 1]:.4f} F{s.feed:.0f}",
-    ]  # fmt: skip
-    lines += [f"X{x:.4f} Y{y:.4f}" for x, y in path[2:]]
-    lines += ["G0 Z20.", "M5", "G91 G28 Z0", "M30", "%"]
-    return "\n".join(lines) + "\n"
+        "%",
+        "O2424 (SPLINE SLOT, FINISHING, SHORT LINES)",
+        "G21 G17 G40 G49 G80 G90 G94",
+        "T1 M6",
+        f"G54 G0 S{s.speed:.0f} M3",
+        "G43 H1 Z20.",
+    ]
+    lines += _passed("SLOT", contour(s), s.depth, s)
+    for name, path in zip(("BORE AT THE START", "BORE AT THE END"), circles(s)):
+        lines += _passed(name, path, s.depth + s.bore, s)
+    return "\n".join([*lines, "M5", "G91 G28 Z0", "M30", "%"]) + "\n"
+
+
+def _passed(name: str, path: Array, depth: float, slot: Slot) -> list[str]:
+    """Down at the first point, along the path in lines, up."""
+    x, y = path[0]
+    lines = [f"({name})", f"G0 X{x:.4f} Y{y:.4f}", "Z1.", f"G1 Z-{depth:.1f} F300"]
+    lines += [f"G1 X{path[1, 0]:.4f} Y{path[1, 1]:.4f} F{slot.feed:.0f}"]
+    return [*lines, *(f"X{x:.4f} Y{y:.4f}" for x, y in path[2:]), "G0 Z20."]
 
 
 def nets(slot: Slot, along: int = 121) -> tuple[Net, ...]:
@@ -121,6 +144,8 @@ def nets(slot: Slot, along: int = 121) -> tuple[Net, ...]:
         normals = np.tile(np.column_stack([-side, np.zeros(along)]), (len(heights), 1))
         out.append(Net(name, points, normals, s, heights, ("along the slot / mm", "z / mm")))
     across = slot.width * np.array([-0.4, 0.0, 0.4])
+    s = np.linspace(0.6 * slot.width, slot.length - 0.6 * slot.width, along)  # the bores have no floor here
+    middle, left = slot.point(s), slot.left(s)
     spread = [np.column_stack([middle + a * left, np.full(along, -slot.depth)]) for a in across]
     up = np.tile([0.0, 0.0, 1.0], (along * len(across), 1))
     out.append(Net("floor", np.concatenate(spread), up, s, across, ("along the slot / mm", "across / mm")))
