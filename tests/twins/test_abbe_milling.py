@@ -80,6 +80,25 @@ def test_a_rigid_slide_moves_its_reflector():
         assert apart[f"EX{axis}"][0] == 0.0  # counted from where the laser began
 
 
+def test_arms_from_the_reflector_give_the_rigid_slide_back():
+    """A slide that only turns about its guide: the consistent model is that turn, the conventional one is not."""
+    arm, reflector = np.array([0.0, 0.0, -250.0]), np.array([0.0, 450.0, -450.0])
+    nodes = np.array([0.0, 1500.0])
+    turn = np.array([[0.0, 0.0, 0.0], [12e-6, -20e-6, 16e-6]])
+    seen = np.cross(turn, arm)  # what the laser reads
+    tables = [ComponentTable(f"E{d}X", ("X",), (nodes,), seen[:, i]) for i, d in enumerate("XYZ")]
+    tables += [ComponentTable(f"E{d}X", ("X",), (nodes,), turn[:, i]) for i, d in enumerate("ABC")]
+    one = bare("w b X Y Z t", *tables)
+    run = Run({"X": np.array([600.0]), "Y": np.array([100.0]), "Z": np.array([-350.0])}, twin.TOOL[None, :])
+    # at X = 600 the slide has turned by 0.4 of the last node; the tip stands at (0 100 -500) of the frame of X
+    truth = np.cross(0.4 * turn[1], np.array([0.0, 100.0, -500.0]) - (reflector - arm))
+    assert one.tip_error(run)[0] == pytest.approx(truth, abs=1e-12)
+    # (4.8 -8 6.4) urad x (0 450 -450) mm = (3600 - 2880, 2160, 2160) nm
+    assert twin.conventional(one).tip_error(run)[0] - truth == pytest.approx(
+        [0.72e-3, 2.16e-3, 2.16e-3], abs=1e-12
+    )
+
+
 def test_the_files_of_the_scenario_are_what_the_twin_makes(scenario):
     assert (folder() / "abbe_milling" / "slot.nc").read_text() == program()
     assert (folder() / "abbe_milling" / "errors.csv").read_text() == twin.errors_csv()

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import vcmm
+from vcmm.effects.lag import ServoLag
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.library import folder, path
+from vcmm.machining.job import set_up
 from vcmm.twins import test_piece as piece
 from vcmm.twins import test_piece_errors as twin
+from vcmm.twins.virtual_cut import departure, seen
 
 
 @pytest.fixture(scope="module")
@@ -83,3 +88,26 @@ def test_harmonics_by_hand():
     height = 3.0 + 5.0 * np.cos(angle) + 2.0 * np.cos(2 * angle) - 1.5 * np.sin(2 * angle)
     # the shift (cos a) is taken off; 2 cos - 1.5 sin of 2a has the amplitude 2.5, so 5 from peak to valley
     assert twin.harmonics(angle, height) == pytest.approx([5.0, 2.0, -1.5], abs=2e-3)
+
+
+def test_the_oval_of_a_lag_turns_over_with_the_direction_of_travel(scenario, tmp_path):
+    """The circle cut the other way round, by G42 and G3: what the drawing of the errors says in words."""
+    cut = piece.program().split("(CIRCLE)")[1].split("(DIAMOND)")[0]
+    other = (
+        cut.replace("G41", "G42")
+        .replace("G2 ", "G3 ")
+        .replace("X-25.", "X_")
+        .replace("X25.", "X-25.")
+        .replace("X_", "X25.")
+    )
+    file = tmp_path / "part.nc"
+    file.write_text(piece.program().replace(cut, other))
+    views = []
+    for program in (scenario.program, file):
+        shop = set_up(replace(scenario, program=program))
+        views.append(seen(shop, twin.scan(scenario.part.features["circle"])))
+    late = replace(scenario.machine, effects=(ServoLag("X", 1e-4),), inputs=())
+    there, back = (twin.harmonics(v.net.first, departure(v, late))[2] for v in views)
+    # 600 mm/min x 0.1 ms = 1 um; half of it in sin 2a
+    assert there == pytest.approx(-0.5e-3, rel=0.01)
+    assert back == pytest.approx(0.5e-3, rel=0.01)
