@@ -29,3 +29,17 @@ def path(name: str) -> Path:
     if name not in known:
         raise UsageError(f'there is no scenario "{name}".{choose_from(name, known)}')
     return folder() / f"{name}.toml"
+
+
+def companions(name: str) -> dict[str, Path]:
+    """Files that an embedded scenario needs beside it: path relative to its folder -> file. Empty for most."""
+    beside = folder() / name
+    found = sorted(p for p in beside.rglob("*") if p.is_file() and not p.name.startswith("."))
+    return {str(p.relative_to(folder())): p for p in found}
+
+
+def cuts(scenario: Path) -> bool:
+    """Whether a scenario file is a cutting scenario: it has a [cut] table."""
+    from vcmm.files.toml import read_toml
+
+    return "cut" in read_toml(scenario).data

@@ -84,6 +84,12 @@ def _setup_rows(file: Path) -> list[list[str]]:
     setup = load_setup(file)
     rows = _describe_machine(load_machine(setup.machine)) if setup.machine else []
     rows.append(["dialect", setup.dialect or "guessed from the program"])
+    return rows + _tool_rows(setup)
+
+
+def _tool_rows(setup: Any) -> list[list[str]]:
+    """Work offsets and tools of a set-up."""
+    rows = []
     for name, point in setup.offsets.items():
         rows.append([f"offset {name}", "work zero at " + " ".join(f"{v:g}" for v in point) + " mm"])
     for number, tool in setup.tools.items():
@@ -93,6 +99,50 @@ def _setup_rows(file: Path) -> list[list[str]]:
 
 
 def _scenario_rows(file: Path) -> list[list[str]]:
+    from vcmm.library import cuts
+
+    return _cutting_rows(file) if cuts(file) else _measuring_rows(file)
+
+
+def _cutting_rows(file: Path) -> list[list[str]]:
+    """Everything short of the uncertainty: program read and timed, tools swept, every feature reached by a cutter."""
+    from vcmm.cli.common import about
+    from vcmm.files.cut_scenario import load_cut
+    from vcmm.machining.job import finished_part, remarks, set_up
+
+    scenario = load_cut(file)
+    with about(file):
+        shop = set_up(scenario)
+        task, world, notes = finished_part(shop)
+        world.errors(), world.influences()
+    minutes, seconds = divmod(shop.seconds, 60)
+    rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
+    rows += [
+        [
+            "program",
+            f"{scenario.program.name}: {len(shop.program.moves)} moves, {minutes:.0f} min {seconds:.0f} s",
+        ]
+    ]
+    rows += _tool_rows(scenario.setup)
+    rows += [
+        ["inspection", f"{scenario.inspection.kind}, {task.touches.run.n} points, all within the travels"]
+    ]
+    return (
+        rows
+        + _known_rows(scenario, task)
+        + [[f"remark {i}", w] for i, w in enumerate((*remarks(shop), *notes), 1)]
+    )
+
+
+def _known_rows(scenario: Any, task: Any) -> list[list[str]]:
+    """Features, characteristics, and the inputs that are not the machine's."""
+    rows = [[f"feature {n}", f.kind] for n, f in scenario.part.features.items()]
+    rows += [[f"characteristic {c.name}", c.type] for c in scenario.part.characteristics]
+    own = scenario.machine.inputs
+    return rows + [[f"input {i.id}", f"{_law(i)}, redraw {i.redraw}"] for i in task.inputs if i not in own]
+
+
+def _measuring_rows(file: Path) -> list[list[str]]:
     from vcmm.cli.common import about
     from vcmm.files.scenario import load_scenario
     from vcmm.remarks import remarks
@@ -102,16 +152,8 @@ def _scenario_rows(file: Path) -> list[list[str]]:
         task = scenario.task()
         _evaluate(task)
     rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
-    rows += [[f"feature {n}", f.kind] for n, f in scenario.part.features.items()]
-    rows += [[f"characteristic {c.name}", c.type] for c in scenario.part.characteristics]
-    rows += [
-        ["plan", f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"]
-    ]
-    rows += [
-        [f"input {i.id}", f"{_law(i)}, redraw {i.redraw}"]
-        for i in task.inputs
-        if i not in scenario.machine.inputs
-    ]
+    touches = f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"
+    rows += [["plan", touches], *_known_rows(scenario, task)]
     rows += [[f"remark {i}", text] for i, text in enumerate(remarks(scenario), 1)]
     return rows
 

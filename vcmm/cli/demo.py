@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -11,23 +11,37 @@ from cyclopts import Parameter
 def demo_command(
     *,
     out: Path = Path("vcmm-demo"),
-    draws: int = 200,
+    twin: Literal["gaska2014", "abbe_milling", "marin2004", "test_piece"] = "gaska2014",
+    draws: int | None = None,
     trials: int = 50_000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Virtually measure a compressor body at five places of a CMM and say how well (Gaska et al. 2014).
 
+    The other twins mill a part virtually: abbe_milling (spline slots, arms of the rotations), marin2004 (chain, warm-up,
+    rewritten program), test_piece (which error shows in which feature).
+
     Parameters
     ----------
     out
-        Folder for report.html, demo.json, demo.csv.
+        Folder for report.html, demo.json and, for gaska2014, demo.csv.
+    twin
+        Published job to run.
     draws
-        Machines consistent with the published figures, for the ranges.
+        Machines drawn for the ranges (gaska2014: 200 that agree with the published figures; abbe_milling: 100).
     trials
-        Monte Carlo trials per place.
+        Monte Carlo trials per place (gaska2014).
     json
         Print one JSON document.
     """
+    if twin != "gaska2014":
+        from vcmm.cli.twins import twin_command
+
+        return twin_command(twin, out, draws, json, _command())
+    return _gaska(out, 200 if draws is None else draws, trials, json)
+
+
+def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.cli.common import document, output_folder, print_json, progress, say, show_table, write_text
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path

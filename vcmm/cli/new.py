@@ -13,6 +13,8 @@ def new_command(
 ) -> int:
     """Write a commented scenario that you can edit: machine, part, plan, environment in one file.
 
+    A cutting scenario brings its program and set-up along, in a folder of the same name.
+
     Parameters
     ----------
     name
@@ -22,17 +24,50 @@ def new_command(
     out
         Folder for the file.
     """
-    from vcmm.cli.common import output_folder, say, write_text
+    from vcmm.cli.common import output_folder, say
     from vcmm.errors import UsageError
-    from vcmm.library import path
+    from vcmm.library import cuts, path
 
-    text = path(source or name).read_text(encoding="utf-8")
-    target = output_folder(out) / f"{name.removesuffix('.toml')}.toml"
-    if target.exists():
+    original = source or name
+    stem = name.removesuffix(".toml")
+    target = output_folder(out) / f"{stem}.toml"
+    texts = _texts(path(original), stem)
+    taken = [file for file in (out / one for one in texts) if file.exists()]
+    if taken:
         raise UsageError(
-            f"{target} exists already and is not overwritten; choose another name, for example vcmm new {name}2 --from {source or name}"
+            f"{taken[0]} exists already and is not overwritten; choose another name, for example vcmm new {name}2 --from {original}"
         )
-    write_text(target, text)
-    say(f"wrote {target}; edit it, then:")
-    print(f"vcmm check {target}\nvcmm measure {target}\nvcmm uncertainty {target} --out {target.stem}-report")
+    _write(out, texts)
+    say(f"wrote {', '.join(str(out / one) for one in texts)}; edit, then:")
+    print(f"vcmm check {target}\n{_next_steps(target, cuts(target))}")
     return 0
+
+
+def _texts(original: Path, stem: str) -> dict[str, str]:
+    """Name relative to the folder -> text: the scenario and its companions, their folder named after the new file."""
+    from vcmm.library import companions
+
+    old = original.stem
+    beside = companions(old)
+    text = original.read_text(encoding="utf-8")
+    if beside and stem != old:
+        text = text.replace(f"{old}.toml", f"{stem}.toml").replace(f"{old}/", f"{stem}/")
+    out = {f"{stem}.toml": text}
+    for name, file in beside.items():
+        out[f"{stem}/{name.removeprefix(old + '/')}"] = file.read_text(encoding="utf-8")
+    return out
+
+
+def _write(folder: Path, texts: dict[str, str]) -> None:
+    from vcmm.cli.common import output_folder, write_text
+
+    for name, text in texts.items():
+        target = folder / name
+        output_folder(target.parent)
+        write_text(target, text)
+
+
+def _next_steps(target: Path, cutting: bool) -> str:
+    if cutting:
+        return f"vcmm cut {target} --out {target.stem}-report"
+    return f"vcmm measure {target}\nvcmm uncertainty {target} --out {target.stem}-report"

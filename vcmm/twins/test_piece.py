@@ -2,13 +2,19 @@
 
 In the manner of ISO 10791-7 (test pieces finished under load) and NAS 979; the dimensions are ours, no copy of either.
 From the top down: a bore, a circle, a diamond (a square turned by 45 degrees) and a square, each finished by one pass of
-an end mill with cutter radius compensation. Which error of the machine shows in which feature:
+an end mill with cutter radius compensation; no stock is stated. Which error of the machine shows in which feature, as
+`vcmm demo --twin test_piece` computes it (vcmm.twins.test_piece_errors):
 
-    squareness of X and Y        angles of the square, sides of the diamond become unequal, circle an oval at 45 degrees
-    scale of one axis            length of the square in that axis, circle an oval at 0 degrees
-    reversal (backlash, spike)   steps on the circle where an axis turns round, none on the straight sides
-    lag of one axis              oval at 45 degrees that turns over with the direction of travel
-    straightness                 form of the sides of the square
+    squareness of X and Y        angle of the square, widths of the diamond unequal, circle an oval at 45 degrees
+    squareness of Z              bore and circle out of line, for they are cut at different heights
+    scale of one axis            length of the square in that axis, angle of the diamond, circle an oval at 0 degrees
+    straightness                 form of the sides along that axis; of X also the angle between two sides of the diamond
+    backlash                     steps on the circle and an oval at 45 degrees, widths of the diamond unequal; a length of
+                                 the square where its two sides are cut after moves of that axis in opposite senses
+    reversal spike               the circle alone, over a millimetre or so: 24 points round it can miss it
+    lag of one axis              oval at 45 degrees that turns over with the direction of travel, widths of the diamond
+    spindle growth               nothing here: no floor has a tolerance
+    size of the cutter           all diameters, lengths and widths, no form
 """
 
 from __future__ import annotations
