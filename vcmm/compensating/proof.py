@@ -175,7 +175,7 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
         there = next(o for o in old if o.contour.kind == t.contour.kind)
         f, g = there.contour.feed, t.contour.feed
         several = len({o.contour.feed for o in old}) > 1 or there.after.spindle_mode == "G96"
-        if not several and (f is None) != (g is None) or (f and g and not several and abs(f - g) > 1e-3 * f):
+        if (not several and (f is None) != (g is None)) or (f and g and not several and abs(f - g) > 1e-3 * f):
             raise ModelLimit(_differs(name, line, f"the feed has become {g} instead of {f} mm/min"))
 
 
