@@ -95,9 +95,7 @@ def test_only_what_must_change_changes(tmp_path):
 
 def test_a_word_is_added_where_an_axis_leans(tmp_path):
     # 200 urad: at Y 100 the tip stands at -20 um in X, so the block needs X 0.020
-    found = run(
-        tmp_path, HEAD + "G1 X0 Y0 F500\nY100. F300 (up)\nM30\n%\n", mill(Squareness("C0Y", 200e-6))
-    )
+    found = run(tmp_path, HEAD + "G1 X0 Y0 F500\nY100. F300 (up)\nM30\n%\n", mill(Squareness("C0Y", 200e-6)))
     assert body(found)[4] == "X0.020 Y100. F300 (up)\n"
 
 
@@ -143,7 +141,8 @@ def test_repeated_increments_are_written_out(tmp_path):
 
 def test_radius_compensation_stays_on(tmp_path):
     text = (
-        HEAD + "T1 M6\nG0 X-20. Y-20. Z0\nG41 D1 G1 X0 Y-10. F500\nY50.\nX80.\nY0\nX-10.\nG40 G1 X-20. Y-20.\nM30\n%\n"
+        HEAD
+        + "T1 M6\nG0 X-20. Y-20. Z0\nG41 D1 G1 X0 Y-10. F500\nY50.\nX80.\nY0\nX-10.\nG40 G1 X-20. Y-20.\nM30\n%\n"
     )
     found = run(tmp_path, text, rough())
     assert found.met

@@ -25,8 +25,20 @@ from vcmm.nc.toolpath import Toolpath, toolpath
 from vcmm.run import Array, Run
 
 RANDOM = ("scatter", "reindexing")  # they have no known value
-DYNAMIC = ("sense_", "since_reversal_", "accel_", "speed_", "time_since_accel")  # what changes at once, or with the speed
-SHAPE_OF_CONTACT = ("nx", "ny", "nz", "cut_length_mm", "force_x_N")  # needed by effects that a path cannot correct
+DYNAMIC = (
+    "sense_",
+    "since_reversal_",
+    "accel_",
+    "speed_",
+    "time_since_accel",
+)  # what changes at once, or with the speed
+SHAPE_OF_CONTACT = (
+    "nx",
+    "ny",
+    "nz",
+    "cut_length_mm",
+    "force_x_N",
+)  # needed by effects that a path cannot correct
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +80,9 @@ def known_errors_of(machine: Machine) -> Known:
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
         elif any(column.startswith(DYNAMIC) for column in effect.required()):
             rest.append(effect)
-            left.append(f"{effect.id} jumps at reversals or goes with the speed: left to the control's own compensation, not corrected")
+            left.append(
+                f"{effect.id} jumps at reversals or goes with the speed: left to the control's own compensation, not corrected"
+            )
         else:
             kept.append(effect)
     left += [f"{e.id} is stated for the finished part: not corrected" for e in stated.effects]
@@ -148,7 +162,9 @@ class Field:
         for one in dict.fromkeys(pairs):
             rows = np.array([i for i, p in enumerate(pairs) if p == one], dtype=np.intp)
             at = np.array(self.setup.offsets.get(one[0], (0.0, 0.0, 0.0)))
-            here = setting_rows(run.take(rows[:1]), np.array([str(one[1])]), {str(one[1]): -np.array(one[2])}, at)
+            here = setting_rows(
+                run.take(rows[:1]), np.array([str(one[1])]), {str(one[1]): -np.array(one[2])}, at
+            )
             try:
                 out[rows] = -self.known.machine.indication_error(here)
             except ModelLimit as error:
@@ -177,7 +193,9 @@ class Field:
         for _ in range(8):
             tips = wanted + beside
             moved = {
-                a: q if a not in "XYZ" else self._asked(a, q, tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)])
+                a: q
+                if a not in "XYZ"
+                else self._asked(a, q, tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)])
                 for a, q in run.position.items()
             }
             now = replace(run, position=moved)

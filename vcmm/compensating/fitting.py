@@ -18,7 +18,9 @@ from vcmm.run import Array
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 WHOLE = 0.02  # rad: an arc nearer than this to a whole turn must end exactly where it began, or be split
 UNEVEN = 5e-4  # mm: an arc whose radii differ by more is a spiral, and stays one
-SMALL = 0.05  # rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
+SMALL = (
+    0.05  # rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +129,10 @@ def fitted_arc(m: Move, wanted: Array, sweep: float, begin: float, end: float) -
     whole = _whole(sweep)
     guess = np.array([m.centre[a], m.centre[b]]) + _mean_shift(m, wanted, begin, end)
     centre = guess
-    uneven = abs(math.dist((m.start[a], m.start[b]), (m.centre[a], m.centre[b])) - math.dist((m.end[a], m.end[b]), (m.centre[a], m.centre[b])))
+    uneven = abs(
+        math.dist((m.start[a], m.start[b]), (m.centre[a], m.centre[b]))
+        - math.dist((m.end[a], m.end[b]), (m.centre[a], m.centre[b]))
+    )
     if uneven > UNEVEN:
         pass  # the radius changes on the way as programmed: the centre goes with the mean correction
     elif sweep > SMALL:

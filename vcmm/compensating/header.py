@@ -29,13 +29,22 @@ def file_parts(paths: Sequence[Path | None]) -> list[bytes]:
 
 def comment(text: str, dialect: Dialect) -> str:
     """A comment: capitals, digits and plain signs only, no brackets inside."""
-    clean = re.sub(r"[^A-Z0-9 .,=/+-]", " ", text.upper()) if dialect.words == "macro" else re.sub(r"[()]", " ", text)
+    clean = (
+        re.sub(r"[^A-Z0-9 .,=/+-]", " ", text.upper())
+        if dialect.words == "macro"
+        else re.sub(r"[()]", " ", text)
+    )
     return f"({' '.join(clean.split())[:LONGEST]})"
 
 
 def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> list[str]:
     """The lines of the mark."""
-    said = (f"{MARK} - DO NOT COMPENSATE AGAIN", f"MACHINE {machine}", f"TOLERANCE {tolerance * 1e3:g} um", f"HASH {hashed}")
+    said = (
+        f"{MARK} - DO NOT COMPENSATE AGAIN",
+        f"MACHINE {machine}",
+        f"TOLERANCE {tolerance * 1e3:g} um",
+        f"HASH {hashed}",
+    )
     return [comment(text, dialect) for text in said]
 
 

@@ -199,5 +199,10 @@ def _arrive(
     if len(blocks) == len(holes):
         for hole, block in zip(holes, blocks):
             if frame.absolute:
-                off = [block[AXES[i]] - hole.place[i] - hole.shift[i] if i != normal else block["down"] - hole.shift[i] for i in range(3)]
+                off = [
+                    block[AXES[i]] - hole.place[i] - hole.shift[i]
+                    if i != normal
+                    else block["down"] - hole.shift[i]
+                    for i in range(3)
+                ]
                 writer.rounding.append(np.array(off) / abs(float(frame.scale[1])))

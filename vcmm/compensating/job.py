@@ -16,9 +16,10 @@ from vcmm.compensating.contours import length_of
 from vcmm.compensating.field import Field, Known, field_of, known_errors_of
 from vcmm.compensating.header import digest, file_parts, header, place
 from vcmm.compensating.holes import drill
+from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
+from vcmm.compensating.offsets import with_shifts
 from vcmm.compensating.proof import (
-    best_shifts,
     block_rate,
     compare,
     compare_comments,
@@ -26,7 +27,6 @@ from vcmm.compensating.proof import (
     departures,
     end_departures,
     errors_on,
-    shifted,
     spans,
     walk,
 )
@@ -39,7 +39,7 @@ from vcmm.compensating.refusals import (
     codes_of,
 )
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
-from vcmm.compensating.source import SourceText, read_source
+from vcmm.compensating.source import SourceText
 from vcmm.compensating.targets import Targets, moves_of, targets
 from vcmm.compensating.writer import AXES, CENTRES, SHORT, Writer
 from vcmm.errors import DataError, ModelLimit, UsageError
@@ -47,10 +47,8 @@ from vcmm.machine import Machine
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
-from vcmm.nc.reading import guess
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
 
 FIT_SHARE = 0.7  # of the tolerance for what lies between the ends of blocks; the rest is for the ends
 SLACK = 0.3  # of the tolerance: an axis that a block does not name is corrected only where it is off by more
@@ -107,7 +105,9 @@ def compensate(
         )
         used *= RELAXED
     else:
-        raise UsageError(f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth")
+        raise UsageError(
+            f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth"
+        )
     return _proved(work, text, lines, found, writer, new, tolerance, used, notes)
 
 
@@ -138,19 +138,7 @@ def prepare(
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
-    if not isinstance(setup, Setup):
-        from vcmm.files.setup import load_setup
-
-        setup = load_setup(setup)
-    machine_file = None
-    if machine is None:
-        if setup.machine is None:
-            raise UsageError(f'{setup.path or "the set-up"} names no machine; add machine = "mill.toml"')
-        from vcmm.files.machine import load_machine
-
-        machine_file, machine = setup.machine, load_machine(setup.machine)
-    source = read_source(Path(program))
-    name = dialect or setup.dialect or guess(source.text, Path(program))[0]
+    source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
     check_dialect(name)
     check_mark(source)
     notes = check_state(machine, machine_file, setup)
@@ -165,7 +153,17 @@ def prepare(
     hashed = digest([*file_parts([setup.path, machine_file]), source.text.encode("utf-8")])
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
     return Work(
-        source, read, language, setup, machine, known, field, _decimals(read.traces, decimals), hashed, said, carry
+        source,
+        read,
+        language,
+        setup,
+        machine,
+        known,
+        field,
+        _decimals(read.traces, decimals),
+        hashed,
+        said,
+        carry,
     )
 
 
@@ -192,7 +190,13 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
     found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
     writer = Writer(
-        work.source, work.dialect, work.decimals, np.array(first.start) + np.array(first.tool_offset), "".join(work.machine.axes), work.carry, slack=SLACK * tolerance,
+        work.source,
+        work.dialect,
+        work.decimals,
+        np.array(first.start) + np.array(first.tool_offset),
+        "".join(work.machine.axes),
+        work.carry,
+        slack=SLACK * tolerance,
     )
     at = 0
     while at < len(traces):
@@ -271,7 +275,7 @@ def _proved(
     compare(work.program, new, lines, work.source.name)
     compare_comments(work.source.text, text, mark)
     check_travel(new, work.machine, True, work.source.name, lines)
-    before, offset_only, shifts = _before(work)
+    before, offset_only, shifts = with_shifts(work.program.moves, work.field)
     after = _departed(work, work.known, new, lines)
     whole = None
     if work.known.dynamic:
@@ -306,22 +310,6 @@ def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) 
     gap = np.maximum(gap, end_departures(actual, w, program.moves, work.program.moves, low, high))
     at = [program.moves[i].source.line for i in w.move.tolist()]
     return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
-
-
-def _before(work: Work) -> tuple[Departure, Departure, dict[str, Array]]:
-    """The program as it is, and with its work offsets shifted."""
-    moves = work.program.moves
-    w = walk(moves)
-    error = errors_on(work.field, w)
-    lines = [moves[i].source.line for i in w.move.tolist()]
-    shifts = best_shifts(error, w, moves)
-    all_moves = np.arange(len(moves))
-    found = []
-    for off in (error, shifted(error, w, moves, shifts)):
-        gap = departures(w.tip + off, moves, w.move, w.move)
-        gap = np.maximum(gap, end_departures(w.tip + off, w, moves, moves, all_moves, all_moves))
-        found.append(departure(gap, w.weight, lines))
-    return found[0], found[1], shifts
 
 
 def _rounding(writer: Writer, after: Departure) -> Rounding:

@@ -16,7 +16,10 @@ from vcmm.nc.moves import Move
 from vcmm.nc.trace import Trace
 from vcmm.run import Array
 
-SPACING, MOST_SAMPLES = 2.0, 400  # mm between the points at which a correction is asked for; and at most per move
+SPACING, MOST_SAMPLES = (
+    2.0,
+    400,
+)  # mm between the points at which a correction is asked for; and at most per move
 CUTTING = ("line", "arc")
 NEVER_SPLIT = ("M0", "M1", "M2", "M30", "M60", "M98", "M99")  # they act after the motion of their block
 
@@ -135,7 +138,10 @@ def may_split(trace: Trace, codes: frozenset[str]) -> bool:
     before, after = trace.before, trace.after
     one_stop = trace.contour.exact_stop and not after.exact_stop
     return (
-        trace.contour.kind in CUTTING and before.side == after.side and not one_stop and codes.isdisjoint(NEVER_SPLIT)
+        trace.contour.kind in CUTTING
+        and before.side == after.side
+        and not one_stop
+        and codes.isdisjoint(NEVER_SPLIT)
     )
 
 

@@ -132,7 +132,9 @@ class Writer:
         """Numbers at which the block will end, rounded."""
         kind, step = trace.contour.kind, self.step(frame.inch)
         wanted, new = frame.numbers(piece.end), cur.copy()
-        short = self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
+        short = (
+            self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
+        )
         a, b, _ = PLANES[trace.contour.plane]
         for i in range(3):
             diffusion = self.carried.setdefault((i, frame.inch), Diffusion(step))
@@ -283,8 +285,12 @@ class Writer:
         """A word that the block has not: behind those that come before it in X Y Z I J K R, else before the first."""
         line, order = self.source.lines[index][0], AXES + CENTRES + "R"
         gap, letter = self.gap, letter.lower() if _lower(line) else letter
-        before = [w for k, w in trace.words.items() if k in order and order.index(k) < order.index(letter.upper())]
-        behind = [w for k, w in trace.words.items() if k in order and order.index(k) > order.index(letter.upper())]
+        before = [
+            w for k, w in trace.words.items() if k in order and order.index(k) < order.index(letter.upper())
+        ]
+        behind = [
+            w for k, w in trace.words.items() if k in order and order.index(k) > order.index(letter.upper())
+        ]
         if before:
             at = max(w.last for w in before)
             edit = Edit(at, at, f"{gap}{letter}{number}")

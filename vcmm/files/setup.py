@@ -93,7 +93,9 @@ def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
     if found is None:
         return None
     if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
-        raise UsageError('control.compensation is a list of names, for example compensation = ["pitch"], or [] for none')
+        raise UsageError(
+            'control.compensation is a list of names, for example compensation = ["pitch"], or [] for none'
+        )
     return tuple(found)
 
 

@@ -72,4 +72,6 @@ class Setup:
     block_delete: bool = False
     path: Path | None = None
     control: Control | None = None
-    compensation: tuple[str, ...] | None = None  # what the control itself compensates while the program runs; None = not said
+    compensation: tuple[str, ...] | None = (
+        None  # what the control itself compensates while the program runs; None = not said
+    )
