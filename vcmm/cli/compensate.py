@@ -73,7 +73,7 @@ def _program(
     program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
     carry: bool, growth: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
 ) -> int:  # fmt: skip
-    from vcmm.cli.common import document, print_json, say
+    from vcmm.cli.common import document, print_json, progress, say
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
     from vcmm.errors import UsageError, choose_from
@@ -91,10 +91,11 @@ def _program(
         raise UsageError(f"{target} is the program itself; choose another file with --out")
     if offset_only:
         return _offsets(program, setup, dialect, set_on == "this machine", json)
-    found = compensate(
-        program, setup, dialect=dialect, tolerance=limit, decimals=decimals, set_here=set_on == "this machine",
-        carry=carry, growth=growth,
-    )  # fmt: skip
+    with progress() as report:
+        found = compensate(
+            program, setup, dialect=dialect, tolerance=limit, decimals=decimals, set_here=set_on == "this machine",
+            carry=carry, growth=growth, progress=report,
+        )  # fmt: skip
     write_source(target, found.data)
     say(f"wrote {target}")
     if json:

@@ -81,11 +81,18 @@ def left_normal(direction: Array, plane: str) -> Array:
 
 def nominal_distance(at: Array, moves: Sequence[Move], which: Ints) -> Array:
     """Vector (k, 3) from the nearest point of moves[which] (k,) to each of the points (k, 3)."""
-    out = np.empty_like(at)
-    for i in np.unique(which).tolist():
-        rows = np.flatnonzero(which == i)
-        out[rows] = at[rows] - points(moves[i], nearest_share(moves[i], at[rows]))
-    return out
+    ends = np.array([(*moves[i].start, *moves[i].end) for i in which.tolist()]).reshape(-1, 6)
+    way, since = ends[:, 3:] - ends[:, :3], at - ends[:, :3]
+    square = np.einsum("ki,ki->k", way, way)
+    share = np.clip(np.einsum("ki,ki->k", since, way) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    out = since - share[:, None] * way
+    order = np.argsort(which, kind="stable")
+    edges = np.flatnonzero(np.diff(which[order])) + 1
+    for rows in np.split(order, edges):
+        if len(rows) and moves[int(which[rows[0]])].kind == "arc":
+            m = moves[int(which[rows[0]])]
+            out[rows] = at[rows] - points(m, nearest_share(m, at[rows]))
+    return np.asarray(out)
 
 
 def nearest_share(m: Move, at: Array) -> Array:

@@ -85,6 +85,7 @@ def compensate(
     carry: bool = True,
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
 ) -> Compensation:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself.
@@ -93,9 +94,12 @@ def compensate(
     """
     if not tolerance > 0:
         raise UsageError(f"tolerance = {tolerance:g} mm must be a positive length")
+    report = progress or (lambda text, share: None)
+    report("reading the program", 0.0)
     work = prepare(program, setup, machine, dialect, decimals, set_here, constants, carry)
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
+        report("correcting", 0.3)
         text, lines, found, writer, new = _read_back(work, used, notes)
         grown = len(new.traces) / max(len(work.program.traces), 1)
         if grown <= growth:
@@ -108,6 +112,7 @@ def compensate(
         raise UsageError(
             f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth"
         )
+    report("running it again", 0.7)
     return _proved(work, text, lines, found, writer, new, tolerance, used, notes)
 
 
@@ -233,11 +238,15 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[object], work
         drill(writer, traces, fits)  # type: ignore[arg-type]
         return
     writer.cycle.clear()
+    begin = writer.q.copy()
     writer.move(one, fits[0])  # type: ignore[arg-type]
-    if len(traces) > 1:  # a rigid tap comes back to where it began
-        raise DataError(
-            f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
-        )
+    if len(traces) > 1:
+        back = traces[-1].contour
+        if len(traces) > 2 or back.kind != "thread" or back.end != one.contour.start:
+            raise DataError(
+                f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
+            )
+        writer.q = begin  # a rigid tap comes back to where it began
 
 
 def _machine_move(writer: Writer, traces: Sequence[Trace], dialect: Dialect) -> None:

@@ -96,6 +96,7 @@ class Writer:
         frame, m = frame_of(trace), trace.contour
         index = trace.line - 1
         nominal = frame.numbers(np.array(m.end)), frame.numbers(np.array(m.start))
+        wanted = fit.pieces[-1].end
         if m.kind == "arc" and length_of(m) < TINY_ARC:
             fit = self._shifted(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
@@ -112,7 +113,8 @@ class Writer:
                 self._more(trace, frame, piece, cur, new, feed, shares[k + 1] - shares[k], index)
             self.q = frame.tip(new) + frame.offset
             if m.kind != "rapid":
-                self.rounding.append(self.q - frame.offset - piece.end)
+                last = k == len(fit.pieces) - 1
+                self.rounding.append(self.q - frame.offset - (wanted if last else piece.end))
 
     def _standing(self, trace: Trace) -> Array:
         """Tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
