@@ -168,3 +168,13 @@ def test_the_program_itself_is_never_overwritten(tmp_path, capsys):
     words = files(tmp_path, setup=SET + "[control]\ncompensation = []\n")
     assert vcmm([*words[:-1], str(tmp_path / "p.nc")]) == 2
     assert (tmp_path / "p.nc").read_text() == PROGRAM
+
+
+def test_temperatures_of_the_setup(tmp_path, capsys):
+    """A scale of 10 um/(m K) at 22 degC makes 100 mm 2 um longer."""
+    machine = MACHINE + '[[effects]]\neffect = "scale_expansion"\naxis = "X"\nalpha = "10 um/(m K)"\n'
+    setup = SET + "[control]\ncompensation = []\n"
+    assert vcmm(files(tmp_path, machine, setup)) == 2
+    assert "temp_scale" in capsys.readouterr().err
+    assert vcmm(files(tmp_path, machine, setup + '[temperature]\nscale_x = "22 degC"\n')) == 0
+    assert "G1 X99.998 F500" in (tmp_path / "new.nc").read_text()

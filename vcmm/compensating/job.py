@@ -49,6 +49,7 @@ from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
+from vcmm.sampling import Progress
 
 FIT_SHARE = 0.7  # of the tolerance for what lies between the ends of blocks; the rest is for the ends
 SLACK = 0.3  # of the tolerance: an axis that a block does not name is corrected only where it is off by more
@@ -152,7 +153,14 @@ def prepare(
     check_travel(read, machine, False, source.name)
     known = known_errors_of(machine)
     language = G_CODE[name]
-    field = field_of(known, setup, read.moves, set_here=set_here, constants=constants, lathe=language.lathe)
+    field = field_of(
+        known,
+        setup,
+        read.moves,
+        set_here=set_here,
+        constants={**setup.constants, **(constants or {})},
+        lathe=language.lathe,
+    )
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     hashed = digest([*file_parts([setup.path, machine_file]), source.text.encode("utf-8")])

@@ -74,7 +74,12 @@ def best_offsets(
     check_travel(read, machine, False, source.name)
     known = known_errors_of(machine)
     field = field_of(
-        known, setup, read.moves, set_here=set_here, constants=constants, lathe=name.endswith("lathe")
+        known,
+        setup,
+        read.moves,
+        set_here=set_here,
+        constants={**setup.constants, **(constants or {})},
+        lathe=name.endswith("lathe"),
     )
     before, after, shifts = with_shifts(read.moves, field)
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
