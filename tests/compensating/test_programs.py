@@ -206,3 +206,32 @@ def test_growth_is_capped_by_relaxing_the_tolerance(tmp_path):
     assert found.used > found.tolerance
     assert not found.met
     assert any("relaxed" in w for w in found.warnings)
+
+
+def test_half_circles_by_radius_do_not_hang_on_the_last_digit(tmp_path):
+    # 178 deg: half a digit of R, 0.5 um, would move the centre by 0.5 / cos(89 deg) = 29 um
+    angle = math.radians(178.0)
+    x, y = 50 * math.cos(angle), 50 * math.sin(angle)
+    text = HEAD + f"G1 X50. Y0 F500\nG3 X{x:.3f} Y{y:.3f} R50.\nM30\n%\n"
+    found = run(tmp_path, text, mill(Squareness("C0Y", 40e-6)))
+    assert found.met
+    assert sum(" R" in line for line in body(found)) >= 2
+
+
+def test_a_stop_stays_behind_its_motion(tmp_path):
+    found = run(tmp_path, HEAD + "G1 X300. F500 M0 (look)\nX0 M30\n%\n", rough())
+    lines = [line.strip() for line in body(found)]
+    assert lines[3].endswith("F500 (look)")
+    stop = next(i for i, line in enumerate(lines) if line.endswith("M0"))
+    assert stop > 3
+    assert lines[-2].endswith("M30")
+    assert found.met
+
+
+def test_the_mark_stands_behind_percent_and_number(tmp_path):
+    for text, at in (
+        ("%\n\nO1 (A)\nG21 G90 G54\nG1 X1. F5\nM30\n%\n", 3),
+        ("G21 G90 G54\nG1 X1. F5\nM30\n", 0),
+    ):
+        found = run(tmp_path, text, scale(100.0))
+        assert found.source_lines.index(0) == at

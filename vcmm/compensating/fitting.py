@@ -79,12 +79,13 @@ def _bow(share: Array, wanted: Array, across: Array, a: int, b: int) -> float:
     return float(np.linalg.norm(np.einsum("kij,kj->ki", across[a : b + 1], off), axis=1).max())
 
 
-def arcs(m: Move, wanted: Array, limit: float, most: int) -> Fit:
+def arcs(m: Move, wanted: Array, limit: float, most: int, least: int = 1) -> Fit:
     """Arcs through corrected points (k, 3) of an arc, evenly spaced; k - 1 is a multiple of every count that is tried."""
+    least = min(least, most)
     last = len(wanted) - 1
     best: Fit | None = None
     for count in COUNTS:
-        if last % count or last // count < 2 or count > most:
+        if last % count or last // count < 2 or not least <= count <= most:
             continue
         sweep = abs(sweep_of(m)) / count
         if count == 1 and _whole(sweep) and _apart(m, wanted) > 0.5 * limit:

@@ -12,7 +12,9 @@ from vcmm.compensating.source import SourceText
 from vcmm.nc.dialects import Dialect
 
 LONGEST = 60  # characters of a comment: old controls show no more
-_O_NUMBER = re.compile(r"\s*[O:]\s*\d+", re.IGNORECASE)
+_O_NUMBER = re.compile(
+    r"\s*[O:]\s*\d+\s*(?:\(|$)", re.IGNORECASE
+)  # no O-word: those go on with sub, if, while
 
 
 def digest(parts: Sequence[bytes]) -> str:
@@ -50,13 +52,17 @@ def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> lis
 
 def place(source: SourceText) -> int:
     """Index of the line before which the mark stands: behind % and the O number."""
-    at = 0
-    while at < len(source.lines) and not source.lines[at][0].strip():
-        at += 1
-    if at < len(source.lines) and source.lines[at][0].strip().startswith("%"):
-        at += 1
-    elif at:
-        at = 0
+    at = _code_from(source, 0)
+    percent = at < len(source.lines) and source.lines[at][0].strip().startswith("%")
+    begin = at + 1 if percent else 0
+    at = _code_from(source, begin)
     if at < len(source.lines) and _O_NUMBER.match(source.lines[at][0]):
+        return at + 1
+    return begin
+
+
+def _code_from(source: SourceText, at: int) -> int:
+    """Index of the first line from `at` on that is not blank."""
+    while at < len(source.lines) and not source.lines[at][0].strip():
         at += 1
     return at

@@ -7,6 +7,7 @@ sections in increments (G91) do not drift.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -23,6 +24,7 @@ from vcmm.run import Array
 
 AXES, CENTRES = "XYZ", "IJK"
 SHORT = 5.0  # mm: chains of blocks up to this length carry their rounding along
+_STOP = re.compile(r"M[ \t]*0*(?:0|1|2|30|60)(?![\d.])", re.IGNORECASE)
 TINY_ARC = 0.1  # mm: an arc shorter than this is shifted as a whole
 
 
@@ -100,6 +102,7 @@ class Writer:
         if m.kind == "arc" and length_of(m) < TINY_ARC:
             fit = self._shifted(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
+        stop = self._stop(index) if len(fit.pieces) > 1 else None
         for k, piece in enumerate(fit.pieces):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             named = tuple(a in trace.words for a in AXES) if k == 0 else (False,) * 3
@@ -115,6 +118,19 @@ class Writer:
             if m.kind != "rapid":
                 last = k == len(fit.pieces) - 1
                 self.rounding.append(self.q - frame.offset - (wanted if last else piece.end))
+        if stop is not None and self.added.get(index):
+            self._last(index, stop)
+
+    def _stop(self, index: int) -> re.Match[str] | None:
+        """A code of the line that acts behind its motion (M0, M1, M2, M30, M60)."""
+        return _STOP.search(code_of(self.source.lines[index][0]))
+
+    def _last(self, index: int, stop: re.Match[str]) -> None:
+        """Such a code moves to the last of the blocks."""
+        line = self.source.lines[index][0]
+        first = stop.start() + 1 - (1 if line[: stop.start()].endswith(" ") else 0)
+        self.edits.setdefault(index, []).append(Edit(first, stop.end() + 1, ""))
+        self.added[index][-1] += self.gap + stop[0]
 
     def _standing(self, trace: Trace) -> Array:
         """Tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
