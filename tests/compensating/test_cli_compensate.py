@@ -68,6 +68,18 @@ def test_a_number_needs_its_unit(tmp_path, capsys):
     assert "um" in capsys.readouterr().err
 
 
+def test_a_scenario_without_the_state_of_its_control(tmp_path, capsys):
+    from vcmm.library import path
+
+    for file in ("part.nc", "setup.toml"):
+        text = (path("test_piece").parent / "test_piece" / file).read_text()
+        (tmp_path / "test_piece").mkdir(exist_ok=True)
+        (tmp_path / "test_piece" / file).write_text(text.replace("compensation = []", ""))
+    (tmp_path / "s.toml").write_text(path("test_piece").read_text())
+    assert vcmm(["compensate", str(tmp_path / "s.toml"), "--offset-only"]) == 2
+    assert "setup.toml" in capsys.readouterr().err
+
+
 def test_the_corpus():
     """Every program of the corpus that is read is rewritten within tolerance and rounding, or refused with file and line."""
     root = data_file("data/nc/setup.toml").parent
@@ -98,10 +110,7 @@ def test_the_test_piece_comes_out_better(tmp_path):
     from vcmm.machining.result import expected
 
     scenario = package.load_cut(path("test_piece"))
-    setup = replace(scenario.setup, compensation=())
-    found = package.compensate(scenario.program, setup, scenario.machine, constants=scenario.constants)
-    assert found.met
-    (tmp_path / "new.nc").write_bytes(found.data)
+    assert vcmm(["compensate", str(path("test_piece")), "--out", str(tmp_path / "new.nc")]) == 0
     before = package.cut(scenario, trials=1000)
     after = package.cut(replace(scenario, program=tmp_path / "new.nc"), trials=1000)
     size = {

@@ -32,7 +32,7 @@ def compensate_command(
     Parameters
     ----------
     program
-        NC program; with --points or --table a machine file.
+        NC program, or a cutting scenario (it names the program); with --points or --table a machine file.
     setup
         Set-up file (setup/1): machine, work offsets, tools, and what the control itself compensates.
     dialect
@@ -79,7 +79,23 @@ def _program(
     from vcmm.errors import UsageError, choose_from
     from vcmm.units import quantity
 
-    if setup is None:
+    machine: Any = None
+    constants: Any = None
+    given: Any = setup
+    here = set_on == "this machine"
+    files = [program] + ([setup] if setup else [])
+    if setup is None and program.suffix == ".toml":
+        from vcmm.files.cut_scenario import load_cut
+
+        scenario = load_cut(program)
+        program, given, machine, constants = (
+            scenario.program,
+            scenario.setup,
+            scenario.machine,
+            scenario.constants,
+        )
+        here, dialect, files = here and scenario.set_here, dialect or scenario.dialect, [*files, program]
+    if given is None:
         raise UsageError(
             "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
         )
@@ -90,17 +106,17 @@ def _program(
     if target.exists() and program.exists() and target.samefile(program):
         raise UsageError(f"{target} is the program itself; choose another file with --out")
     if offset_only:
-        return _offsets(program, setup, dialect, set_on == "this machine", json)
+        return _offsets(program, given, machine, dialect, here, constants, files, json)
     with progress() as report:
         found = compensate(
-            program, setup, dialect=dialect, tolerance=limit, decimals=decimals, set_here=set_on == "this machine",
-            carry=carry, growth=growth, progress=report,
+            program, given, machine, dialect=dialect, tolerance=limit, decimals=decimals, set_here=here,
+            carry=carry, growth=growth, constants=constants, progress=report,
         )  # fmt: skip
     write_source(target, found.data)
     say(f"wrote {target}")
     if json:
         body = compensation_json(found, target)
-        print_json(document("vcmm.compensation/1", body, files=[program, setup], warnings=found.warnings))
+        print_json(document("vcmm.compensation/1", body, files=files, warnings=found.warnings))
     else:
         _show(found)
         if diff:
@@ -108,19 +124,21 @@ def _program(
     return 0 if found.met else 1
 
 
-def _offsets(program: Path, setup: Path, dialect: str | None, set_here: bool, json: bool) -> int:
+def _offsets(
+    program: Path, setup: Any, machine: Any, dialect: str | None, set_here: bool, constants: Any, files: list[Path], json: bool
+) -> int:  # fmt: skip
     """--offset-only: nothing is written."""
     from vcmm.cli.common import document, print_json, say
     from vcmm.compensating.offsets import best_offsets
 
-    found = best_offsets(program, setup, dialect=dialect, set_here=set_here)
+    found = best_offsets(program, setup, machine, dialect=dialect, set_here=set_here, constants=constants)
     if json:
         body = {
             "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": None,
             "deviation": {"before": _departure(found.before), "offset_only": _departure(found.offset_only)},
             "offset_shift_mm": {name: [float(v) for v in shift] for name, shift in found.shifts.items()},
         }  # fmt: skip
-        print_json(document("vcmm.compensation/1", body, files=[program, setup], warnings=found.warnings))
+        print_json(document("vcmm.compensation/1", body, files=files, warnings=found.warnings))
         return 0
     _show_departures(found, [("as programmed", found.before), ("work offsets shifted", found.offset_only)])
     for warning in found.warnings:
