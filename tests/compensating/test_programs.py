@@ -235,3 +235,9 @@ def test_the_mark_stands_behind_percent_and_number(tmp_path):
     ):
         found = run(tmp_path, text, scale(100.0))
         assert found.source_lines.index(0) == at
+
+
+def test_the_hash_changes_with_the_machine_and_nothing_else(tmp_path):
+    text = HEAD + "G1 X100. F500\nM30\n%\n"
+    one, again, other = (run(tmp_path, text, scale(k)).digest for k in (100.0, 100.0, 101.0))
+    assert one == again != other

@@ -7,8 +7,12 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from vcmm.compensating.refusals import MARK
 from vcmm.compensating.source import SourceText
+from vcmm.effect import parameter_fields
+from vcmm.machine import Machine
 from vcmm.nc.dialects import Dialect
 
 LONGEST = 60  # characters of a comment: old controls show no more
@@ -27,6 +31,19 @@ def digest(parts: Sequence[bytes]) -> str:
 
 def file_parts(paths: Sequence[Path | None]) -> list[bytes]:
     return [p.read_bytes() for p in paths if p is not None]
+
+
+def machine_parts(machine: Machine) -> list[bytes]:
+    """What a machine that came from no file of its own is made of."""
+    out = [machine.name.encode("utf-8"), machine.chain.structure.encode("utf-8")]
+    for effect in machine.effects:
+        values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
+        grids = [np.asarray(g, dtype=float) for g in getattr(effect, "grids", ())]
+        out += [
+            effect.id.encode("utf-8"),
+            *(np.asarray(v, dtype=float).tobytes() for v in (*values, *grids) if v.dtype.kind in "fiu"),
+        ]
+    return out
 
 
 def comment(text: str, dialect: Dialect) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.compensating.contours import length_of
 from vcmm.compensating.field import Field, Known, field_of, known_errors_of
-from vcmm.compensating.header import digest, file_parts, header, place
+from vcmm.compensating.header import digest, file_parts, header, machine_parts, place
 from vcmm.compensating.holes import drill
 from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
@@ -163,7 +163,8 @@ def prepare(
     )
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
-    hashed = digest([*file_parts([setup.path, machine_file]), source.text.encode("utf-8")])
+    own = [] if machine_file else machine_parts(machine)
+    hashed = digest([*file_parts([setup.path, machine_file]), *own, source.text.encode("utf-8")])
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
     return Work(
         source,
