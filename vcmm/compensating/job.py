@@ -299,8 +299,8 @@ def _proved(
     if work.known.dynamic:
         full = work.known.whole()
         whole = (_departed(work, full, work.program, ()), _departed(work, full, new, lines))
-    rounding = _rounding(writer, after)
-    met = after.largest <= used + rounding.largest + 1e-9
+    rounding = _rounding(work, writer, after)
+    met = after.largest <= used + min(rounding.largest, math.sqrt(3.0) * rounding.step) + 1e-9
     if not met:
         notes.append(
             f"line {after.line}: {after.largest * 1e3:.2f} um are left, more than the tolerance of {used * 1e3:g} um and the rounding of "
@@ -330,9 +330,10 @@ def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) 
     return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
 
 
-def _rounding(writer: Writer, after: Departure) -> Rounding:
+def _rounding(work: Work, writer: Writer, after: Departure) -> Rounding:
+    """Ends as written against ends as wanted; axes that a block does not name and that were left off are in it too."""
     size = np.linalg.norm(np.array(writer.rounding).reshape(-1, 3), axis=1)
-    step = writer.step(False)
+    step = max(writer.step(t.after.unit > 1.0) * t.after.unit for t in work.program.traces)
     rms = float(np.sqrt(np.mean(size**2))) if len(size) else 0.0
     share = min((rms / after.rms) ** 2, 1.0) if after.rms > 0 else 0.0
     return Rounding(step, float(size.max(initial=0.0)), rms, share)
