@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.effect import Effect, parameter_fields
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
 from vcmm.machining.contacts import Ints
@@ -66,6 +67,12 @@ class Known:
         return Known(self.full, self.full, self.left)
 
 
+def _absent(effect: Effect) -> bool:
+    """An effect that waits for knowledge: every parameter is zero."""
+    values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
+    return bool(values) and not any(np.any(v) for v in values if v.dtype.kind in "fiu")
+
+
 def known_errors_of(machine: Machine) -> Known:
     """What of a machine can be corrected by its path: what is known and smooth along it.
 
@@ -75,7 +82,7 @@ def known_errors_of(machine: Machine) -> Known:
     moves, stated, idle = cutting_effects(machine)
     kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
-        if effect.name in RANDOM:
+        if effect.name in RANDOM or _absent(effect):
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
