@@ -32,6 +32,7 @@ PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value o
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
 MOST_COLUMNS = 120
 NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
+SHAPES = ("follows", "zero")
 FULL_TURN = np.radians(345.0)
 
 
@@ -166,7 +167,7 @@ def where_of(effect: Effect) -> dict[str, str]:
 def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
     """Required columns that neither the run nor its logs have."""
     logged = {f"temp_{sensor}_C" for sensor in run.series}
-    have = logged | set(run.columns) | set(run.labels)
+    have = logged | set(run.series) | set(run.columns) | set(run.labels)
     label = ("event",) if effect.per == "event" else ()  # random per event: without events it is a constant
     return tuple(c for c in (*effect.required(), *label) if c not in have)
 
@@ -233,6 +234,8 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
         return ["x", "y", "z"]
     if spec.name == "sensor":
         return sensors(run)
+    if spec.name in SHAPES:  # another form of the same physics: both are options of one family
+        return [0, 1]
     if spec.name in run.labels:
         values = [str(v) for v in np.unique(run.labels[spec.name])]
         return ["", *values] if len(values) > 1 else [""]
@@ -242,7 +245,7 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
 def sensors(run: Run) -> list[str]:
     """Names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
     named = {c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")}
-    return sorted((named | set(run.series)) - set(NO_TEMPERATURE))
+    return sorted(n for n in named | set(run.series) if n not in NO_TEMPERATURE and not n.startswith("accel_"))
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:

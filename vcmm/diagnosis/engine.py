@@ -28,6 +28,7 @@ from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.select import Selection, Setting, joint, select
+from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
 from vcmm.machine import Machine
@@ -55,6 +56,7 @@ class Stage:
     threshold: float
     generic_threshold: float
     chance: Array  # largest generic score of every null recording
+    sample: Array  # the null recordings themselves, white and prepared
 
 
 def diagnose_recording(
@@ -140,6 +142,7 @@ def _stage(
         max(upper_quantile(largest, FALSE_ALARM), 1.0),
         max(upper_quantile(chance, FALSE_ALARM), 1.0),
         chance,
+        sample,
     )
 
 
@@ -214,6 +217,9 @@ def _result(
         places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
     rest = described(rest, used, setting, selection, parts)
+    short = failing_fold(used, parts, selection, stage.noise, stage.u, seed)
+    rest = of_fold(short) if short and rest is None else rest
+    excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
@@ -228,13 +234,13 @@ def _result(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
     return Diagnosis(
-        _verdict(answers, mistake, rest, failed or (bool(answers) and left > UNSTATED)),
+        _verdict(answers, mistake, rest, failed or bool(excess) or (bool(answers) and left > UNSTATED)),
         answers,
         rest,
         locate(scorer(stage.generic), y, stage.chance),
         mistake,
         sigma * float(np.sqrt(np.mean(stage.u**2))),
-        stage.noise.findings,
+        (*stage.noise.findings, *([excess] if excess else [])),
         _fit(problem, selection, stage, sigma, held, y),
         known.not_testable,
         tuple(dict.fromkeys((*known.unseen, *stage.found.invisible, *hidden))),
@@ -269,7 +275,7 @@ def _still_needed(selection: Selection, setting: Setting) -> Selection:
 
 
 def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:
-    """`failed`: a term did not hold on other rows, or the noise is far above what was stated and may hide physics."""
+    """`failed`: a term did not hold on other rows, or the noise is above what was stated and may hide physics."""
     named = bool(answers) or mistake is not None
     if rest is None and not failed:
         return "explained" if named else "nothing missing"
