@@ -6,9 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-GEOMETRY = ("scale_factor", "squareness")
+GEOMETRY = ("scale_factor", "squareness", "map_mistake")  # and any edit of a table of one axis
 HOLDS: Mapping[str, tuple[str, ...]] = {
-    # a curve over one axis in any of its six components: its slope is a scale or a squareness
+    # a curve over one axis in any of its six components: its slope is a scale or a squareness, its shape any table
     "geometric_change": (
         *GEOMETRY,
         "abbe_offset",
@@ -22,7 +22,7 @@ HOLDS: Mapping[str, tuple[str, ...]] = {
     "map_interpolation": (*GEOMETRY, "geometric_change", "screw_pitch", "encoder_interpolation"),
     "lost_motion": ("backlash",),  # g0 + g1 q, g1 = 0
     "hysteresis": ("backlash", "lost_motion"),  # a step that takes a way of its own
-    "abbe_offset": ("abbe_counted_twice",),  # an arm of any length
+    "abbe_offset": ("abbe_counted_twice", "map_mistake"),  # an arm of any length
 }
 
 

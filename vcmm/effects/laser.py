@@ -29,6 +29,8 @@ def index_change(run: Run) -> Array:
     humidity = run.columns.get("humidity_pct", H0_PCT)
     change = K_T * (run.column("temp_air_C") - T0_DEG_C) + K_P * (run.column("pressure_hPa") - P0_HPA)
     return change + K_H * (humidity - H0_PCT)
+
+
 COUNTED = ("counted_x_mm", "counted_y_mm", "counted_z_mm")
 
 
