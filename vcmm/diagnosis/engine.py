@@ -228,10 +228,7 @@ def _result(
         kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
         selection = _still_needed(kept, setting)
         places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
-    rest = described(rest, used, setting, selection, parts)
-    short = failing_fold(used, parts, selection, stage.noise, stage.u, seed)
-    rest = of_fold(short) if short and rest is None else rest
+    rest = _rest(used, stage, selection, setting, parts, seed)
     excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
@@ -242,7 +239,6 @@ def _result(
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
     steps = next_steps(used, setting, selection, places)
-    gone = tuple(dict.fromkeys((*known.unseen, *stage.found.invisible, *hidden)))
     y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
     tell("done", 1.0)
     left = sigma * float(
@@ -258,7 +254,7 @@ def _result(
         (*stage.noise.findings, *([excess] if excess else [])),
         _fit(problem, selection, stage, sigma, held, y),
         known.not_testable,
-        tuple(g for g in gone if g.split("[")[0] not in gone or "[" not in g),
+        _once((*known.unseen, *stage.found.invisible, *hidden)),
         shown,
         steps,
         stage.threshold,
@@ -267,6 +263,21 @@ def _result(
         map=score_map(scorer(stage.generic), y),
         chance=stage.generic_threshold,
     )
+
+
+def _rest(
+    problem: Problem, stage: Stage, selection: Selection, setting: Setting, parts: Sequence[Fold], seed: int
+) -> Unknown | None:
+    """What has no name: a shape in the residual, else a fold that falls short of what the names promise."""
+    rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    rest = described(rest, problem, setting, selection, parts)
+    short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
+    return of_fold(short) if short and rest is None else rest
+
+
+def _once(gone: Sequence[str]) -> tuple[str, ...]:
+    """Names and places without repetition; a name says all its places."""
+    return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
 
 
 def _through_the_gate(
