@@ -22,7 +22,10 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 FLAT, BALL, BULL, CONE = 0, 1, 2, 3
 MOST_STEPS = 20000
-GROWTH, COARSE = 1.3, 1e-3  # a ray that grazes a sweep walks with growing steps, at most so many mm: thinner gaps may be missed there
+GROWTH, COARSE = (
+    1.3,
+    1e-3,
+)  # a ray that grazes a sweep walks with growing steps, at most so many mm: thinner gaps may be missed there
 NONE, ROUND = 1e300, 2e-15
 EDGE = 1e-6  # fraction of an arc next to its ends
 SMALL, THIN = (
