@@ -17,7 +17,7 @@ def place_json(found: Any) -> dict[str, Any]:
             "costs": dict(objective.goal.costs), "value": found.best.value, "characteristics": _spread(found, found.best),
         },
         "present": None if found.present is None else at_json(found, found.present) | {"gain": found.gain},
-        "problems": [{"name": p.name, "constraint": p.constraint, "point": p.point, "amount_mm": p.amount} for p in found.problems],
+        "problems": [{"name": p.name, "constraint": p.constraint, "point": p.point, f"amount_{getattr(p, 'unit', 'mm')}": p.amount} for p in found.problems],
         "median": at_json(found, found.median),
         "worst": at_json(found, found.worst),
         "certificate": {

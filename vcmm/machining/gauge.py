@@ -15,6 +15,7 @@ from vcmm.strategies import Around, Even, Grid, Latitudes, Levels, Ring, plan_po
 
 GAUGE_TIP = 0.0  # mm: a point on the surface
 FAR = 1e7  # mm
+OFF_AXIS = 0.05  # rad: points just where an axis turns round belong to neither sense
 
 
 def ideal_gauge() -> Machine:
@@ -54,10 +55,10 @@ def usual_points(feature: Feature) -> Grid | Levels | Around | Even | Latitudes 
     if feature.kind == "line":
         return Even(15, inner)
     if feature.kind == "circle":
-        return Around(36)
+        return Around(36, OFF_AXIS)
     if feature.kind in ("cylinder", "cone"):
         length = feature.extent[0]
-        return Levels((0.15 * length, 0.5 * length, 0.85 * length), 24)
+        return Levels((0.15 * length, 0.5 * length, 0.85 * length), 24, OFF_AXIS)
     if feature.kind == "sphere":
         return Latitudes((0.0, np.pi / 8, np.pi / 4, 3 * np.pi / 8), 12)
     return Ring((12, 6))

@@ -46,7 +46,7 @@ from vcmm.task import Task
 from vcmm.world import Measuring
 
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
-DEEPEST = 2.0  # mm, for points that are gouged deeper
+DEEPEST = 20.0  # mm, for points that are gouged deeper
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
 RECUT_LIMIT = 1e-4  # mm
 GOUGE = 0.01  # mm below nominal by the program alone
@@ -286,7 +286,7 @@ def tool_side(
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
     found = candidates(surface, shop.sweep, tips(surface, shop.sweep))
-    contacts, point, candidate = contacts_of(surface, found)
+    contacts, point, candidate = contacts_of(surface, found, shop.sweep)
     row, at = found.row[point, candidate], found.tip[point, candidate]
     states, known = states_at(shop.path, shop.sweep.move[row], found.share[point, candidate], at)
     if shop.blank is not None and shop.blank.forces is not None:
@@ -353,9 +353,29 @@ def patch(shop: Shop, over: Net) -> Patch:
     return Patch(over, height, nominal)
 
 
+def _unready(shop: Shop) -> list[str]:
+    """Cuts without the tool length in force, or with a spindle that stands still."""
+    tools, out = shop.scenario.setup.tools, []
+    for move in shop.program.moves:
+        if move.kind not in ("line", "arc") or move.tool not in tools:
+            continue
+        if tools[move.tool].length and not any(move.tool_offset):
+            out.append(
+                f"line {move.source.line} cuts with tool {move.tool} while no tool length is in force (G43)"
+            )
+        elif not move.spindle:
+            out.append(f"line {move.source.line} cuts while the spindle stands still")
+    return out[:1]
+
+
 def remarks(shop: Shop) -> tuple[str, ...]:
     """What the program, the time law and the machine leave to be said."""
     program = [f"{shop.scenario.program.name}:{w.line}: {w.text}" for w in shop.program.warnings]
     idle = cutting_effects(shop.machine)[2]
     said = [f"{', '.join(idle)} act on measuring, not on cutting"] if idle else []
-    return (*program, *shop.path.assumptions, *blank_notes(shop.blank), *said)
+    assumed = (
+        (f"assumed, as nothing is stated: {'; '.join(shop.path.assumptions)}",)
+        if shop.path.assumptions
+        else ()
+    )
+    return (*program, *_unready(shop), *blank_notes(shop.blank), *said, *assumed)

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from vcmm.cutting.envelope import CutSurface
-from vcmm.machining.contacts import Contacts, Ints
+from vcmm.cutting.sweeps import Sweep
+from vcmm.machining.contacts import Contacts, Ints, Solids
 from vcmm.machining.neighbours import Candidates
 from vcmm.machining.toolside import SETTING
 from vcmm.pose import Pose
@@ -18,7 +19,7 @@ OF_ROW = ("touch", "feature", "mode")  # labels of a row itself: setting is anot
 Words = np.typing.NDArray[np.str_]
 
 
-def contacts_of(surface: CutSurface, found: Candidates) -> tuple[Contacts, Ints, Ints]:
+def contacts_of(surface: CutSurface, found: Candidates, sweep: Sweep) -> tuple[Contacts, Ints, Ints]:
     """Contacts of the points that were cut, the index of the point and of the candidate (rows,) of each row of the run."""
     known = found.row >= 0
     point, candidate = np.nonzero(known)
@@ -29,7 +30,9 @@ def contacts_of(surface: CutSurface, found: Candidates) -> tuple[Contacts, Ints,
         np.abs(along) < GRAZING
     )  # the ray ends in the side of a gouge: the tool moves that end as it moves itself
     cutter = np.where((known & ~steep)[:, :, None], found.cutter, surface.normals[:, None, :])
-    return Contacts(found.height, cutter, surface.normals, row), point, candidate
+    which = np.where(known, sweep.tool[np.maximum(found.row, 0)], -1).astype(np.intp)
+    solids = Solids(sweep.tools, which, surface.points[:, None, :] - found.tip)
+    return Contacts(found.height, cutter, surface.normals, row, solids), point, candidate
 
 
 def cut_run(
