@@ -97,8 +97,8 @@ def test_the_crossing_is_looked_at_too(tmp_path):
     assert check(tmp_path, (-140.0, -100.0, 100.0, 140.0), low=-345.0).feasible(HERE)[0]
 
 
-def test_the_first_touch_needs_travel_to_draw_back_for_its_blocked_move(tmp_path):
-    """A change of stylus is left to the operator; the blocked move from the same touch is not: the axis must reach -162."""
+def test_drawing_back_for_a_blocked_move_needs_travel(tmp_path):
+    """The axis must reach -162."""
     assert check(tmp_path, (-30.0, 30.0, 120.0), "", low=-163.0).feasible(HERE)[0]
     short = check(tmp_path, (-30.0, 30.0, 120.0), "", low=-160.0)
     assert not short.feasible(HERE)[0]
