@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -125,11 +126,12 @@ class Feasibility:
         """(m, 3n + 1, 3): axis positions wanted at touches, starts, retracts and above the first start; m poses."""
         tips = np.concatenate([self.rows.tip, self.rows.start, self.rows.left, self.rows.start[:1]])
         wanted = pose.apply(np.broadcast_to(tips, (len(pose.shift), *tips.shape))) - np.concatenate(
-            [self.zero(), self.zero(), self.zero(), self.zero()[:1]]
+            [self.zero, self.zero, self.zero, self.zero[:1]]
         )
         wanted[:, -1, 2] += self.scenario.plan.touch.clearance
         return np.asarray(wanted)
 
+    @cached_property
     def zero(self) -> Array:
         """(n, 3): the tip with all axes at zero."""
         machine = self.scenario.machine
@@ -218,7 +220,7 @@ class Feasibility:
         direct = of_part.direct if table is None else np.maximum(of_part.direct, table.room.direct)
         pairs = of_part.pairs
         asked = drawn_back(self.rows, pairs[direct > 0.0])
-        way = Way(self.tooling, self.rows, pose, asked, pairs[direct > 0.0], self.zero(), self.limits())
+        way = Way(self.tooling, self.rows, pose, asked, pairs[direct > 0.0], self.zero, self.limits())
         over, ends = moves_lacking(way, self.reach, self.part_back(pose.rotation, asked), table)
         moves = np.zeros(len(pairs))
         moves[direct > 0.0] = np.minimum(over, direct[direct > 0.0])

@@ -46,9 +46,7 @@ class Way:
     limits: Array
 
 
-def moves_lacking(
-    way: Way, reach: Array, of_part: Array, table: TableRoom | None
-) -> tuple[Array, Array]:
+def moves_lacking(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -> tuple[Array, Array]:
     """What drawing back lacks, mm: (j,) per blocked move, (n,) where a stylus comes into play or goes out of it.
 
     reach (p, 3): points whose hull holds part and clamps on it, drawing frame. of_part (n,): what drawing back lacks of

@@ -81,10 +81,16 @@ def boxes(
 ) -> list[Box]:
     """All boxes of a fixture. Raises ModelLimit when no pose of any of them can be reached."""
     found = all_boxes(fixture, present, travels, further)
-    kept = [box for box in found if box.poses(_probes(box))[1].any()]
+    kept = [box for box in found if _reachable(box)]
     if not kept:
         raise ModelLimit(no_pose(found))
     return kept
+
+
+def _reachable(box: Box, batch: int = 32) -> bool:
+    """Whether some probe is feasible; the first that is ends the look."""
+    unit = _probes(box)
+    return any(bool(box.poses(unit[at : at + batch])[1].any()) for at in range(0, len(unit), batch))
 
 
 def all_boxes(
@@ -145,7 +151,7 @@ def _ends(box: Box, six: Array, i: int) -> tuple[Array, Array]:
 def _missing(box: Box, six: Array) -> str:
     """By how much one pose misses, and what to change."""
     lacks, low, high = (x[0] for x in _lacks(box, six[None]))
-    words = [_axis_text(box, i, six, (low[i], high[i]), lacks[i]) for i in np.flatnonzero(lacks)]
+    words = [_axis_text(box, i, six, (low[i], high[i]), lacks[i]) for i in range(3) if lacks[i]]
     return " and also ".join(words) + f" (the least, found at {_at(box, six)})"
 
 
