@@ -395,3 +395,13 @@ def test_a_radius_needs_normals():
     bare = replace(rec, run=replace(rec.run, columns={}))
     with pytest.raises(ModelLimit, match="radius needs the normal"):
         nuisance(bare, radius="")
+
+
+def test_a_displacement_counts_from_the_first_row_of_its_set_up():
+    rec = recording(
+        [[10, 0, 0], [30, 0, 0], [0, 5, 0], [0, 9, 0]], [X, X, Y, Y], "displacement", setup=list("aabb")
+    )
+    run = Observer(rec, build.machine()).run
+    assert run.column("counted_x_mm").tolist() == [0.0, 20.0, 0.0, 0.0]
+    assert run.column("counted_y_mm").tolist() == [0.0, 0.0, 0.0, 4.0]
+    assert "counted_x_mm" not in Observer(replace(rec, kind="probe"), build.machine()).run.columns

@@ -229,6 +229,8 @@ class _Evaluation:
         value = outcome.value - shift
         unbiased = shift != 0 or abs(float(self.bias[i])) <= BIAS_SHARE * half
         shown = self.model.world.predicts or (outcome.tangent and unbiased)
+        if np.isfinite(outcome.linear_error) and outcome.tier != EXACT:
+            shown = shown and outcome.linear_error <= BIAS_SHARE * max(half, 1e-12)
         return CharacteristicResult(
             name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=value, mean=outcome.mean - shift,
             bias=float(self.bias[i]), corrected=shift != 0, u=u,

@@ -75,7 +75,7 @@ class Observer:
 
     def __init__(self, recording: Recording, machine: Machine) -> None:
         self.recording, self.machine = recording, machine
-        self.run = machine.prepare(recording.run)
+        self.run = _counted(recording, machine.prepare(recording.run))
         self._seen: dict[tuple[str, str], tuple[Array, Array | None]] = {}
 
     def of_effect(self, effect: Effect) -> Array:
@@ -189,6 +189,16 @@ class Observer:
         if label in ("machine", "setup", "run", "touch") or label in self.run.labels:
             return self.run.copies(label)
         return [""], np.zeros(self.run.n, dtype=np.intp)
+
+
+def _counted(recording: Recording, run: Run) -> Run:
+    """Of displacements: the tip from the first row of its set-up, where the counter was zeroed."""
+    if recording.kind != "displacement" or "counted_x_mm" in run.columns:
+        return run
+    _, codes = run.copies("setup")
+    _, first = np.unique(codes, return_index=True)
+    way = run.tip - run.tip[first[codes]]
+    return run.with_columns({f"counted_{c}_mm": way[:, i] for i, c in enumerate("xyz")})
 
 
 def _shortened(block: Array) -> Array:

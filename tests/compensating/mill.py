@@ -37,8 +37,10 @@ def wavy(component: str, amplitude: float, length: float, phase: float = 0.0) ->
     """A tabulated component error, um or urad, over its own axis: a sine of the given length, mm."""
     grid = np.linspace(-500.0, 500.0, 101)
     values = amplitude * np.sin(2 * np.pi * grid / length + phase)
-    unit = 1e-3 if component.startswith("EX") or component.startswith(("EY", "EZ")) else 1e-6
-    return ComponentTable(component=component, arguments=(component[-1],), grids=(grid,), values=values * unit)
+    unit = 1e-3 if component.startswith(("EX", "EY", "EZ")) else 1e-6
+    return ComponentTable(
+        component=component, arguments=(component[-1],), grids=(grid,), values=values * unit
+    )
 
 
 def rough() -> Machine:

@@ -95,9 +95,7 @@ def test_only_what_must_change_changes(tmp_path):
 
 def test_a_word_is_added_where_an_axis_leans(tmp_path):
     # 200 urad: at Y 100 the tip stands at -20 um in X, so the block needs X 0.020
-    found = run(
-        tmp_path, HEAD + "G1 X0 Y0 F500\nY100. F300 (up)\nM30\n%\n", mill(Squareness("C0Y", 200e-6))
-    )
+    found = run(tmp_path, HEAD + "G1 X0 Y0 F500\nY100. F300 (up)\nM30\n%\n", mill(Squareness("C0Y", 200e-6)))
     assert body(found)[4] == "X0.020 Y100. F300 (up)\n"
 
 
@@ -143,7 +141,8 @@ def test_repeated_increments_are_written_out(tmp_path):
 
 def test_radius_compensation_stays_on(tmp_path):
     text = (
-        HEAD + "T1 M6\nG0 X-20. Y-20. Z0\nG41 D1 G1 X0 Y-10. F500\nY50.\nX80.\nY0\nX-10.\nG40 G1 X-20. Y-20.\nM30\n%\n"
+        HEAD
+        + "T1 M6\nG0 X-20. Y-20. Z0\nG41 D1 G1 X0 Y-10. F500\nY50.\nX80.\nY0\nX-10.\nG40 G1 X-20. Y-20.\nM30\n%\n"
     )
     found = run(tmp_path, text, rough())
     assert found.met
@@ -207,3 +206,38 @@ def test_growth_is_capped_by_relaxing_the_tolerance(tmp_path):
     assert found.used > found.tolerance
     assert not found.met
     assert any("relaxed" in w for w in found.warnings)
+
+
+def test_half_circles_by_radius_do_not_hang_on_the_last_digit(tmp_path):
+    # 178 deg: half a digit of R, 0.5 um, would move the centre by 0.5 / cos(89 deg) = 29 um
+    angle = math.radians(178.0)
+    x, y = 50 * math.cos(angle), 50 * math.sin(angle)
+    text = HEAD + f"G1 X50. Y0 F500\nG3 X{x:.3f} Y{y:.3f} R50.\nM30\n%\n"
+    found = run(tmp_path, text, mill(Squareness("C0Y", 40e-6)))
+    assert found.met
+    assert sum(" R" in line for line in body(found)) >= 2
+
+
+def test_a_stop_stays_behind_its_motion(tmp_path):
+    found = run(tmp_path, HEAD + "G1 X300. F500 M0 (look)\nX0 M30\n%\n", rough())
+    lines = [line.strip() for line in body(found)]
+    assert lines[3].endswith("F500 (look)")
+    stop = next(i for i, line in enumerate(lines) if line.endswith("M0"))
+    assert stop > 3
+    assert lines[-2].endswith("M30")
+    assert found.met
+
+
+def test_the_mark_stands_behind_percent_and_number(tmp_path):
+    for text, at in (
+        ("%\n\nO1 (A)\nG21 G90 G54\nG1 X1. F5\nM30\n%\n", 3),
+        ("G21 G90 G54\nG1 X1. F5\nM30\n", 0),
+    ):
+        found = run(tmp_path, text, scale(100.0))
+        assert found.source_lines.index(0) == at
+
+
+def test_the_hash_changes_with_the_machine_and_nothing_else(tmp_path):
+    text = HEAD + "G1 X100. F500\nM30\n%\n"
+    one, again, other = (run(tmp_path, text, scale(k)).digest for k in (100.0, 100.0, 101.0))
+    assert one == again != other

@@ -23,7 +23,11 @@ def programs(draw: st.DrawFn) -> str:
     for k in range(draw(st.integers(1, 7))):
         kind = draw(st.sampled_from(["line", "short", "arc", "circle", "mode", "hole", "rapid"]))
         if kind == "line":
-            lines.append(f"N{k} G1 X{draw(number)} Y{draw(number)} (line {k})" if absolute else f"G1 X{draw(number) / 10:.3f}")
+            lines.append(
+                f"N{k} G1 X{draw(number)} Y{draw(number)} (line {k})"
+                if absolute
+                else f"G1 X{draw(number) / 10:.3f}"
+            )
         elif kind == "short":
             lines += [f"G1 X{draw(number) / 500:.3f}Y{draw(number) / 500:.3f}" for _ in range(4)]
         elif kind == "circle":
@@ -31,7 +35,9 @@ def programs(draw: st.DrawFn) -> str:
         elif kind == "arc":
             r = draw(radius)
             mode = "G91 " if absolute else ""
-            lines.append(f"{mode}G3 X{-r} Y{r} I{-r} J0." if draw(st.booleans()) else f"{mode}G2 X{r} Y{-r} R{r}")
+            lines.append(
+                f"{mode}G3 X{-r} Y{r} I{-r} J0." if draw(st.booleans()) else f"{mode}G2 X{r} Y{-r} R{r}"
+            )
             absolute = False
         elif kind == "mode":
             absolute = not absolute
@@ -56,6 +62,8 @@ def test_rewritten_programs(text: str, tolerance: float, carry: bool):
     assert found.after.largest <= tolerance + found.rounding.largest + 1e-6
     assert found.met
     step = found.rounding.step
-    assert found.rounding.largest <= 3**0.5 * step * (1.0 if carry else 0.75) + 0.3 * 3**0.5 * tolerance + 1e-6
+    assert (
+        found.rounding.largest <= 3**0.5 * step * (1.0 if carry else 0.75) + 0.3 * 3**0.5 * tolerance + 1e-6
+    )
     same = [line for line in text.splitlines() if not any(c in line for c in "XYZIJKR")]
     assert [line.rstrip("\n") for line in body(found) if not any(c in line for c in "XYZIJKR")] == same

@@ -45,9 +45,7 @@ def test_an_offset_that_is_not_in_the_setup(tmp_path):
 
 
 def test_a_tool_that_is_not_in_the_setup(tmp_path):
-    message = refused(
-        tmp_path, PROGRAM.replace("G54", "G54 T7 M6"), setup=replace(SETUP, tools={})
-    )
+    message = refused(tmp_path, PROGRAM.replace("G54", "G54 T7 M6"), setup=replace(SETUP, tools={}))
     assert "part.nc:4" in message
     assert "[tools.7]" in message
 
@@ -81,10 +79,14 @@ def test_frames_that_depend_on_where_the_tool_stands(tmp_path):
 
 def test_travel_after_correction(tmp_path):
     # -100 um/m: 100 mm become 100.010 mm, beyond a travel of 100.005 mm
-    message = refused(tmp_path, PROGRAM, replace(scale(-100.0), axes=mill(travel=100.005).axes), error=ModelLimit)
+    message = refused(
+        tmp_path, PROGRAM, replace(scale(-100.0), axes=mill(travel=100.005).axes), error=ModelLimit
+    )
     assert "part.nc:4" in message
     assert "after correction" in message
-    message = refused(tmp_path, PROGRAM, replace(scale(-100.0), axes=mill(travel=99.0).axes), error=ModelLimit)
+    message = refused(
+        tmp_path, PROGRAM, replace(scale(-100.0), axes=mill(travel=99.0).axes), error=ModelLimit
+    )
     assert "already as programmed" in message
 
 
@@ -116,7 +118,14 @@ def files(folder, machine: str = MACHINE + EFFECT, setup: str = SET, table: str 
     (folder / "m.toml").write_text(machine)
     (folder / "s.toml").write_text(setup)
     (folder / "e.csv").write_text(table or "X EXX\n-200 -0.02\n200 0.02\n")
-    return ["compensate", str(folder / "p.nc"), "--setup", str(folder / "s.toml"), "--out", str(folder / "new.nc")]
+    return [
+        "compensate",
+        str(folder / "p.nc"),
+        "--setup",
+        str(folder / "s.toml"),
+        "--out",
+        str(folder / "new.nc"),
+    ]
 
 
 ERRORS = '[errors]\ntable = "e.csv"\n'
@@ -159,3 +168,13 @@ def test_the_program_itself_is_never_overwritten(tmp_path, capsys):
     words = files(tmp_path, setup=SET + "[control]\ncompensation = []\n")
     assert vcmm([*words[:-1], str(tmp_path / "p.nc")]) == 2
     assert (tmp_path / "p.nc").read_text() == PROGRAM
+
+
+def test_temperatures_of_the_setup(tmp_path, capsys):
+    """A scale of 10 um/(m K) at 22 degC makes 100 mm 2 um longer."""
+    machine = MACHINE + '[[effects]]\neffect = "scale_expansion"\naxis = "X"\nalpha = "10 um/(m K)"\n'
+    setup = SET + "[control]\ncompensation = []\n"
+    assert vcmm(files(tmp_path, machine, setup)) == 2
+    assert "temp_scale" in capsys.readouterr().err
+    assert vcmm(files(tmp_path, machine, setup + '[temperature]\nscale_x = "22 degC"\n')) == 0
+    assert "G1 X99.998 F500" in (tmp_path / "new.nc").read_text()

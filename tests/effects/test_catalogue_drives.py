@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from build import machine
@@ -11,10 +13,10 @@ from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.lag import ReadoutDelay, ServoLag
 from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
 from vcmm.effects.rotary import RotaryCyclic
-from vcmm.errors import UsageError
+from vcmm.errors import ModelLimit, UsageError
 from vcmm.kinematics import Axis, parse_structure
 from vcmm.machine import Machine
-from vcmm.run import Run
+from vcmm.run import Run, Series
 
 
 def _run(x: list[float], offset=(0.0, 0.0, 0.0), **columns: list[float]) -> Run:
@@ -114,6 +116,19 @@ def test_structural_vibration_rings_and_fades():
     run = _run([0.0, 0.0], time_since_accel_s=[0.0125, 0.0125], sense_X=[1.0, -1.0])
     error = machine(StructuralVibration("X", 0.5e-3, 0.0, 20.0, 0.05)).tip_error(run)[:, 0]
     assert error == pytest.approx([0.4622325e-3, -0.4622325e-3], abs=1e-9)
+
+
+def test_ringing_after_every_change_of_the_acceleration():
+    # 1 m/s^2 from 0 s, off again at 25 ms: 20 Hz after 12.5 ms as above, 0.4622325 um; at 37.5 ms the first ringing is
+    # 0.5 sin(1.5 pi) exp(-0.05 x 1.5 pi) = -0.5 x 0.790081, the second -0.5 x 0.924465: -0.857273 um; before it begins 0
+    log = Series(np.array([0.0, 0.0249, 0.025]), np.array([1000.0, 1000.0, 0.0]))
+    effect = StructuralVibration("X", 0.5e-3, 0.0, 20.0, 0.05, follows=1)
+    run = replace(_run([0.0] * 3, time_s=[-1.0, 0.0125, 0.0375]), series={"accel_X_mm_s2": log})
+    error = machine(effect).tip_error(run)[:, 0]
+    assert error == pytest.approx([0.0, 0.4622325e-3, -0.857273e-3], abs=1e-9)
+    assert effect.required() == ("time_s", "accel_X_mm_s2")
+    with pytest.raises(ModelLimit, match="log of accel_X_mm_s2"):
+        effect.error_motion(_run([0.0], time_s=[0.0]))
 
 
 def test_rotary_cyclic_is_the_motion_of_the_axis_itself():

@@ -97,6 +97,26 @@ def test_air_index():
     assert dry[0, 0] == pytest.approx(-2.28e-3, abs=1e-15)  # -4.56 ppm: humidity taken as 50 %
 
 
+def test_air_index_counts_from_the_zero_of_the_counter():
+    # zeroed at X = 100: -4.66 ppm x 400 mm = -1.864 um
+    air = {"temp_air_C": 22.0, "pressure_hPa": 1003.25, "humidity_pct": 60.0}
+    run = _laser(500.0, **air, counted_x_mm=400.0, counted_y_mm=0.0, counted_z_mm=0.0)
+    assert AirIndex(1.0, zero=1).error_motion(run)[0, 0] == pytest.approx(-1.864e-3, abs=1e-15)
+    assert "counted_x_mm" in AirIndex(1.0, zero=1).required()
+
+
+def test_an_instrument_of_its_own_reads_wrong_alone():
+    # 1 mrad over 1 m: 0.5e-6 x 1000 mm = 0.5 um, only in the row of that instrument
+    two = Run(
+        {a: np.zeros(2) for a in "XYZ"},
+        np.tile([1000.0, 0.0, 0.0], (2, 1)),
+        {},
+        {"instrument": np.array(["a", "b"])},
+    )
+    seen = CosineError(1e-3, 1.0, "b").error_motion(machine().prepare(two))[:, 0]
+    assert seen == pytest.approx([0.0, 0.5e-3], abs=1e-15)
+
+
 def test_dead_path_is_a_constant_length():
     # -4.66 ppm x 200 mm = -0.932 um, wherever the axis stands
     air = {"temp_air_C": 22.0, "pressure_hPa": 1003.25, "humidity_pct": 60.0}

@@ -54,7 +54,7 @@ def test_document_of_the_contract(tmp_path, capsys):
     [
         ('[placement]\nturn_z = ["0 deg", "90 deg"]\n', "does not turn with it"),
         ('[placement]\nx = ["1000 mm", "2000 mm"]\n', "travels"),
-        ('[placement]\nweights = { diameter = 0.3 }\n', "not to 1"),
+        ("[placement]\nweights = { diameter = 0.3 }\n", "not to 1"),
         ('[placement]\nobjective = "U"\n', "deviation"),
     ],
 )

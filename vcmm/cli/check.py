@@ -125,7 +125,10 @@ def _cutting_rows(file: Path) -> list[list[str]]:
     ]
     rows += _tool_rows(scenario.setup)
     rows += [
-        ["inspection", f"{scenario.inspection.kind}, {task.touches.run.n} points, all within the travels"]
+        [
+            "inspection",
+            f"{scenario.inspection.kind}, {task.touches.run.n} points, all cut and within the travels",
+        ]
     ]
     return (
         rows

@@ -27,13 +27,12 @@ def compensate_command(
 ) -> int:
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
-    Three forms: PROGRAM --setup setup.toml (a new program), MACHINE --points measured.csv (corrected points),
-    MACHINE --table FORMAT (a table for a control). Exit code 1 where the tolerance is not met everywhere.
+    Other forms: MACHINE --points measured.csv, MACHINE --table FORMAT. Exit code 1: the tolerance is not met everywhere.
 
     Parameters
     ----------
     program
-        NC program; with --points or --table a machine file.
+        NC program, or a cutting scenario (it names the program); with --points or --table a machine file.
     setup
         Set-up file (setup/1): machine, work offsets, tools, and what the control itself compensates.
     dialect
@@ -45,12 +44,11 @@ def compensate_command(
     set_on
         Where the work offset was set: "this machine" (its error there is subtracted) or "elsewhere".
     carry
-        Carry the rounding error along chains of short blocks, so that their mean is right to far less than a digit;
-        --no-carry-rounding rounds every number by itself.
+        Carry the rounding error along chains of short blocks; --no-carry-rounding rounds every number by itself.
     growth
         How many times as many blocks there may be before the tolerance is relaxed.
     out
-        File for the result (default: PROGRAM with "-compensated" before its ending, beside the current folder's name).
+        File (for --table: folder) of the result; default: PROGRAM-compensated in the current folder.
     offset_only
         Only the best shift of each work offset, what can be done without a new program; nothing is written.
     diff
@@ -63,26 +61,41 @@ def compensate_command(
         Print one JSON document.
     """
     if points is not None or table is not None:
-        from vcmm.cli.compensate_machine import points_form, table_form
+        from vcmm.cli.compensate_machine import machine_form
 
-        if points is not None:
-            return points_form(program, points, out, json)
-        assert table is not None
-        return table_form(program, table, out, json)
-    return _program(program, setup, dialect, tolerance, decimals, set_on, carry, growth, out, offset_only, diff, json)
+        return machine_form(program, points, table, out, json)
+    return _program(
+        program, setup, dialect, tolerance, decimals, set_on, carry, growth, out, offset_only, diff, json
+    )
 
 
 def _program(
     program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
     carry: bool, growth: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
 ) -> int:  # fmt: skip
-    from vcmm.cli.common import document, print_json, say
+    from vcmm.cli.common import document, print_json, progress, say
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
     from vcmm.errors import UsageError, choose_from
     from vcmm.units import quantity
 
-    if setup is None:
+    machine: Any = None
+    constants: Any = None
+    given: Any = setup
+    here = set_on == "this machine"
+    files = [program] + ([setup] if setup else [])
+    if setup is None and program.suffix == ".toml":
+        from vcmm.files.cut_scenario import load_cut
+
+        scenario = load_cut(program)
+        program, given, machine, constants = (
+            scenario.program,
+            scenario.setup,
+            scenario.machine,
+            scenario.constants,
+        )
+        here, dialect, files = here and scenario.set_here, dialect or scenario.dialect, [*files, program]
+    if given is None:
         raise UsageError(
             "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
         )
@@ -92,37 +105,62 @@ def _program(
     target = out or Path(f"{program.stem}-compensated{program.suffix}")
     if target.exists() and program.exists() and target.samefile(program):
         raise UsageError(f"{target} is the program itself; choose another file with --out")
-    found = compensate(
-        program, setup, dialect=dialect, tolerance=limit, decimals=decimals, set_here=set_on == "this machine",
-        carry=carry, growth=growth,
-    )  # fmt: skip
-    if not offset_only:
-        write_source(target, found.data)
-        say(f"wrote {target}")
+    if offset_only:
+        return _offsets(program, given, machine, dialect, here, constants, files, json)
+    with progress() as report:
+        found = compensate(
+            program, given, machine, dialect=dialect, tolerance=limit, decimals=decimals, set_here=here,
+            carry=carry, growth=growth, constants=constants, progress=report,
+        )  # fmt: skip
+    write_source(target, found.data)
+    say(f"wrote {target}")
     if json:
-        body = compensation_json(found, None if offset_only else target)
-        print_json(document("vcmm.compensation/1", body, files=[program, setup], warnings=found.warnings))
+        body = compensation_json(found, target)
+        print_json(document("vcmm.compensation/1", body, files=files, warnings=found.warnings))
     else:
-        _show(found, offset_only)
+        _show(found)
         if diff:
             _show_diff(program, target, found)
-    return 0 if found.met or offset_only else 1
+    return 0 if found.met else 1
 
 
-def compensation_json(found: Any, target: Path | None) -> dict[str, Any]:
+def _offsets(
+    program: Path, setup: Any, machine: Any, dialect: str | None, set_here: bool, constants: Any, files: list[Path], json: bool
+) -> int:  # fmt: skip
+    """--offset-only: nothing is written."""
+    from vcmm.cli.common import document, print_json, say
+    from vcmm.compensating.offsets import best_offsets
+
+    found = best_offsets(program, setup, machine, dialect=dialect, set_here=set_here, constants=constants)
+    if json:
+        body = {
+            "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": None,
+            "deviation": {"before": _departure(found.before), "offset_only": _departure(found.offset_only)},
+            "offset_shift_mm": {name: [float(v) for v in shift] for name, shift in found.shifts.items()},
+        }  # fmt: skip
+        print_json(document("vcmm.compensation/1", body, files=files, warnings=found.warnings))
+        return 0
+    _show_departures(found, [("as programmed", found.before), ("work offsets shifted", found.offset_only)])
+    for warning in found.warnings:
+        say(f"note: {warning}")
+    return 0
+
+
+def _departure(d: Any) -> dict[str, Any]:
+    return {"max_um": d.largest * 1e3, "rms_um": d.rms * 1e3, "line": d.line}
+
+
+def compensation_json(found: Any, target: Path) -> dict[str, Any]:
     """The body of the JSON document; lengths in um, as people say them."""
-
-    def departure(d: Any) -> dict[str, Any]:
-        return {"max_um": d.largest * 1e3, "rms_um": d.rms * 1e3, "line": d.line}
 
     r, b = found.rounding, found.blocks
     return {
-        "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": str(target) if target else None,
+        "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": str(target),
         "tolerance_um": found.tolerance * 1e3, "tolerance_used_um": found.used * 1e3, "met": found.met,
         "deviation": {
-            "before": departure(found.before), "offset_only": departure(found.offset_only), "after": departure(found.after),
-            "before_with_dynamic": departure(found.whole[0]) if found.whole else None,
-            "after_with_dynamic": departure(found.whole[1]) if found.whole else None,
+            "before": _departure(found.before), "offset_only": _departure(found.offset_only), "after": _departure(found.after),
+            "before_with_dynamic": _departure(found.whole[0]) if found.whole else None,
+            "after_with_dynamic": _departure(found.whole[1]) if found.whole else None,
         },
         "offset_shift_mm": {name: [float(v) for v in shift] for name, shift in found.shifts.items()},
         "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
@@ -134,34 +172,37 @@ def compensation_json(found: Any, target: Path | None) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _show(found: Any, offset_only: bool) -> None:
-    from vcmm.cli.common import say, show_table
+def _show_departures(found: Any, rows: list[tuple[str, Any]]) -> None:
+    from vcmm.cli.common import show_table
 
-    def row(name: str, d: Any) -> list[str]:
-        return [name, f"{d.largest * 1e3:.2f} um", f"{d.rms * 1e3:.2f} um", str(d.line)]
-
-    rows = [row("as programmed", found.before), row("work offsets shifted", found.offset_only)]
-    if not offset_only:
-        rows.append(row("compensated program", found.after))
-    if found.whole is not None:
-        rows.append(row("as programmed, with reversal and lag", found.whole[0]))
-        if not offset_only:
-            rows.append(row("compensated, with reversal and lag", found.whole[1]))
     show_table(
         f"{found.name} on {found.machine}: departure of the cut path from the programmed one",
         ["", "largest", "rms", "at line"],
-        rows,
+        [[name, f"{d.largest * 1e3:.2f} um", f"{d.rms * 1e3:.2f} um", str(d.line)] for name, d in rows],
     )
     shifts = [[n, *[f"{v * 1e3:+.1f} um" for v in s]] for n, s in found.shifts.items()]
     show_table("best shift of the work offsets alone", ["offset", "X", "Y", "Z"], shifts)
-    if not offset_only:
-        r, b = found.rounding, found.blocks
-        print(
-            f"tolerance {found.used * 1e3:g} um: {'met everywhere' if found.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
-            f"up to {r.largest * 1e3:.2f} um, {r.share:.0%} of the mean square that is left)\n"
-            f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
-            f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
-        )
+
+
+def _show(found: Any) -> None:
+    from vcmm.cli.common import say
+
+    rows = [
+        ("as programmed", found.before),
+        ("work offsets shifted", found.offset_only),
+        ("compensated program", found.after),
+    ]
+    if found.whole is not None:
+        rows.append(("as programmed, with reversal and lag", found.whole[0]))
+        rows.append(("compensated, with reversal and lag", found.whole[1]))
+    _show_departures(found, rows)
+    r, b = found.rounding, found.blocks
+    print(
+        f"tolerance {found.used * 1e3:g} um: {'met everywhere' if found.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
+        f"up to {r.largest * 1e3:.2f} um, {r.share:.0%} of the mean square that is left)\n"
+        f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
+        f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
+    )
     for warning in found.warnings:
         say(f"note: {warning}")
 

@@ -6,6 +6,15 @@ from pathlib import Path
 from typing import Any
 
 
+def machine_form(machine: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
+    """One of the two. Raises UsageError where both are asked for."""
+    from vcmm.errors import UsageError
+
+    if points is not None and table is not None:
+        raise UsageError("--points and --table exclude each other; give one of them")
+    return points_form(machine, points, out, json) if points else table_form(machine, str(table), out, json)
+
+
 def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> int:
     """MACHINE --points measured.csv: indicated to corrected points."""
     from vcmm.cli.common import document, print_json, say, sources, write_text
@@ -37,7 +46,9 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
 
 
 def _points_csv(found: Any) -> str:
-    rows = ["corrected_x_mm,corrected_y_mm,corrected_z_mm,indicated_x_mm,indicated_y_mm,indicated_z_mm,ex_um,ey_um,ez_um"]
+    rows = [
+        "corrected_x_mm,corrected_y_mm,corrected_z_mm,indicated_x_mm,indicated_y_mm,indicated_z_mm,ex_um,ey_um,ez_um"
+    ]
     for corrected, indicated, error in zip(found.corrected, found.indicated, found.error):
         numbers = [f"{v:.6f}" for v in (*corrected, *indicated)] + [f"{v * 1e3:.4f}" for v in error]
         rows.append(",".join(numbers))
@@ -54,7 +65,12 @@ def table_form(machine: Path, form: str, out: Path | None, json: bool) -> int:
     found = control_tables(loaded, form)
     written = write_files(out or Path(f"{machine.stem}-{form}"), found.files)
     if json:
-        body = {"machine": loaded.name, "format": form, "files": [str(p) for p in written], "left_out": list(found.left_out)}
+        body = {
+            "machine": loaded.name,
+            "format": form,
+            "files": [str(p) for p in written],
+            "left_out": list(found.left_out),
+        }
         print_json(document("vcmm.compensation-table/1", body, files=sources(machine)))
         return 0
     for path in written:

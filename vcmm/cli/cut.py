@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -13,6 +13,7 @@ def cut_command(
     *,
     trials: int | None = None,
     seed: int | None = None,
+    engine: Literal["auto", "montecarlo", "exact"] = "auto",
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:
@@ -30,6 +31,8 @@ def cut_command(
         Seed of the random streams (default: the scenario's, else 0).
     json
         Print one JSON document.
+    engine
+        As in `vcmm uncertainty`; exact: transforms multiplied and the deepest of the candidates taken in every trial.
     out
         Folder for report.html, cut.json, surface.csv and, where the set-up states a stock, stock.stl.
     """
@@ -40,7 +43,7 @@ def cut_command(
     folder = output_folder(out) if out else None
     loaded = load_cut(scenario)
     with progress() as report, about(scenario):
-        found = cut(loaded, seed=seed, trials=trials, progress=report)
+        found = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
     files = [*sources(scenario), loaded.program]
     content = document(
         "vcmm.cut/1", cut_json(found), seed=found.uncertainty.seed, files=files, warnings=found.warnings

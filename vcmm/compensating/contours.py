@@ -6,9 +6,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.nc.moves import PLANES, Move
 from vcmm.run import Array
+
+Ints = npt.NDArray[np.intp]
 
 FULL_CIRCLE = 1e-6  # rad, as the interpreter
 
@@ -76,13 +79,20 @@ def left_normal(direction: Array, plane: str) -> Array:
     return np.asarray(out / np.where(size > 1e-12, size, 1.0)[:, None])
 
 
-def nominal_distance(at: Array, moves: Sequence[Move], which: Array) -> Array:
+def nominal_distance(at: Array, moves: Sequence[Move], which: Ints) -> Array:
     """Vector (k, 3) from the nearest point of moves[which] (k,) to each of the points (k, 3)."""
-    out = np.empty_like(at)
-    for i in np.unique(which).tolist():
-        rows = np.flatnonzero(which == i)
-        out[rows] = at[rows] - points(moves[i], nearest_share(moves[i], at[rows]))
-    return out
+    ends = np.array([(*moves[i].start, *moves[i].end) for i in which.tolist()]).reshape(-1, 6)
+    way, since = ends[:, 3:] - ends[:, :3], at - ends[:, :3]
+    square = np.einsum("ki,ki->k", way, way)
+    share = np.clip(np.einsum("ki,ki->k", since, way) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    out = since - share[:, None] * way
+    order = np.argsort(which, kind="stable")
+    edges = np.flatnonzero(np.diff(which[order])) + 1
+    for rows in np.split(order, edges):
+        if len(rows) and moves[int(which[rows[0]])].kind == "arc":
+            m = moves[int(which[rows[0]])]
+            out[rows] = at[rows] - points(m, nearest_share(m, at[rows]))
+    return np.asarray(out)
 
 
 def nearest_share(m: Move, at: Array) -> Array:
@@ -93,7 +103,7 @@ def nearest_share(m: Move, at: Array) -> Array:
         if square == 0.0:
             return np.zeros(len(at))
         return np.asarray(np.clip((at - np.array(m.start)) @ way / square, 0.0, 1.0))
-    a, b, n = PLANES[m.plane]
+    a, b, _ = PLANES[m.plane]
     sweep = sweep_of(m)
     begin = math.atan2(m.start[b] - m.centre[b], m.start[a] - m.centre[a])
     angle = np.arctan2(at[:, b] - m.centre[b], at[:, a] - m.centre[a]) - begin

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.effect import Effect, parameter_fields
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
 from vcmm.machining.contacts import Ints
@@ -22,11 +23,24 @@ from vcmm.machining.toolside import cutting_effects
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup
 from vcmm.nc.toolpath import Toolpath, toolpath
+from vcmm.pose import Pose
 from vcmm.run import Array, Run
 
 RANDOM = ("scatter", "reindexing")  # they have no known value
-DYNAMIC = ("sense_", "since_reversal_", "accel_", "speed_", "time_since_accel")  # what changes at once, or with the speed
-SHAPE_OF_CONTACT = ("nx", "ny", "nz", "cut_length_mm", "force_x_N")  # needed by effects that a path cannot correct
+DYNAMIC = (
+    "sense_",
+    "since_reversal_",
+    "accel_",
+    "speed_",
+    "time_since_accel",
+)  # what changes at once, or with the speed
+SHAPE_OF_CONTACT = (
+    "nx",
+    "ny",
+    "nz",
+    "cut_length_mm",
+    "force_x_N",
+)  # needed by effects that a path cannot correct
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +67,12 @@ class Known:
         return Known(self.full, self.full, self.left)
 
 
+def _absent(effect: Effect) -> bool:
+    """An effect that waits for knowledge: every parameter is zero."""
+    values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
+    return bool(values) and not any(np.any(v) for v in values if v.dtype.kind in "fiu")
+
+
 def known_errors_of(machine: Machine) -> Known:
     """What of a machine can be corrected by its path: what is known and smooth along it.
 
@@ -62,13 +82,15 @@ def known_errors_of(machine: Machine) -> Known:
     moves, stated, idle = cutting_effects(machine)
     kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
-        if effect.name in RANDOM:
+        if effect.name in RANDOM or _absent(effect):
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
         elif any(column.startswith(DYNAMIC) for column in effect.required()):
             rest.append(effect)
-            left.append(f"{effect.id} jumps at reversals or goes with the speed: left to the control's own compensation, not corrected")
+            left.append(
+                f"{effect.id} jumps at reversals or goes with the speed: left to the control's own compensation, not corrected"
+            )
         else:
             kept.append(effect)
     left += [f"{e.id} is stated for the finished part: not corrected" for e in stated.effects]
@@ -148,7 +170,8 @@ class Field:
         for one in dict.fromkeys(pairs):
             rows = np.array([i for i, p in enumerate(pairs) if p == one], dtype=np.intp)
             at = np.array(self.setup.offsets.get(one[0], (0.0, 0.0, 0.0)))
-            here = setting_rows(run.take(rows[:1]), np.array([str(one[1])]), {str(one[1]): -np.array(one[2])}, at)
+            first = run.take(rows[:1])
+            here = setting_rows(first, np.array([0]), -np.array([one[2]]), at[None], Pose(np.eye(3), at))
             try:
                 out[rows] = -self.known.machine.indication_error(here)
             except ModelLimit as error:
@@ -177,7 +200,9 @@ class Field:
         for _ in range(8):
             tips = wanted + beside
             moved = {
-                a: q if a not in "XYZ" else self._asked(a, q, tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)])
+                a: q
+                if a not in "XYZ"
+                else self._asked(a, q, tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)])
                 for a, q in run.position.items()
             }
             now = replace(run, position=moved)

@@ -18,7 +18,9 @@ from vcmm.run import Array
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 WHOLE = 0.02  # rad: an arc nearer than this to a whole turn must end exactly where it began, or be split
 UNEVEN = 5e-4  # mm: an arc whose radii differ by more is a spiral, and stays one
-SMALL = 0.05  # rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
+SMALL = (
+    0.05  # rad: below, the place of the centre along the bisector is not seen; it follows the mean correction
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +79,13 @@ def _bow(share: Array, wanted: Array, across: Array, a: int, b: int) -> float:
     return float(np.linalg.norm(np.einsum("kij,kj->ki", across[a : b + 1], off), axis=1).max())
 
 
-def arcs(m: Move, wanted: Array, limit: float, most: int) -> Fit:
+def arcs(m: Move, wanted: Array, limit: float, most: int, least: int = 1) -> Fit:
     """Arcs through corrected points (k, 3) of an arc, evenly spaced; k - 1 is a multiple of every count that is tried."""
+    least = min(least, most)
     last = len(wanted) - 1
     best: Fit | None = None
     for count in COUNTS:
-        if last % count or last // count < 2 or count > most:
+        if last % count or last // count < 2 or not least <= count <= most:
             continue
         sweep = abs(sweep_of(m)) / count
         if count == 1 and _whole(sweep) and _apart(m, wanted) > 0.5 * limit:
@@ -127,7 +130,10 @@ def fitted_arc(m: Move, wanted: Array, sweep: float, begin: float, end: float) -
     whole = _whole(sweep)
     guess = np.array([m.centre[a], m.centre[b]]) + _mean_shift(m, wanted, begin, end)
     centre = guess
-    uneven = abs(math.dist((m.start[a], m.start[b]), (m.centre[a], m.centre[b])) - math.dist((m.end[a], m.end[b]), (m.centre[a], m.centre[b])))
+    uneven = abs(
+        math.dist((m.start[a], m.start[b]), (m.centre[a], m.centre[b]))
+        - math.dist((m.end[a], m.end[b]), (m.centre[a], m.centre[b]))
+    )
     if uneven > UNEVEN:
         pass  # the radius changes on the way as programmed: the centre goes with the mean correction
     elif sweep > SMALL:

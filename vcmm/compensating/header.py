@@ -7,12 +7,18 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from vcmm.compensating.refusals import MARK
 from vcmm.compensating.source import SourceText
+from vcmm.effect import parameter_fields
+from vcmm.machine import Machine
 from vcmm.nc.dialects import Dialect
 
 LONGEST = 60  # characters of a comment: old controls show no more
-_O_NUMBER = re.compile(r"\s*[O:]\s*\d+", re.IGNORECASE)
+_O_NUMBER = re.compile(
+    r"\s*[O:]\s*\d+\s*(?:\(|$)", re.IGNORECASE
+)  # no O-word: those go on with sub, if, while
 
 
 def digest(parts: Sequence[bytes]) -> str:
@@ -27,27 +33,53 @@ def file_parts(paths: Sequence[Path | None]) -> list[bytes]:
     return [p.read_bytes() for p in paths if p is not None]
 
 
+def machine_parts(machine: Machine) -> list[bytes]:
+    """What a machine that came from no file of its own is made of."""
+    out = [machine.name.encode("utf-8"), machine.chain.structure.encode("utf-8")]
+    for effect in machine.effects:
+        values = [np.asarray(getattr(effect, f.name)) for f in parameter_fields(effect)]
+        grids = [np.asarray(g, dtype=float) for g in getattr(effect, "grids", ())]
+        out += [
+            effect.id.encode("utf-8"),
+            *(np.asarray(v, dtype=float).tobytes() for v in (*values, *grids) if v.dtype.kind in "fiu"),
+        ]
+    return out
+
+
 def comment(text: str, dialect: Dialect) -> str:
     """A comment: capitals, digits and plain signs only, no brackets inside."""
-    clean = re.sub(r"[^A-Z0-9 .,=/+-]", " ", text.upper()) if dialect.words == "macro" else re.sub(r"[()]", " ", text)
+    clean = (
+        re.sub(r"[^A-Z0-9 .,=/+-]", " ", text.upper())
+        if dialect.words == "macro"
+        else re.sub(r"[()]", " ", text)
+    )
     return f"({' '.join(clean.split())[:LONGEST]})"
 
 
 def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> list[str]:
     """The lines of the mark."""
-    said = (f"{MARK} - DO NOT COMPENSATE AGAIN", f"MACHINE {machine}", f"TOLERANCE {tolerance * 1e3:g} um", f"HASH {hashed}")
+    said = (
+        f"{MARK} - DO NOT COMPENSATE AGAIN",
+        f"MACHINE {machine}",
+        f"TOLERANCE {tolerance * 1e3:g} um",
+        f"HASH {hashed}",
+    )
     return [comment(text, dialect) for text in said]
 
 
 def place(source: SourceText) -> int:
     """Index of the line before which the mark stands: behind % and the O number."""
-    at = 0
-    while at < len(source.lines) and not source.lines[at][0].strip():
-        at += 1
-    if at < len(source.lines) and source.lines[at][0].strip().startswith("%"):
-        at += 1
-    elif at:
-        at = 0
+    at = _code_from(source, 0)
+    percent = at < len(source.lines) and source.lines[at][0].strip().startswith("%")
+    begin = at + 1 if percent else 0
+    at = _code_from(source, begin)
     if at < len(source.lines) and _O_NUMBER.match(source.lines[at][0]):
+        return at + 1
+    return begin
+
+
+def _code_from(source: SourceText, at: int) -> int:
+    """Index of the first line from `at` on that is not blank."""
+    while at < len(source.lines) and not source.lines[at][0].strip():
         at += 1
     return at

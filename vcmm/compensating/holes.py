@@ -134,15 +134,16 @@ def _blocks(
             wanted = nearest(float(hole.place[i] + hole.shift[i]), step)
             words[AXES[i]] = wanted if frame.absolute else nearest(wanted - float(cur[i]), step)
             cur[i] = wanted if frame.absolute else cur[i] + words[AXES[i]]
+            words[f"off {i}"] = float(cur[i] - hole.place[i] - hole.shift[i])
         words[AXES[normal]] = bottom + down if frame.absolute else bottom - r
         words["R"] = r + down if frame.absolute else r + down - writer.cycle["new level"]
-        words["down"] = down
+        words["down"], words[f"off {normal}"] = down, down - float(hole.shift[normal])
         out.append(words)
     return out
 
 
 def _even(blocks: Sequence[dict[str, float]], step: float) -> bool:
-    return all(abs(b[k] - blocks[0][k]) < SAME * step for b in blocks for k in b)
+    return all(abs(b[k] - blocks[0][k]) < SAME * step for b in blocks for k in (*AXES, "R"))
 
 
 def _write(
@@ -197,7 +198,5 @@ def _arrive(
         new[normal] = height
     writer.q = frame.tip(new) + frame.offset
     if len(blocks) == len(holes):
-        for hole, block in zip(holes, blocks):
-            if frame.absolute:
-                off = [block[AXES[i]] - hole.place[i] - hole.shift[i] if i != normal else block["down"] - hole.shift[i] for i in range(3)]
-                writer.rounding.append(np.array(off) / abs(float(frame.scale[1])))
+        size = abs(float(frame.scale[1]))
+        writer.rounding += [np.array([b["off 0"], b["off 1"], b["off 2"]]) / size for b in blocks]

@@ -14,11 +14,12 @@ import numpy as np
 
 from vcmm.compensating.contours import length_of
 from vcmm.compensating.field import Field, Known, field_of, known_errors_of
-from vcmm.compensating.header import digest, file_parts, header, place
+from vcmm.compensating.header import digest, file_parts, header, machine_parts, place
 from vcmm.compensating.holes import drill
+from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
+from vcmm.compensating.offsets import with_shifts
 from vcmm.compensating.proof import (
-    best_shifts,
     block_rate,
     compare,
     compare_comments,
@@ -26,7 +27,6 @@ from vcmm.compensating.proof import (
     departures,
     end_departures,
     errors_on,
-    shifted,
     spans,
     walk,
 )
@@ -39,7 +39,7 @@ from vcmm.compensating.refusals import (
     codes_of,
 )
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
-from vcmm.compensating.source import SourceText, read_source
+from vcmm.compensating.source import SourceText
 from vcmm.compensating.targets import Targets, moves_of, targets
 from vcmm.compensating.writer import AXES, CENTRES, SHORT, Writer
 from vcmm.errors import DataError, ModelLimit, UsageError
@@ -47,10 +47,9 @@ from vcmm.machine import Machine
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
-from vcmm.nc.reading import guess
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
+from vcmm.sampling import Progress
 
 FIT_SHARE = 0.7  # of the tolerance for what lies between the ends of blocks; the rest is for the ends
 SLACK = 0.3  # of the tolerance: an axis that a block does not name is corrected only where it is off by more
@@ -87,6 +86,7 @@ def compensate(
     carry: bool = True,
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
 ) -> Compensation:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself.
@@ -95,9 +95,12 @@ def compensate(
     """
     if not tolerance > 0:
         raise UsageError(f"tolerance = {tolerance:g} mm must be a positive length")
+    report = progress or (lambda text, share: None)
+    report("reading the program", 0.0)
     work = prepare(program, setup, machine, dialect, decimals, set_here, constants, carry)
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
+        report("correcting", 0.3)
         text, lines, found, writer, new = _read_back(work, used, notes)
         grown = len(new.traces) / max(len(work.program.traces), 1)
         if grown <= growth:
@@ -107,7 +110,10 @@ def compensate(
         )
         used *= RELAXED
     else:
-        raise UsageError(f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth")
+        raise UsageError(
+            f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth"
+        )
+    report("running it again", 0.7)
     return _proved(work, text, lines, found, writer, new, tolerance, used, notes)
 
 
@@ -138,19 +144,7 @@ def prepare(
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
-    if not isinstance(setup, Setup):
-        from vcmm.files.setup import load_setup
-
-        setup = load_setup(setup)
-    machine_file = None
-    if machine is None:
-        if setup.machine is None:
-            raise UsageError(f'{setup.path or "the set-up"} names no machine; add machine = "mill.toml"')
-        from vcmm.files.machine import load_machine
-
-        machine_file, machine = setup.machine, load_machine(setup.machine)
-    source = read_source(Path(program))
-    name = dialect or setup.dialect or guess(source.text, Path(program))[0]
+    source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
     check_dialect(name)
     check_mark(source)
     notes = check_state(machine, machine_file, setup)
@@ -159,13 +153,31 @@ def prepare(
     check_travel(read, machine, False, source.name)
     known = known_errors_of(machine)
     language = G_CODE[name]
-    field = field_of(known, setup, read.moves, set_here=set_here, constants=constants, lathe=language.lathe)
+    field = field_of(
+        known,
+        setup,
+        read.moves,
+        set_here=set_here,
+        constants={**setup.constants, **(constants or {})},
+        lathe=language.lathe,
+    )
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
-    hashed = digest([*file_parts([setup.path, machine_file]), source.text.encode("utf-8")])
+    own = [] if machine_file else machine_parts(machine)
+    hashed = digest([*file_parts([setup.path, machine_file]), *own, source.text.encode("utf-8")])
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
     return Work(
-        source, read, language, setup, machine, known, field, _decimals(read.traces, decimals), hashed, said, carry
+        source,
+        read,
+        language,
+        setup,
+        machine,
+        known,
+        field,
+        _decimals(read.traces, decimals),
+        hashed,
+        said,
+        carry,
     )
 
 
@@ -192,7 +204,13 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
     found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
     writer = Writer(
-        work.source, work.dialect, work.decimals, np.array(first.start) + np.array(first.tool_offset), "".join(work.machine.axes), work.carry, slack=SLACK * tolerance,
+        work.source,
+        work.dialect,
+        work.decimals,
+        np.array(first.start) + np.array(first.tool_offset),
+        "".join(work.machine.axes),
+        work.carry,
+        slack=SLACK * tolerance,
     )
     at = 0
     while at < len(traces):
@@ -229,11 +247,15 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[object], work
         drill(writer, traces, fits)  # type: ignore[arg-type]
         return
     writer.cycle.clear()
+    begin = writer.q.copy()
     writer.move(one, fits[0])  # type: ignore[arg-type]
-    if len(traces) > 1:  # a rigid tap comes back to where it began
-        raise DataError(
-            f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
-        )
+    if len(traces) > 1:
+        back = traces[-1].contour
+        if len(traces) > 2 or back.kind != "thread" or back.end != one.contour.start:
+            raise DataError(
+                f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
+            )
+        writer.q = begin  # a rigid tap comes back to where it began
 
 
 def _machine_move(writer: Writer, traces: Sequence[Trace], dialect: Dialect) -> None:
@@ -271,14 +293,14 @@ def _proved(
     compare(work.program, new, lines, work.source.name)
     compare_comments(work.source.text, text, mark)
     check_travel(new, work.machine, True, work.source.name, lines)
-    before, offset_only, shifts = _before(work)
+    before, offset_only, shifts = with_shifts(work.program.moves, work.field)
     after = _departed(work, work.known, new, lines)
     whole = None
     if work.known.dynamic:
         full = work.known.whole()
         whole = (_departed(work, full, work.program, ()), _departed(work, full, new, lines))
-    rounding = _rounding(writer, after)
-    met = after.largest <= used + rounding.largest + 1e-9
+    rounding = _rounding(work, writer, after)
+    met = after.largest <= used + min(rounding.largest, math.sqrt(3.0) * rounding.step) + 1e-9
     if not met:
         notes.append(
             f"line {after.line}: {after.largest * 1e3:.2f} um are left, more than the tolerance of {used * 1e3:g} um and the rounding of "
@@ -308,25 +330,10 @@ def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) 
     return departure(gap, w.weight, [lines[line - 1] for line in at] if lines else at)
 
 
-def _before(work: Work) -> tuple[Departure, Departure, dict[str, Array]]:
-    """The program as it is, and with its work offsets shifted."""
-    moves = work.program.moves
-    w = walk(moves)
-    error = errors_on(work.field, w)
-    lines = [moves[i].source.line for i in w.move.tolist()]
-    shifts = best_shifts(error, w, moves)
-    all_moves = np.arange(len(moves))
-    found = []
-    for off in (error, shifted(error, w, moves, shifts)):
-        gap = departures(w.tip + off, moves, w.move, w.move)
-        gap = np.maximum(gap, end_departures(w.tip + off, w, moves, moves, all_moves, all_moves))
-        found.append(departure(gap, w.weight, lines))
-    return found[0], found[1], shifts
-
-
-def _rounding(writer: Writer, after: Departure) -> Rounding:
+def _rounding(work: Work, writer: Writer, after: Departure) -> Rounding:
+    """Ends as written against ends as wanted; axes that a block does not name and that were left off are in it too."""
     size = np.linalg.norm(np.array(writer.rounding).reshape(-1, 3), axis=1)
-    step = writer.step(False)
+    step = max(writer.step(t.after.unit > 1.0) * t.after.unit for t in work.program.traces)
     rms = float(np.sqrt(np.mean(size**2))) if len(size) else 0.0
     share = min((rms / after.rms) ** 2, 1.0) if after.rms > 0 else 0.0
     return Rounding(step, float(size.max(initial=0.0)), rms, share)

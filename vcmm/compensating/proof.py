@@ -53,7 +53,10 @@ def walk(moves: Sequence[Move]) -> Walk:
     if not which:
         return Walk(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
     return Walk(
-        np.concatenate(which).astype(np.intp), np.concatenate(share), np.concatenate(tip), np.concatenate(weight)
+        np.concatenate(which).astype(np.intp),
+        np.concatenate(share),
+        np.concatenate(tip),
+        np.concatenate(weight),
     )
 
 
@@ -74,7 +77,9 @@ def departures(at: Array, moves: Sequence[Move], low: Ints, high: Ints) -> Array
     return out
 
 
-def end_departures(at: Array, w: Walk, moves: Sequence[Move], old: Sequence[Move], low: Ints, high: Ints) -> Array:
+def end_departures(
+    at: Array, w: Walk, moves: Sequence[Move], old: Sequence[Move], low: Ints, high: Ints
+) -> Array:
     """Distance (k,) from the programmed ends, at the ends of blocks; 0 elsewhere and where radius compensation moves the ends."""
     out = np.zeros(len(at))
     for rows, first in ((np.flatnonzero(w.share == 0.0), True), (np.flatnonzero(w.share == 1.0), False)):
@@ -83,7 +88,9 @@ def end_departures(at: Array, w: Walk, moves: Sequence[Move], old: Sequence[Move
             k = int(low[i])
             beside = moves[i].compensation or old[k].compensation
             other = i - 1 if first else i + 1
-            inner = 0 <= other < len(moves) and low[other] == k == high[other]  # another block of the same move
+            inner = (
+                0 <= other < len(moves) and low[other] == k == high[other]
+            )  # another block of the same move
             if low[i] == high[i] and not inner and not beside:
                 out[row] = float(np.linalg.norm(at[row] - np.array(old[k].start if first else old[k].end)))
     return out
@@ -141,7 +148,9 @@ def compare(old: Program, new: Program, lines: Sequence[int], name: str) -> None
     """Modal state, kinds, feeds and frames of every block. Raises ModelLimit: the new program does not mean the same."""
     before, after = _by_line(old.traces), _by_line(new.traces, lines)
     if list(before) != list(after):
-        missing = [line for line in before if line not in after] or [line for line in after if line not in before]
+        missing = [line for line in before if line not in after] or [
+            line for line in after if line not in before
+        ]
         raise ModelLimit(_differs(name, (missing or [0])[0], "the blocks that move are not the same"))
     for line, there in before.items():
         here = after[line]
@@ -164,7 +173,9 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
     if max(abs(x - y) for x, y in zip(a.shift, b.shift)) > 1e-6 or a.matrix != b.matrix:
         raise ModelLimit(
             _differs(
-                name, line, "the work coordinates depend on where the tool stands (G92, G10 L20, G68 without a centre)"
+                name,
+                line,
+                "the work coordinates depend on where the tool stands (G92, G10 L20, G68 without a centre)",
             )
             + "; set them where nothing is corrected yet, or use fixed work offsets"
         )
@@ -175,7 +186,9 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
         there = next(o for o in old if o.contour.kind == t.contour.kind)
         f, g = there.contour.feed, t.contour.feed
         several = len({o.contour.feed for o in old}) > 1 or there.after.spindle_mode == "G96"
-        if not several and (f is None) != (g is None) or (f and g and not several and abs(f - g) > 1e-3 * f):
+        if (not several and (f is None) != (g is None)) or (
+            f and g and not several and abs(f - g) > 1e-3 * f
+        ):
             raise ModelLimit(_differs(name, line, f"the feed has become {g} instead of {f} mm/min"))
 
 

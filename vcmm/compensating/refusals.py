@@ -10,7 +10,7 @@ from vcmm.compensating.source import SourceText
 from vcmm.errors import DataError, ModelLimit, UsageError
 from vcmm.machine import Machine
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE
-from vcmm.nc.moves import Program
+from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
 
@@ -23,7 +23,7 @@ def check_dialect(name: str) -> None:
     if name in FRONT_ENDS:
         raise UsageError(
             f"programs of the dialect {name} cannot be rewritten: its reader does not say which word made which move. Have the "
-            f"program posted for {' or '.join(n for n in G_CODE if n != 'fanuc-lathe')}, or correct the work offset (--offset-only)"
+            f"program posted for {' or '.join(n for n in G_CODE if n != 'fanuc-lathe')}, or see what a shift of the work offset does (--offset-only)"
         )
 
 
@@ -45,7 +45,9 @@ def check_state(machine: Machine, machine_file: Path | None, setup: Setup) -> li
             f"{where}which of its own compensations the control has switched on is not said; add [control] compensation = "
             '["pitch"] (as the machine file names them), or compensation = [] for none'
         )
-    here, there = (sorted(c.strip().lower() for c in names) for names in (setup.compensation, machine.compensation))
+    here, there = (
+        sorted(c.strip().lower() for c in names) for names in (setup.compensation, machine.compensation)
+    )
     stated = _errors_table(machine_file)
     if stated is None and not there:
         return [
@@ -80,17 +82,22 @@ def _errors_table(path: Path | None) -> str | None:
 
 def check_program(program: Program, machine: Machine, setup: Setup, name: str) -> None:
     """Work offsets, tools, rotary axes, words and blocks that cannot be rewritten."""
-    if not program.moves:
-        raise UsageError(f"{name}: the program has no motion; there is nothing to compensate")
+    check_moves([t.contour for t in program.traces], machine, setup, name)
     for trace in program.traces:
-        at = f"{trace.file}:{trace.line}:{trace.contour.source.first}"
         if trace.contour.rewritable and trace.contour.kind != "dwell":
-            _check_known(trace, machine, setup, at)
-            _check_rewritable(trace, name, at)
+            _check_rewritable(trace, name, f"{trace.file}:{trace.line}:{trace.contour.source.first}")
 
 
-def _check_known(trace: Trace, machine: Machine, setup: Setup, at: str) -> None:
-    m = trace.contour
+def check_moves(moves: Sequence[Move], machine: Machine, setup: Setup, name: str) -> None:
+    """Work offsets, tools and axes of all moves are known."""
+    if not moves:
+        raise UsageError(f"{name}: the program has no motion; there is nothing to compensate")
+    for m in moves:
+        if m.rewritable and m.kind != "dwell":
+            _check_known(m, machine, setup, f"{name}:{m.source.line}:{m.source.first}")
+
+
+def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
     if m.offset not in setup.offsets:
         raise DataError(
             f'{at}: the work offset {m.offset} is in force, but the set-up does not say where it lies; add [offsets] "{m.offset}" = '
@@ -105,22 +112,29 @@ def _check_known(trace: Trace, machine: Machine, setup: Setup, at: str) -> None:
             f"{at}: a rotary axis stands off zero; only programs of X, Y and Z are rewritten. Split the program by position of "
             "the rotary axes, with a work offset for each"
         )
-    for letter in "XYZ":
-        i = "XYZ".index(letter)
+    for i, letter in enumerate("XYZ"):
         if letter not in machine.axes and abs(m.start[i] - m.end[i]) > TRAVEL:
-            raise ModelLimit(f"{at}: the program moves {letter}, which {machine.name} has not; name the right machine")
+            raise ModelLimit(
+                f"{at}: the program moves {letter}, which {machine.name} has not; name the right machine"
+            )
 
 
 def _check_rewritable(trace: Trace, name: str, at: str) -> None:
     if trace.file != name:
-        raise DataError(f"{at}: the subprogram in a file of its own is not rewritten; copy it into the program")
+        raise DataError(
+            f"{at}: the subprogram in a file of its own is not rewritten; copy it into the program"
+        )
     if any(k in trace.words for k in "UVW"):
         raise DataError(f"{at}: increments by U, V or W are not rewritten; use X, Y and Z with G91")
     if trace.cycle == "G76" and trace.contour.kind == "thread":
-        raise DataError(f"{at}: the threading cycle G76 is not rewritten; write its passes as single G33 moves")
+        raise DataError(
+            f"{at}: the threading cycle G76 is not rewritten; write its passes as single G33 moves"
+        )
 
 
-def check_travel(program: Program, machine: Machine, after: bool, name: str, lines: Sequence[int] = ()) -> None:
+def check_travel(
+    program: Program, machine: Machine, after: bool, name: str, lines: Sequence[int] = ()
+) -> None:
     """Axes within their travels at the ends of all moves. lines: source line of each line of the new program."""
     for m in program.moves:
         for i, letter in enumerate("XYZ"):

@@ -69,4 +69,6 @@ class Compensation:
     digest: str
     warnings: tuple[str, ...]
     source_lines: tuple[int, ...]  # of each line of the new program, from 1; 0 for lines of the mark
-    whole: tuple[Departure, Departure] | None = None  # before and after with reversal and lag too, which are not corrected
+    whole: tuple[Departure, Departure] | None = (
+        None  # before and after with reversal and lag too, which are not corrected
+    )

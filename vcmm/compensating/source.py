@@ -82,7 +82,7 @@ class Edit(NamedTuple):
 
 def edited(line: str, edits: Sequence[Edit]) -> str:
     """A line with its edits made; those at one place stay in their order."""
-    for edit in reversed(sorted(edits, key=lambda e: e.first)):
+    for edit in sorted(edits, key=lambda e: e.first)[::-1]:
         line = line[: edit.first - 1] + edit.text + line[edit.last - 1 :]
     return line
 

@@ -101,7 +101,9 @@ def isg_tables(machine: Machine, nodes: int) -> Tables:
         names = [f"E{n}{letter}" for n in NAMES]
         rows = "\n".join(" ".join(f"{v:.10g}" for v in (x, *row)) for x, row in zip(q, values))
         parts.append(" ".join([letter, *names]) + "\n" + rows + "\n")
-    angles = {e.where: float(e.angle) for e in machine.effects if e.name == "squareness" and hasattr(e, "angle")}
+    angles = {
+        e.where: float(e.angle) for e in machine.effects if e.name == "squareness" and hasattr(e, "angle")
+    }
     held |= {e.id for e in machine.effects if e.name == "squareness"}
     if angles:
         parts.append(" ".join(angles) + "\n" + " ".join(f"{v:.10g}" for v in angles.values()) + "\n")
@@ -135,7 +137,11 @@ def linuxcnc_tables(machine: Machine, nodes: int) -> Tables:
         rows = [f"{x:.6f} {x + a:.6f} {x + b:.6f}" for x, a, b in zip(q, up, down)]
         files[f"comp_{letter.lower()}.txt"] = "\n".join(rows) + "\n"
         values, _ = component_errors(machine, letter, q)
-        names = [f"E{n}{letter}" for i, n in enumerate(NAMES) if NAMES[i] != letter and np.abs(values[:, i]).max() > _TINY]
+        names = [
+            f"E{n}{letter}"
+            for i, n in enumerate(NAMES)
+            if NAMES[i] != letter and np.abs(values[:, i]).max() > _TINY
+        ]
         if names:
             left.append(f"{' '.join(names)}: a COMP_FILE corrects an axis along itself only")
     left += _rest(machine, held, "not a positioning error of one axis along itself")
@@ -156,14 +162,22 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
             numbers = (x, down[i] - up[i], *values[i, :3])
             lines.append(f"{i} " + " ".join(f"{v:+.6f}" for v in numbers))
         files[f"{letter}.com"] = "\n".join([*lines, "[END]", ""])
-        turned = [f"E{n}{letter}" for i, n in enumerate(NAMES) if i > 2 and np.abs(values[:, i]).max() > _TINY]
+        turned = [
+            f"E{n}{letter}" for i, n in enumerate(NAMES) if i > 2 and np.abs(values[:, i]).max() > _TINY
+        ]
         if turned:
-            left.append(f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)")
+            left.append(
+                f"{' '.join(turned)}: rotations are left out (unit of C4 to C6 is not stated in the manual we know)"
+            )
     left += _rest(machine, held, "not a component error over one axis")
-    left.append("the values are errors, actual - nominal: check the sign with one axis before all are switched on")
+    left.append(
+        "the values are errors, actual - nominal: check the sign with one axis before all are switched on"
+    )
     return Tables(files, tuple(left))
 
 
 def without_scatter(machine: Machine) -> Machine:
     """The machine without effects that have no known value."""
-    return replace(machine, effects=tuple(e for e in machine.effects if e.name not in ("scatter", "reindexing")))
+    return replace(
+        machine, effects=tuple(e for e in machine.effects if e.name not in ("scatter", "reindexing"))
+    )

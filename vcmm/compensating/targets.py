@@ -16,9 +16,13 @@ from vcmm.nc.moves import Move
 from vcmm.nc.trace import Trace
 from vcmm.run import Array
 
-SPACING, MOST_SAMPLES = 2.0, 400  # mm between the points at which a correction is asked for; and at most per move
+SPACING, MOST_SAMPLES = (
+    2.0,
+    400,
+)  # mm between the points at which a correction is asked for; and at most per move
 CUTTING = ("line", "arc")
-NEVER_SPLIT = ("M0", "M1", "M2", "M30", "M60", "M98", "M99")  # they act after the motion of their block
+NEVER_SPLIT = ("M98", "M99")  # they act after the motion of their block
+HALF_TURN = 0.3  # |cos| of half the sweep, below which R fixes the centre badly: a digit of R moves it by 3 digits or more
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +139,17 @@ def may_split(trace: Trace, codes: frozenset[str]) -> bool:
     before, after = trace.before, trace.after
     one_stop = trace.contour.exact_stop and not after.exact_stop
     return (
-        trace.contour.kind in CUTTING and before.side == after.side and not one_stop and codes.isdisjoint(NEVER_SPLIT)
+        trace.contour.kind in CUTTING
+        and before.side == after.side
+        and not one_stop
+        and codes.isdisjoint(NEVER_SPLIT)
     )
+
+
+def _least(trace: Trace, wanted: Array, nominal: Array) -> int:
+    """Two arcs at least for a half circle by R that must change: there its centre hangs on the last digit of R."""
+    bad = "R" in trace.words and abs(math.cos(sweep_of(trace.contour) / 2)) < HALF_TURN
+    return 2 if bad and float(np.abs(wanted - nominal).max()) > 1e-6 else 1
 
 
 def targets(
@@ -159,7 +172,15 @@ def targets(
         if not m.rewritable or m.kind == "dwell":
             fits.append(None)
         elif m.kind == "arc":
-            fits.append(arcs(m, wanted[rows], limit, most if free else 1))
+            fits.append(
+                arcs(
+                    m,
+                    wanted[rows],
+                    limit,
+                    most if free else 1,
+                    _least(trace, wanted[rows], samples.nominal[rows]),
+                )
+            )
         elif rows.stop - rows.start <= 2:
             fits.append(Fit((Piece(1.0, wanted[rows.stop - 1]),), 0.0))
         else:

@@ -7,6 +7,7 @@ sections in increments (G91) do not drift.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -23,6 +24,7 @@ from vcmm.run import Array
 
 AXES, CENTRES = "XYZ", "IJK"
 SHORT = 5.0  # mm: chains of blocks up to this length carry their rounding along
+_STOP = re.compile(r"M[ \t]*0*(?:0|1|2|30|60)(?![\d.])", re.IGNORECASE)
 TINY_ARC = 0.1  # mm: an arc shorter than this is shifted as a whole
 
 
@@ -96,9 +98,11 @@ class Writer:
         frame, m = frame_of(trace), trace.contour
         index = trace.line - 1
         nominal = frame.numbers(np.array(m.end)), frame.numbers(np.array(m.start))
+        wanted = fit.pieces[-1].end
         if m.kind == "arc" and length_of(m) < TINY_ARC:
             fit = self._shifted(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
+        stop = self._stop(index) if len(fit.pieces) > 1 else None
         for k, piece in enumerate(fit.pieces):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             named = tuple(a in trace.words for a in AXES) if k == 0 else (False,) * 3
@@ -112,7 +116,21 @@ class Writer:
                 self._more(trace, frame, piece, cur, new, feed, shares[k + 1] - shares[k], index)
             self.q = frame.tip(new) + frame.offset
             if m.kind != "rapid":
-                self.rounding.append(self.q - frame.offset - piece.end)
+                last = k == len(fit.pieces) - 1
+                self.rounding.append(self.q - frame.offset - (wanted if last else piece.end))
+        if stop is not None and self.added.get(index):
+            self._last(index, stop)
+
+    def _stop(self, index: int) -> re.Match[str] | None:
+        """A code of the line that acts behind its motion (M0, M1, M2, M30, M60)."""
+        return _STOP.search(code_of(self.source.lines[index][0]))
+
+    def _last(self, index: int, stop: re.Match[str]) -> None:
+        """Such a code moves to the last of the blocks."""
+        line = self.source.lines[index][0]
+        first = stop.start() + 1 - (1 if line[: stop.start()].endswith(" ") else 0)
+        self.edits.setdefault(index, []).append(Edit(first, stop.end() + 1, ""))
+        self.added[index][-1] += self.gap + stop[0]
 
     def _standing(self, trace: Trace) -> Array:
         """Tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
@@ -132,7 +150,9 @@ class Writer:
         """Numbers at which the block will end, rounded."""
         kind, step = trace.contour.kind, self.step(frame.inch)
         wanted, new = frame.numbers(piece.end), cur.copy()
-        short = self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
+        short = (
+            self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
+        )
         a, b, _ = PLANES[trace.contour.plane]
         for i in range(3):
             diffusion = self.carried.setdefault((i, frame.inch), Diffusion(step))
@@ -283,8 +303,12 @@ class Writer:
         """A word that the block has not: behind those that come before it in X Y Z I J K R, else before the first."""
         line, order = self.source.lines[index][0], AXES + CENTRES + "R"
         gap, letter = self.gap, letter.lower() if _lower(line) else letter
-        before = [w for k, w in trace.words.items() if k in order and order.index(k) < order.index(letter.upper())]
-        behind = [w for k, w in trace.words.items() if k in order and order.index(k) > order.index(letter.upper())]
+        before = [
+            w for k, w in trace.words.items() if k in order and order.index(k) < order.index(letter.upper())
+        ]
+        behind = [
+            w for k, w in trace.words.items() if k in order and order.index(k) > order.index(letter.upper())
+        ]
         if before:
             at = max(w.last for w in before)
             edit = Edit(at, at, f"{gap}{letter}{number}")

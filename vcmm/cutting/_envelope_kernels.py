@@ -21,6 +21,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 FLAT, BALL, BULL, CONE = 0, 1, 2, 3
+MOST_STEPS = 20000
+GROWTH, COARSE = (
+    1.3,
+    1e-3,
+)  # a ray that grazes a sweep walks with growing steps, at most so many mm: thinner gaps may be missed there
 NONE, ROUND = 1e300, 2e-15
 EDGE = 1e-6  # fraction of an arc next to its ends
 SMALL, THIN = (
@@ -183,7 +188,8 @@ def first_contact(
     convex = item[21] == 0.0
     s, bracket, u, good, kept, pace = s0, NONE, 0.0, s0, 0.0, 0.0
     scale = ROUND * (abs(p[0]) + abs(p[1]) + abs(p[2]) + abs(item[0]) + abs(item[1]) + abs(item[2]) + 1.0)
-    for k in range(20000):
+    thin = THIN
+    for k in range(MOST_STEPS):
         for i in range(3):
             q[i] = p[i] + sign * s * n[i]
         f, u = nearest(item, tool, q, out)
@@ -205,7 +211,8 @@ def first_contact(
             step = f / -rate if rate < 0.0 else NONE
             s = good + step if good + step < bracket else 0.5 * (good + bracket)
         else:
-            s += 1.0001 * f / -rate if rate < -0.3 and f < SMALL else max(f, THIN)
+            thin = min(thin * GROWTH, COARSE) if f < thin else THIN
+            s += 1.0001 * f / -rate if rate < -0.3 and f < SMALL else max(f, thin)
         if s > s1 and bracket == NONE:
             if convex or good >= s1:
                 return False, s, u
@@ -273,13 +280,14 @@ def lower_end(
     item: Array, tool: Array, p: Array, n: Array, s: float, depth: float, out: Array, q: Array
 ) -> tuple[float, float]:
     """Lower end (s, u) of the removed stretch of the ray around s, for any path; -depth if it reaches that far."""
-    top = s
+    top, thin = s, 1e-7
     while s > -depth:
         f = inside_at(item, tool, p, n, s, out, q)
         if f > 0.0:
             _, a, u = first_contact(item, tool, p, n, 1.0, s, top, out, q)
             return a, u
-        s -= max(-f, 1e-7)
+        thin = min(thin * GROWTH, COARSE) if -f < thin else 1e-7
+        s -= max(-f, thin)
     for i in range(3):
         q[i] = p[i] - depth * n[i]
     f, u = nearest(item, tool, q, out)
@@ -319,10 +327,23 @@ def straight(
 
 
 @njit(cache=True, nogil=True)
+def beside(item: Array, tool: Array, p: Array, n: Array) -> bool:
+    """Whether a ray along the tool axis passes outside of all that the tool sweeps on an arc, seen in plan."""
+    if n[0] * n[0] + n[1] * n[1] > 1e-24:
+        return False
+    x, y = p[0] - item[6], p[1] - item[7]
+    rho = math.sqrt(x * x + y * y)
+    low, high = min(item[15], item[16]), max(item[15], item[16])
+    return rho > high + tool[1] + 1e-9 or rho < low - tool[1] - 1e-9
+
+
+@njit(cache=True, nogil=True)
 def curved(
     item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
 ) -> int:
     """The same for an arc; 3: one stretch below nominal (in out 3:6, gradient of it in grad 3:6) and one above it."""
+    if beside(item, tool, p, n):
+        return 0
     f = inside_at(item, tool, p, n, 0.0, grad, q)
     if f <= 1e-12:
         out[0], out[2] = lower_end(item, tool, p, n, 0.0, depth, grad, q)

@@ -32,6 +32,7 @@ PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value o
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
 MOST_COLUMNS = 120
 NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
+SHAPES = ("follows", "zero")
 FULL_TURN = np.radians(345.0)
 
 
@@ -84,10 +85,12 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
     families: list[Family] = []
     absent: dict[str, tuple[str, ...]] = {}
     unseen: list[str] = []
+    lost: list[Family] = []
     for kind in (*ALL, *extra):
         if kind.name in NEVER or not parameter_fields(kind) or not applies(kind, problem):
             continue
-        found, missing = _of_kind(kind, problem)
+        found, missing, still = _of_kind(kind, problem)
+        lost += still
         for family in found:
             families = _joined(families, family)
         if not found and missing:
@@ -96,7 +99,22 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
             unseen.append(getattr(kind, "family", "") or kind.name)
     families += _stale(problem)
     names = {f.name for f in families}
-    return Catalogue(_shared_prior(families, problem), absent, tuple(n for n in unseen if n not in names))
+    absent = {name: columns for name, columns in absent.items() if name not in names}
+    places = unseen_places([f for f in lost if f.name in names], families)
+    unseen = [n for n in unseen if n not in names and n not in absent]
+    return Catalogue(_shared_prior(families, problem), absent, (*unseen, *places))
+
+
+def unseen_places(lost: Sequence[Family], seen: Sequence[Family]) -> tuple[str, ...]:
+    """ "squareness[B0Z]": axes, pairs, components and directions at which no family of a name is seen, others of it are."""
+    known = {(f.name, first_place(f)) for f in seen}
+    gone = dict.fromkeys((f.name, first_place(f)) for f in lost)
+    return tuple(f"{name}[{place}]" for name, place in gone if place and (name, place) not in known)
+
+
+def first_place(family: Family) -> str:
+    """Axis, pair, component or direction; not the sensor, which is where the cause is looked for."""
+    return next(iter(family.where.values()), "")
 
 
 def _stale(problem: Problem) -> list[Family]:
@@ -141,9 +159,9 @@ def _everything(family: Family) -> bool:
     return not family.where or family.where.get("component") == "all"
 
 
-def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str]]:
-    """Families of one effect class, and the columns that kept some of them from being tested."""
-    out, missing = [], set()
+def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
+    """Families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
+    out, missing, still = [], set(), []
     name = getattr(kind, "family", "") or kind.name
     known = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
@@ -154,7 +172,9 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
         options = _options(effect, problem)
         if options:
             out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in known))
-    return out, missing
+        else:
+            still.append(Family(name, where_of(effect), ()))
+    return out, missing, still
 
 
 def where_of(effect: Effect) -> dict[str, str]:
@@ -166,7 +186,7 @@ def where_of(effect: Effect) -> dict[str, str]:
 def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
     """Required columns that neither the run nor its logs have."""
     logged = {f"temp_{sensor}_C" for sensor in run.series}
-    have = logged | set(run.columns) | set(run.labels)
+    have = logged | set(run.series) | set(run.columns) | set(run.labels)
     label = ("event",) if effect.per == "event" else ()  # random per event: without events it is a constant
     return tuple(c for c in (*effect.required(), *label) if c not in have)
 
@@ -233,6 +253,8 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
         return ["x", "y", "z"]
     if spec.name == "sensor":
         return sensors(run)
+    if spec.name in SHAPES:  # another form of the same physics: both are options of one family
+        return [0, 1]
     if spec.name in run.labels:
         values = [str(v) for v in np.unique(run.labels[spec.name])]
         return ["", *values] if len(values) > 1 else [""]
@@ -242,7 +264,9 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
 def sensors(run: Run) -> list[str]:
     """Names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
     named = {c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")}
-    return sorted((named | set(run.series)) - set(NO_TEMPERATURE))
+    return sorted(
+        n for n in named | set(run.series) if n not in NO_TEMPERATURE and not n.startswith("accel_")
+    )
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:

@@ -1,7 +1,8 @@
-"""What a selected answer cannot be told from: rivals within 3 nats, and exact aliases by principal angle.
+"""What a selected answer cannot be told from: rivals within 3 nats, and those that mimic it within this noise.
 
 separability s = share of the answer's signal (as length) that the rival cannot mimic, others projected out; a gap of
-3 nats needs delta s of about 2.45 (delta^2 s^2 / 2 = 3).
+3 nats needs delta s of 2.45 (delta^2 s^2 / 2 = 3). Below that, and for exact aliases, the rival is named however its
+prior stands. Names that hold the answer whatever is recorded (see nested) are no rivals while the answer suffices.
 """
 
 from __future__ import annotations
@@ -12,11 +13,13 @@ import numpy as np
 
 from vcmm.diagnosis.candidates import Family
 from vcmm.diagnosis.evidence import Dictionary, Scorer, scorer
-from vcmm.diagnosis.select import SIMPLER, Selection, Setting
+from vcmm.diagnosis.nested import generalises
+from vcmm.diagnosis.select import MISMATCH, SIMPLER, Selection, Setting
 from vcmm.run import Array
 
 NATS = 3.0
 ALIAS = 0.15
+RESOLVED = 2.45  # delta s from which 3 nats separate two names
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,19 +80,20 @@ def _rivals(
     """Names and best families of the rivals, and the names that hold this answer as a special case."""
     found, term = setting.found, selection.terms[i]
     nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
+    unresolved = max(RESOLVED / max(selection.delta(i), 1e-300), MISMATCH)
     best: dict[str, int] = {}
     holding: set[str] = set()
     for j in np.argsort(-scores, kind="stable"):
         family = found.families[j]
         if family.name == term.family.name or family.name in best:
             continue
-        mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))
-        larger = found.options[mimic].freedom > term.option.freedom
-        if larger and nearest[j] < ALIAS and scores[j] <= scores[own] + SIMPLER:
-            holding.add(family.name)  # the simpler one stands
-            continue
-        alias = nearest[j] < ALIAS and not larger
-        if scores[j] > scores[own] - NATS or alias:
+        if generalises(family.name, term.family.name):
+            mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))
+            larger = found.options[mimic].freedom > term.option.freedom
+            if larger and nearest[j] < ALIAS and scores[j] <= scores[own] + SIMPLER:
+                holding.add(family.name)  # the simpler one stands
+                continue
+        if scores[j] > scores[own] - NATS or nearest[j] < unresolved:
             best[family.name] = int(j)
     return tuple(best), tuple(best.values()), holding - set(best)
 

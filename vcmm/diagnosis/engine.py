@@ -10,13 +10,14 @@ import numpy as np
 from vcmm.diagnosis.adequacy import beaten, described, unknown_rest
 from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
-from vcmm.diagnosis.confusion import Standing, standing
+from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
+from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
@@ -28,6 +29,7 @@ from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.select import Selection, Setting, joint, select
+from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
 from vcmm.machine import Machine
@@ -55,6 +57,7 @@ class Stage:
     threshold: float
     generic_threshold: float
     chance: Array  # largest generic score of every null recording
+    sample: Array  # the null recordings themselves, white and prepared
 
 
 def diagnose_recording(
@@ -78,9 +81,9 @@ def diagnose_recording(
     plain = problem.whitener()
     tell("listing what could be missing", 0.05)
     known = catalogue(problem, extra_effects)
-    stage, selection, mistake = _passes(problem, known, plain, seed, nulls, tell)
+    stage, chosen = _passes(problem, known, plain, seed, nulls, tell)
     tell("predicting rows held out", 0.75)
-    found = _result(problem, known, stage, selection, mistake, seed, tell)
+    found = _result(problem, known, stage, chosen, seed, tell)
     found = replace(found, warnings=warnings)
     return qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
 
@@ -97,7 +100,7 @@ def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
 
 def _passes(
     problem: Problem, known: Catalogue, plain: Whitener, seed: int, nulls: int, tell: Progress
-) -> tuple[Stage, Selection, Mistake | None]:
+) -> tuple[Stage, Chosen]:
     """Audit the noise, select, audit again what is left; until the preparation stands."""
     generics = generic_families(problem)
     noise = audit(problem, plain, plain.apply(problem.residual), seed)
@@ -105,12 +108,12 @@ def _passes(
         tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
         stage = _stage(problem, known, generics, noise, seed, nulls)
         tell("weighing the evidence", 0.25 + 0.2 * turn)
-        selection, mistake, used = _search(problem, stage)
-        before, noise = noise, audit(problem, plain, _left(used, plain, selection), seed)
+        chosen = _search(problem, stage)
+        before, noise = noise, audit(problem, plain, _left(chosen.problem, plain, chosen.selection), seed)
         if _same(noise, before):
             break
     final = replace(stage.noise, findings=noise.findings, scale=noise.scale)
-    return replace(stage, noise=final), selection, mistake
+    return replace(stage, noise=final), chosen
 
 
 def _same(a: Audit, b: Audit) -> bool:
@@ -140,6 +143,7 @@ def _stage(
         max(upper_quantile(largest, FALSE_ALARM), 1.0),
         max(upper_quantile(chance, FALSE_ALARM), 1.0),
         chance,
+        sample,
     )
 
 
@@ -155,20 +159,33 @@ def _setting(problem: Problem, stage: Stage) -> Setting:
     return Setting(stage.found, stage.white, raw, stage.noise.noise.clip, stage.threshold, refiner)
 
 
-def _search(problem: Problem, stage: Stage) -> tuple[Selection, Mistake | None, Problem]:
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What the search settled on. problem: repaired; tied: ids of terms that a mistake of the table may stand for."""
+
+    selection: Selection
+    mistake: Mistake | None
+    problem: Problem
+    tied: tuple[str, ...] = ()
+
+
+def _search(problem: Problem, stage: Stage) -> Chosen:
     """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
     plain = select(_setting(problem, stage))
     raw = stage.white.apply(problem.residual)
     mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
     if mistake is None:
-        return plain, None, problem
+        return Chosen(plain, None, problem)
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     with_it = select(_setting(repaired, stage))
-    gained = mistake.score + _evidence(with_it)
-    simpler = len(with_it.terms) < len(plain.terms)
-    if gained < _evidence(plain) - (CLEARLY if simpler else 0.0):
-        return plain, None, problem
-    return with_it, mistake, repaired
+    lead = mistake.score + _evidence(with_it) - _evidence(plain)
+    kept = {t.family.id for t in with_it.terms}
+    instead = [t.family for t in plain.terms if t.family.id not in kept]
+    held = bool(instead) and all(generalises(f.name, "map_mistake") for f in instead)
+    if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
+        return Chosen(plain, None, problem, tuple(f.id for f in instead) if lead > -NATS else ())
+    free = tuple(dict.fromkeys(f.name for f in instead))
+    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired)
 
 
 def _evidence(selection: Selection) -> float:
@@ -191,12 +208,11 @@ def _result(
     problem: Problem,
     known: Catalogue,
     stage: Stage,
-    selection: Selection,
-    mistake: Mistake | None,
+    chosen: Chosen,
     seed: int,
     tell: Progress,
 ) -> Diagnosis:
-    used = problem if mistake is None else replace(problem, residual=problem.residual - mistake.departure)
+    selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
     setting = _setting(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
     before = len(selection.terms)
@@ -212,12 +228,13 @@ def _result(
         kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
         selection = _still_needed(kept, setting)
         places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
-    rest = described(rest, used, setting, selection, parts)
+    rest = _rest(used, stage, selection, setting, parts, seed)
+    excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
     held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
+    places = [_with_mistake(p, selection, i, chosen.tied) for i, p in enumerate(places)]
     answers = _answers(used, stage, selection, places, mistake, seed)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
@@ -228,16 +245,16 @@ def _result(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
     return Diagnosis(
-        _verdict(answers, mistake, rest, failed or (bool(answers) and left > UNSTATED)),
+        _verdict(answers, mistake, rest, failed or bool(excess) or (bool(answers) and left > UNSTATED)),
         answers,
         rest,
         locate(scorer(stage.generic), y, stage.chance),
         mistake,
         sigma * float(np.sqrt(np.mean(stage.u**2))),
-        stage.noise.findings,
+        (*stage.noise.findings, *([excess] if excess else [])),
         _fit(problem, selection, stage, sigma, held, y),
         known.not_testable,
-        tuple(dict.fromkeys((*known.unseen, *stage.found.invisible, *hidden))),
+        _once((*known.unseen, *stage.found.invisible, *hidden)),
         shown,
         steps,
         stage.threshold,
@@ -246,6 +263,21 @@ def _result(
         map=score_map(scorer(stage.generic), y),
         chance=stage.generic_threshold,
     )
+
+
+def _rest(
+    problem: Problem, stage: Stage, selection: Selection, setting: Setting, parts: Sequence[Fold], seed: int
+) -> Unknown | None:
+    """What has no name: a shape in the residual, else a fold that falls short of what the names promise."""
+    rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    rest = described(rest, problem, setting, selection, parts)
+    short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
+    return of_fold(short) if short and rest is None else rest
+
+
+def _once(gone: Sequence[str]) -> tuple[str, ...]:
+    """Names and places without repetition; a name says all its places."""
+    return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
 
 
 def _through_the_gate(
@@ -269,7 +301,7 @@ def _still_needed(selection: Selection, setting: Setting) -> Selection:
 
 
 def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:
-    """`failed`: a term did not hold on other rows, or the noise is far above what was stated and may hide physics."""
+    """`failed`: a term did not hold on other rows, or the noise is above what was stated and may hide physics."""
     named = bool(answers) or mistake is not None
     if rest is None and not failed:
         return "explained" if named else "nothing missing"
@@ -324,6 +356,13 @@ def _answers(
     return tuple(sorted(out, key=lambda a: -a.share))
 
 
+def _with_mistake(place: Standing, selection: Selection, i: int, tied: Sequence[str]) -> Standing:
+    """The standing with a mistake of the table among the rivals where one explains as much."""
+    if selection.terms[i].family.id not in tied:
+        return place
+    return replace(place, names=(*place.names, "map_mistake"))
+
+
 def _variance(selection: Selection) -> float:
     return selection.fit.sigma**2 if selection.fit else 1.0
 
@@ -331,6 +370,6 @@ def _variance(selection: Selection) -> float:
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     where = {"component" if mistake.effect == "map_mistake" else "axis": mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
-    return Answer(
-        mistake.effect, where, {}, 1.0 - float(np.exp(-mistake.score)), 1.0, (), mistake.score, size
-    )
+    sure = (1.0 - float(np.exp(-mistake.score))) / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
+    rivals = mistake.free if mistake.lead < NATS else ()
+    return Answer(mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size)

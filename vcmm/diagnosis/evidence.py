@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.candidates import Family, Option, unseen_places
 from vcmm.gaussian import Blocks, Ints, Whitener, blocks, log_evidence, without_span
 from vcmm.run import Array
 
@@ -63,7 +63,11 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
     start = np.cumsum([0, *widths])[:-1].astype(np.intp)
     columns = np.concatenate([np.zeros((len(white.weight), 0)), *parts], axis=1)
     names = {f.name for f in kept}
-    invisible = tuple(dict.fromkeys(f.name for f in families if f.name not in names))
+    lost = [f for f in families if not any(f is k for k in kept)]
+    invisible = (
+        *dict.fromkeys(f.name for f in families if f.name not in names),
+        *unseen_places([f for f in lost if f.name in names], kept),
+    )
     weight = _renormalised(np.array([o.log_prior for o in options]), np.array(first, dtype=np.intp))
     return Dictionary(
         tuple(kept),

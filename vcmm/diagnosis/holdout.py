@@ -175,6 +175,11 @@ def _own_zone(term: Term, fold: Fold) -> bool:
     return term.family.name in FREE_CURVES and fold.name == f"far zone {axis}"
 
 
+def tells(term: Term, fold: Fold) -> bool:
+    """Does this fold hold the term to account?"""
+    return not _own_zone(term, fold)
+
+
 def _excites(fold: Fold, selection: Selection, i: int) -> bool:
     """Can this fold tell? The term must be seen in the held-out rows and determined by the others."""
     assert selection.fit is not None

@@ -42,6 +42,8 @@ class Mistake:
     )
     source: str = ""  # the component whose table it holds instead
     both: bool = False  # and the other way round
+    lead: float = np.inf  # nats over the best explanation without a mistake
+    free: tuple[str, ...] = ()  # names of the terms that explain it instead
 
 
 def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:

@@ -46,7 +46,7 @@ def next_steps(
     """Best add-ons for every answer that has rivals."""
     out: list[NextStep] = []
     for i, place in enumerate(places):
-        if not place.names:
+        if not place.families:
             continue
         rival = _nearest(setting, selection, place, i)
         pair = (selection.terms[i].family.name, place.names[0])

@@ -19,6 +19,8 @@ from vcmm.observe import Observer, noise_u, nuisance_columns
 from vcmm.recording import Recording
 from vcmm.run import Array, Run, Series
 
+TRACE = 0.05  # s between rows, from which on a structure of 10 Hz and more is not followed
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -93,7 +95,9 @@ class RememberingRun(Run):
 
 
 def with_logs(run: Run) -> Run:
-    """Temperatures given row by row also serve as logs over time, so that lags can be followed."""
+    """Temperatures given row by row also serve as logs over time, so that lags can be followed; the accelerations of a
+    trace likewise, so that what they leave ringing can.
+    """
     if "time_s" not in run.columns:
         return run
     time, first = np.unique(run.column("time_s"), return_index=True)
@@ -105,6 +109,9 @@ def with_logs(run: Run) -> Run:
     }
     if "spindle_rpm" in run.columns and "spindle_rpm" not in run.series and len(time) > 1:
         logs["spindle_rpm"] = Series(time, run.column("spindle_rpm")[first])
+    if len(time) > 1 and float(np.median(np.diff(time))) < TRACE:
+        moved = [c for c in run.columns if c.startswith("accel_") and np.any(run.columns[c])]
+        logs |= {c: Series(time, run.column(c)[first]) for c in moved if c not in run.series}
     return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **logs})
 
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.effect import Effect, at, motion, param
-from vcmm.errors import UsageError
+from vcmm.errors import ModelLimit, UsageError
 from vcmm.run import Array, Run
+
+Complex = npt.NDArray[np.complex128]
+METRE = 1e3  # mm
 
 PITCH = {"X": ("B", 1.0), "Y": ("A", -1.0), "Z": ("B", 1.0)}  # e_z x e_a; for Z about Y
 YAW = {"X": "C", "Y": "C", "Z": "A"}
@@ -48,7 +52,9 @@ class DynamicPitch(Effect):
 class StructuralVibration(Effect):
     """d_a exp(-damping w t) (sine sin(w t) + cosine cos(w t)) e_a, w = 2 pi frequency, t since the acceleration ended.
 
-    The ringing turns over with the direction d_a from which the axis came to rest.
+    The ringing turns over with the direction d_a from which the axis came to rest. With follows = 1 it is that of one
+    mode to the whole acceleration of the axis, from a log accel_<axis>_mm_s2 over time: every change of it starts a
+    ringing of its own, the amplitude is that after a change of 1 m/s^2, and all of them add (Duhamel's sum).
     """
 
     name = "structural_vibration"
@@ -61,6 +67,7 @@ class StructuralVibration(Effect):
     cosine: float = param(0.0, "um", "cosine part")
     frequency: float = param(20.0, "Hz", "frequency", scan=(8.0, 12.0, 16.0, 20.0, 27.0, 35.0, 45.0, 60.0))
     damping: float = param(0.05, "%", "damping ratio", show="1", scan=(0.02, 0.05, 0.1))
+    follows: int = at(0, "1 = rings after every change of the acceleration, 0 = after one stop", quiet=True)
 
     def __post_init__(self) -> None:
         if not self.frequency > 0 or self.damping < 0:
@@ -70,8 +77,35 @@ class StructuralVibration(Effect):
     def link(self) -> str:
         return self.axis
 
+    def required(self) -> tuple[str, ...]:
+        return ("time_s", self._log) if self.follows else super().required()
+
+    @property
+    def _log(self) -> str:
+        return f"accel_{self.axis}_mm_s2"
+
     def error_motion(self, run: Run) -> Array:
+        if self.follows:
+            state = self._state(run)
+            return motion(run, **{self.axis: self.sine * state.imag + self.cosine * state.real})
         phase = 2 * np.pi * self.frequency * run.column("time_since_accel_s")
         ringing = self.sine * np.sin(phase) + self.cosine * np.cos(phase)
         fading = np.exp(-self.damping * phase) * run.column(f"sense_{self.axis}")
         return motion(run, **{self.axis: ringing * fading})
+
+    def _state(self, run: Run) -> Complex:
+        """sum over changes D_k of the acceleration, in m/s^2, of D_k exp((i - damping) w (t - t_k)) at every row (n,)."""
+        log = run.series.get(self._log)
+        if log is None:
+            raise ModelLimit(f"{self.id} with follows = 1 needs a log of {self._log} over time_s; add it")
+        rate = (1j - self.damping) * 2 * np.pi * self.frequency
+        change = np.diff(log.value, prepend=0.0) / METRE
+        fading = np.exp(rate * np.diff(log.time, prepend=log.time[0]))
+        state = np.empty(len(change), dtype=complex)
+        now = 0j
+        for i, (one, less) in enumerate(zip(change.tolist(), fading.tolist())):
+            state[i] = now = now * less + one
+        time = run.column("time_s")
+        last = np.searchsorted(log.time, time, side="right") - 1
+        late = time - log.time[np.maximum(last, 0)]
+        return np.where(last >= 0, state[np.maximum(last, 0)] * np.exp(rate * np.maximum(late, 0.0)), 0j)

@@ -1,14 +1,16 @@
 """Errors of a laser interferometer: cosine error, air, dead path. All are readings, indicated - true.
 
 Lengths are counted from the origin of the workpiece axes, where the counter is taken to be zero; another zero is a
-constant along the beam, which a recording's nuisance `zero` takes up.
+constant along the beam, which a recording's nuisance `zero` takes up while the strain does not change. Where it does, as
+with the weather, the zero matters: with zero = 1 lengths count from the first row of every set-up, columns counted_x_mm,
+counted_y_mm, counted_z_mm, which a recording of displacements fills in.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.effect import Effect, along, motion, param
+from vcmm.effect import Effect, along, at, motion, param
 from vcmm.run import T0_DEG_C, Array, Run
 
 P0_HPA, H0_PCT = 1013.25, 50.0
@@ -29,6 +31,9 @@ def index_change(run: Run) -> Array:
     return change + K_H * (humidity - H0_PCT)
 
 
+COUNTED = ("counted_x_mm", "counted_y_mm", "counted_z_mm")
+
+
 @dataclass(frozen=True, eq=False)
 class _Laser(Effect):
     per = "instrument"
@@ -37,10 +42,10 @@ class _Laser(Effect):
     def link(self) -> str:
         return "reading"
 
-    @staticmethod
-    def _stretched(run: Run, strain: float | Array) -> Array:
-        x, y, z = run.tip.T
-        return motion(run, X=strain * x, Y=strain * y, Z=strain * z)
+    def _stretched(self, run: Run, strain: float | Array, counted: bool = False) -> Array:
+        used = strain * run.used("instrument", getattr(self, "instrument", ""))
+        x, y, z = run.vector(*COUNTED).T if counted else run.tip.T
+        return motion(run, X=used * x, Y=used * y, Z=used * z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +60,7 @@ class CosineError(_Laser):
     cites = "Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry"
     theta: float = param(0.0, "mrad", "angle between beam and travel", scan=(1e-3,))
     share: float = param(1.0, "%", "multiplies theta^2", show="1")
+    instrument: str = at("", "instrument name; empty = all")
 
     def error_motion(self, run: Run) -> Array:
         return self._stretched(run, self.share * 0.5 * self.theta**2)
@@ -72,9 +78,14 @@ class AirIndex(_Laser):
     needs = ("temp_air_C", "pressure_hPa")
     cites = "Birch & Downs, Metrologia 30 (1993) 155: updated Edlen equation"
     scale: float = param(0.0, "%", "share of the change that is not corrected", show="1")
+    instrument: str = at("", "instrument name; empty = all")
+    zero: int = at(0, "lengths from 0 = the origin, 1 = the first row of every set-up", quiet=True)
+
+    def required(self) -> tuple[str, ...]:
+        return (*self.needs, *COUNTED) if self.zero else self.needs
 
     def error_motion(self, run: Run) -> Array:
-        return self._stretched(run, self.scale * index_change(run))
+        return self._stretched(run, self.scale * index_change(run), bool(self.zero))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +99,8 @@ class DeadPath(_Laser):
     needs = ("temp_air_C", "pressure_hPa", "nx", "ny", "nz")
     cites = "Steinmetz, Precision Engineering 12 (1990) 12: dead path error"
     length: float = param(0.0, "mm", "dead path that the instrument does not know of")
+    instrument: str = at("", "instrument name; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal, self.length * index_change(run))
+        used = run.used("instrument", self.instrument)
+        return along(run, run.normal, self.length * index_change(run) * used)

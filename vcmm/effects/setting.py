@@ -10,6 +10,8 @@ from vcmm.effect import Effect, along, at, motion, param
 from vcmm.errors import UsageError
 from vcmm.run import Array, Run
 
+TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
+
 
 @dataclass(frozen=True, eq=False)
 class WorkOffset(Effect):
@@ -33,7 +35,7 @@ class WorkOffset(Effect):
         return "tip"
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, **{self.direction.upper(): np.full(run.n, self.shift)})
+        return motion(run, **{self.direction.upper(): self.shift * _cut(run)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +53,15 @@ class ToolLength(Effect):
         return "tool"
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, Z=-self.dl * run.used("tool", self.tool))
+        return motion(run, Z=-self.dl * run.used("tool", self.tool) * _cut(run))
 
 
 @dataclass(frozen=True, eq=False)
 class ToolRadius(Effect):
-    """-dr along n, n out of the part: a cutter larger than its table entry by `dr` takes that much more away."""
+    """-dr (n - z), n out of the part, z the tool axis: a cutter larger by `dr` takes that much more from a wall.
+
+    The tip stays where the tool length was set, so a floor is not touched by it; on a slope a ball takes dr (1 - n_z).
+    """
 
     name = "tool_radius"
     per = "tool"
@@ -70,4 +75,9 @@ class ToolRadius(Effect):
         return "tip"
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal, -self.dr * run.used("tool", self.tool))
+        return along(run, run.normal - TOOL_AXIS, -self.dr * run.used("tool", self.tool) * _cut(run))
+
+
+def _cut(run: Run) -> Array:
+    """1 in rows that cut, 0 in those in which offset and tool were set: what setting errs by shows in the cut alone."""
+    return 1.0 - run.columns.get("setting", np.zeros(run.n))

@@ -20,6 +20,7 @@ from vcmm.files.problems import Problems
 from vcmm.files.scenario import (
     EnvironmentTable,
     PoseTable,
+    Temperatures,
     columns_of,
     noting,
     pose_from,
@@ -36,6 +37,7 @@ from vcmm.machine import Machine
 from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
 from vcmm.nc.setup import Setup
 from vcmm.pose import Pose
+from vcmm.settings import CORRECTED
 
 GAUGE = {
     "offset": "0 0 0 mm",
@@ -66,10 +68,11 @@ class CutTable(Table):
 
 
 class InspectionTable(Table):
-    """machine: "ideal", "same", a machine file or table."""
+    """machine: "ideal", "same", a machine file or table. temperature: of a measuring machine, 20 degC unless stated."""
 
     machine: str | dict[str, Any] = IDEAL
     pose: PoseTable | None = None
+    temperature: Temperatures = Field(default_factory=Temperatures)
 
 
 class CutFile(Table):
@@ -122,6 +125,11 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )  # fmt: skip
     settings = section(document, "job", data.get("job", {}), problems, settings_from)
+    if settings is not None and settings.known_bias == CORRECTED:
+        problems.add(
+            ("job", "known_bias"),
+            "the known errors of a cut are the part's deviation; there is nothing to correct",
+        )
     if model is None or setup is None:
         return None
     known = _known(document, machine, setup, model.cut, part, environment, problems)
@@ -226,7 +234,7 @@ def _inspection(document: Document, table: InspectionTable, problems: Problems) 
             ("inspection",),
             'where does the part lie on the measuring machine? Add pose = { shift = "x y z mm" }',
         )
-    return Inspection(OTHER, machine, pose)
+    return Inspection(OTHER, machine, pose, columns_of(table.temperature))
 
 
 __all__ = ["CutFile", "load_cut"]

@@ -11,6 +11,7 @@ from pydantic import Field
 from vcmm.cutting.force import LINEAR_EDGE
 from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Problems
+from vcmm.files.scenario import Temperatures, columns_of
 from vcmm.files.schema import Angle, Point, Size, Table, checked_model
 from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml
@@ -56,6 +57,7 @@ class SetupFile(Table):
     second_reference: Point = ZERO
     tools: dict[str, ToolTable] = Field(default_factory=dict)
     stock: StockTable | None = None
+    temperature: Temperatures | None = None
     control: dict[str, Any] | None = Field(default=None, examples=['{ tolerance = "10 um" }'])
 
 
@@ -83,6 +85,7 @@ def load_setup(path: str | Path) -> Setup:
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
         control=control, compensation=active,
+        constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
     )  # fmt: skip
 
@@ -93,7 +96,9 @@ def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
     if found is None:
         return None
     if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
-        raise UsageError('control.compensation is a list of names, for example compensation = ["pitch"], or [] for none')
+        raise UsageError(
+            'control.compensation is a list of names, for example compensation = ["pitch"], or [] for none'
+        )
     return tuple(found)
 
 

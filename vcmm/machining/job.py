@@ -23,9 +23,11 @@ from vcmm.machining.blank import notes as blank_notes
 from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.maps import Net, net
+from vcmm.machining.neighbours import candidates
+from vcmm.machining.probing import ProbedHere
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, Patch, batch, extremes, grouped
-from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_of, setting_rows
+from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_rows, settings_of
 from vcmm.machining.scenario import IDEAL, SAME, CutScenario
 from vcmm.machining.states import states_at
 from vcmm.machining.sweeps import swept
@@ -37,13 +39,14 @@ from vcmm.nc.toolpath import Toolpath, toolpath
 from vcmm.plan import Plan, touches
 from vcmm.pose import Pose
 from vcmm.qualification import qualified_machine
+from vcmm.result import CharacteristicResult, UncertaintyResult
 from vcmm.run import Array, Run
 from vcmm.sampling import Progress
 from vcmm.task import Task
 from vcmm.world import Measuring
 
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
-DEEPEST = 20.0  # mm, for points that are gouged deeper
+DEEPEST = 2.0  # mm, for points that are gouged deeper
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
 RECUT_LIMIT = 1e-4  # mm
 GOUGE = 0.01  # mm below nominal by the program alone
@@ -72,26 +75,44 @@ def cut(
     *,
     seed: int | None = None,
     trials: int | None = None,
+    engine: str | None = None,
     progress: Progress | None = None,
 ) -> CutResult:
     """Machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
     report = progress or (lambda text, share: None)
-    changes = {"seed": seed, "trials": trials}
+    changes = {"seed": seed, "trials": trials, "engine": engine}
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
     report("reading the program", 0.0)
     shop = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)
-    task, world, notes, again = finished_part(shop)
+    task, world, notes = finished_part(shop)
+    again = recut(shop.path, shop.sweep, shop.machine, _inspected(shop, task), dict(scenario.constants))
     found = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
     patches = surface_map(shop)
     warnings = (*remarks(shop), *notes, *_beyond_contacts(again), *found.warnings)
-    found = replace(found, warnings=warnings)
+    found = replace(found, warnings=warnings, characteristics=_with_uncut(found, task, shop))
     halves = {c.name: batch(c) for c in found.characteristics}
     return CutResult(
         found, extremes(patches, GOUGE), patches, shop.seconds, {c.name: grouped(c) for c in found.characteristics},
         {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings, shop.blank, again,
     )  # fmt: skip
+
+
+def _with_uncut(found: UncertaintyResult, task: Task, shop: Shop) -> tuple[CharacteristicResult, ...]:
+    """A feature of which points were left uncut does not conform, whatever the points that were cut say."""
+    scenario = shop.scenario
+    plan = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
+    planned = {step.feature: len(step.points) for step in plan.steps} if plan else {}
+    left = {name for name, rows in task.touches.rows.items() if len(rows) < planned.get(name, 0)}
+    out = []
+    for c, spec in zip(found.characteristics, scenario.part.characteristics):
+        if c.decision is not None and left & {*spec.of, *spec.between, *spec.datums}:
+            c = replace(
+                c, decision=replace(c.decision, text="does not conform", p_conform=0.0), coverage_shown=False
+            )
+        out.append(c)
+    return tuple(out)
 
 
 def _beyond_contacts(again: Recut | None) -> list[str]:
@@ -113,6 +134,7 @@ def set_up(scenario: CutScenario) -> Shop:
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
+    _check_travels(scenario, path)
     sweep = swept(program.moves, scenario.setup.tools)
     zero = _work_zero(scenario, program)
     blank = machined_blank(scenario.setup, program, sweep, zero)
@@ -122,14 +144,37 @@ def set_up(scenario: CutScenario) -> Shop:
     return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank)
 
 
+def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
+    """The whole program stays within the travels, but for the way from where the machine happens to stand."""
+    later = np.flatnonzero(path.move != path.timing.moving[0])
+    for letter, axis in scenario.machine.axes.items():
+        q, (low, high) = path.axes[letter][later], axis.travel
+        bad = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
+        if len(bad):
+            line = path.columns["line"][later[bad[0]]]
+            scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
+            raise ModelLimit(
+                f"line {line:.0f} of the program leaves the machine: axis {letter} = {q[bad[0]] * scale:.6g} {unit}, its travel is "
+                f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length"
+            )
+
+
 def _work_zero(scenario: CutScenario, program: Program) -> Array:
     """Work offset of the first cut (3,), workpiece axes."""
-    first = next((m.offset for m in program.moves if m.kind != "rapid"), program.moves[0].offset)
-    return np.array(scenario.setup.offsets.get(first, (0.0, 0.0, 0.0)))
+    return np.array(scenario.setup.offsets.get(_first_offset(program), (0.0, 0.0, 0.0)))
 
 
-def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...], Recut | None]:
-    """The task of inspecting the part, the world it was cut in, what is to be said about points left out, and the check."""
+def _first_offset(program: Program) -> str:
+    """The work offset of the first cut."""
+    return next((m.offset for m in program.moves if m.kind != "rapid"), program.moves[0].offset)
+
+
+def _inspected(shop: Shop, task: Task) -> CutSurface:
+    return look(shop, task.touches.points, task.touches.normals)
+
+
+def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
+    """The task of inspecting the part, the world it was cut in, and what is to be said about points left out."""
     scenario = shop.scenario
     planned = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
     if planned is None:
@@ -144,8 +189,7 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...], Recut | N
     world = Cutting(measuring, tool, contacts)
     task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=world.level)
     measuring = replace(measuring, task=replace(measuring.task, form=world.level))
-    again = recut(shop.path, shop.sweep, shop.machine, surface, dict(scenario.constants))
-    return task, replace(world, measuring=measuring), notes, again
+    return task, replace(world, measuring=measuring), notes
 
 
 def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:
@@ -162,7 +206,8 @@ def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...
             )
         if len(kept) < len(step.points):
             notes.append(
-                f"{step.feature}: {len(step.points) - len(kept)} of {len(step.points)} points are not cut and left out"
+                f"{step.feature}: at {len(step.points) - len(kept)} of {len(step.points)} points more than {HEIGHT:g} mm is left or nothing was "
+                "cut; the figures are of the other points, and what depends on it does not conform"
             )
         notes += _gouges(shop, step.feature, found)
         approach = None if step.approach is None else step.approach[kept]
@@ -205,7 +250,7 @@ def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
     return replace(found, **merged)
 
 
-def _inspection(shop: Shop, plan: Plan) -> Measuring:
+def _inspection(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
     """The world of the measuring machine: none, the machine tool again, or another machine."""
     scenario, how = shop.scenario, shop.scenario.inspection
     if how.kind == IDEAL:
@@ -217,44 +262,63 @@ def _inspection(shop: Shop, plan: Plan) -> Measuring:
     assert base is not None
     machine, qualified = qualified_machine(base, plan, scenario.qualifications)
     pose = how.pose or shop.pose
-    placed = touches(plan, pose, machine, how.constants or scenario.constants)
-    owner = "probing" if same else machine.name
-    given = (*machine.inputs, *(scenario.inputs if same else ()))
-    own = [i if same and i.redraw == "machine" else replace(i, owner=owner) for i in (*given, *qualified)]
-    return Measuring(Task(machine, scenario.part, plan, placed, tuple(own), np.zeros(placed.run.n)))
+    placed = touches(plan, pose, machine, scenario.constants if same else how.constants)
+    empty = np.zeros(placed.run.n)
+    if not same:
+        own = [replace(i, owner=machine.name) for i in (*machine.inputs, *qualified)]
+        return Measuring(Task(machine, scenario.part, plan, placed, tuple(own), empty))
+    given = [i for i in (*machine.inputs, *scenario.inputs) if i.effect not in ("tool_length", "tool_radius")]
+    shared = [
+        i if i.redraw == "machine" or i.effect == "work_offset" else replace(i, owner="probing")
+        for i in given
+    ]
+    own = [*shared, *(replace(i, owner="probing") for i in qualified)]
+    task = Task(machine, scenario.part, plan, placed, tuple(own), empty)
+    if not scenario.set_here:
+        return Measuring(task)
+    name = _first_offset(shop.program)
+    zero = _zeros(shop, np.array([name]))[0]
+    return ProbedHere(task, zero, name)
 
 
 def tool_side(
     shop: Shop, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
-    contacts, point, candidate = contacts_of(surface)
-    row = surface.row[point, candidate]
-    at = tips(surface, shop.sweep)
-    states, known = states_at(
-        shop.path, shop.sweep.move[row], surface.t[point, candidate], at[point, candidate]
-    )
+    found = candidates(surface, shop.sweep, tips(surface, shop.sweep))
+    contacts, point, candidate = contacts_of(surface, found)
+    row, at = found.row[point, candidate], found.tip[point, candidate]
+    states, known = states_at(shop.path, shop.sweep.move[row], found.share[point, candidate], at)
     if shop.blank is not None and shop.blank.forces is not None:
         force = shop.blank.forces[row]
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
-    run = cut_run(states, surface, point, candidate, touch, feature, shop.pose, at, shop.scenario.constants)
+    run = cut_run(
+        states, surface, found, point, candidate, touch, feature, shop.pose, shop.scenario.constants
+    )
     full, setting = _with_setting(shop, run)
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
     return ToolSide(shop.machine, _prepared(shop, full), setting, known, inputs), contacts
 
 
 def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
-    """The rows of the cut, then one per tool in which the work offset was set; -1: nothing is taken off."""
-    tools = run.labels["tool"]
+    """The rows of the cut, then one per tool and work offset in which it was set; -1: nothing is taken off."""
+    run = run.with_columns({"setting": np.zeros(run.n)})
     if not shop.scenario.set_here:
         return run, np.full(run.n, -1, dtype=np.intp)
-    at = shop.pose.shift if shop.scenario.set_at is None else np.array(shop.scenario.set_at)
-    offsets = {
-        name: -np.array(shop.scenario.setup.tools[int(name)].offset) for name in dict.fromkeys(tools.tolist())
-    }
-    rows = setting_rows(run, tools, offsets, at)
-    setting = np.concatenate([setting_of(tools, run.n), np.full(rows.n, -1, dtype=np.intp)])
+    first, number = settings_of(run)
+    tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][first]]
+    offset = -np.array([tool.offset for tool in tools])
+    rows = setting_rows(run, first, offset, _zeros(shop, run.labels["setup"][first]), shop.pose)
+    setting = np.concatenate([run.n + number, np.full(rows.n, -1, dtype=np.intp)])
     return joined(run, rows), setting
+
+
+def _zeros(shop: Shop, names: Words) -> Array:
+    """Where each work offset was set (k, 3): at the stated place, else at the work zero itself; workpiece axes."""
+    scenario = shop.scenario
+    if scenario.set_at is not None:
+        return np.tile(np.array(scenario.set_at), (len(names), 1))
+    return np.array([scenario.setup.offsets.get(str(name), (0.0, 0.0, 0.0)) for name in names], dtype=float)
 
 
 def _prepared(shop: Shop, run: Run) -> Run:

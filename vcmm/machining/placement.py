@@ -164,7 +164,7 @@ def place_cut(
     seed = scenario.settings.seed if seed is None else seed
     report("reading and cutting the program", 0.0)
     shop = set_up(scenario)
-    task, world, _, _ = finished_part(shop)
+    task, world, _ = finished_part(shop)
     model = build(task, world)
     present = six_of(shop.pose)
     weights = _weights(scenario, model.characteristics)

@@ -8,32 +8,33 @@ import numpy as np
 
 from vcmm.cutting.envelope import CutSurface
 from vcmm.machining.contacts import Contacts, Ints
+from vcmm.machining.neighbours import Candidates
 from vcmm.machining.toolside import SETTING
 from vcmm.pose import Pose
 from vcmm.run import Array, Run
 
 GRAZING = 1e-6
+OF_ROW = ("touch", "feature", "mode")  # labels of a row itself: setting is another row
 Words = np.typing.NDArray[np.str_]
 
 
-def contacts_of(surface: CutSurface) -> tuple[Contacts, Ints, Ints]:
+def contacts_of(surface: CutSurface, found: Candidates) -> tuple[Contacts, Ints, Ints]:
     """Contacts of the points that were cut, the index of the point and of the candidate (rows,) of each row of the run."""
-    known = surface.row >= 0
+    known = found.row >= 0
     point, candidate = np.nonzero(known)
-    row = np.full(surface.row.shape, -1, dtype=np.intp)
+    row = np.full(found.row.shape, -1, dtype=np.intp)
     row[point, candidate] = np.arange(len(point))
-    height = np.where(known, surface.contact_s, np.inf)
-    along = np.einsum("pki,pi->pk", np.where(known[:, :, None], surface.normal, 0.0), surface.normals)
+    along = np.einsum("pki,pi->pk", found.cutter, surface.normals)
     steep = (
         np.abs(along) < GRAZING
-    )  # the ray leaves a gouge through its side: moving the tool does not move that end
-    cutter = np.where((known & ~steep)[:, :, None], surface.normal, surface.normals[:, None, :])
-    return Contacts(height, cutter, surface.normals, row), point, candidate
+    )  # the ray ends in the side of a gouge: the tool moves that end as it moves itself
+    cutter = np.where((known & ~steep)[:, :, None], found.cutter, surface.normals[:, None, :])
+    return Contacts(found.height, cutter, surface.normals, row), point, candidate
 
 
 def cut_run(
-    states: Run, surface: CutSurface, point: Ints, candidate: Ints, touch: Words, feature: Words, pose: Pose,
-    tips: Array, constants: Mapping[str, float],
+    states: Run, surface: CutSurface, found: Candidates, point: Ints, candidate: Ints, touch: Words, feature: Words,
+    pose: Pose, constants: Mapping[str, float],
 ) -> Run:  # fmt: skip
     """The run of all contacts: `states` are those of the machine, the tip replaced by the cutting point.
 
@@ -41,30 +42,33 @@ def cut_run(
     motions, and with them the tilt of the tool, count to there.
     """
     n = surface.normals[point]
-    contact = surface.points[point] + surface.contact_s[point, candidate][:, None] * n
+    contact = surface.points[point] + found.height[point, candidate][:, None] * n
     columns = {f"n{c}": n[:, i] for i, c in enumerate("xyz")}
     columns |= {f"part_{c}_mm": (contact - pose.shift)[:, i] for i, c in enumerate("xyz")}
     columns |= {name: np.full(len(point), value) for name, value in constants.items()}
     kept = {k: v for k, v in states.columns.items() if not k.startswith("tip_")}
     labels = {**states.labels, "touch": touch[point], "feature": feature[point]}
-    offset = states.offset + (contact - tips[point, candidate])
+    offset = states.offset + (contact - found.tip[point, candidate])
     return Run(states.position, offset, {**kept, **columns}, labels, states.series)
 
 
-def setting_rows(run: Run, tools: Words, offsets: Mapping[str, Array], at: Array) -> Run:
-    """One row per tool with its tip at `at` (3,), as when the work offset and the tool length were set: at rest, cold."""
-    names = list(dict.fromkeys(tools.tolist()))
-    count = len(names)
-    offset = np.array([offsets[name] for name in names]).reshape(count, 3)
+def setting_rows(run: Run, chosen: Ints, offset: Array, at: Array, pose: Pose) -> Run:
+    """The rows `chosen` (k,) again with the tool tip at `at` (k, 3), as when offset and tool length were set: at rest, cold.
+
+    offset (k, 3): tip in the frame of the last tool-side axis. Labels are those of the chosen rows, so that what is drawn
+    per tool or set-up is the same draw; the column `setting` is 1.
+    """
+    count = len(chosen)
     position = {
-        letter: at["XYZ".index(letter)] - offset[:, "XYZ".index(letter)]
-        if letter in "XYZ"
-        else np.zeros(count)
+        letter: (at - offset)[:, "XYZ".index(letter)] if letter in "XYZ" else np.zeros(count)
         for letter in run.position
     }
     columns = {name: _at_rest(name, values, count) for name, values in run.columns.items()}
-    labels = {name: np.full(count, str(values[0])) for name, values in run.labels.items()}
-    labels |= {"tool": np.array(names), "touch": np.full(count, SETTING), "feature": np.full(count, SETTING)}
+    columns |= {f"part_{c}_mm": (at - pose.shift)[:, i] for i, c in enumerate("xyz")} | {
+        "setting": np.ones(count)
+    }
+    labels = {name: values[chosen] for name, values in run.labels.items()}
+    labels |= {name: np.full(count, SETTING) for name in OF_ROW if name in labels}
     return Run(position, offset, columns, labels, run.series)
 
 
@@ -87,7 +91,9 @@ def joined(first: Run, second: Run) -> Run:
     )
 
 
-def setting_of(tool: Words, first: int) -> Ints:
-    """For each row the number of the setting row of its tool; they follow from row `first` on, in order of appearance."""
-    names = list(dict.fromkeys(tool.tolist()))
-    return np.array([first + names.index(t) for t in tool.tolist()], dtype=np.intp)
+def settings_of(run: Run) -> tuple[Ints, Ints]:
+    """(first row of each way of setting, number of the way of each row): rows differ in it by tool, work offset, event."""
+    names = [run.labels[n] for n in sorted(run.labels) if n not in OF_ROW]
+    keys = np.array(["\0".join(words) for words in zip(*names)]) if names else np.full(run.n, "")
+    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
+    return first.astype(np.intp), number.astype(np.intp)

@@ -19,6 +19,7 @@ from vcmm.influence import Influence, Product
 from vcmm.inputs import Input
 from vcmm.machine import Machine
 from vcmm.machining.contacts import Contacts, Ints
+from vcmm.machining.probing import ProbedHere
 from vcmm.machining.toolside import ToolSide
 from vcmm.run import Array, Run
 from vcmm.trials import Draws
@@ -32,7 +33,7 @@ class Cutting:
     measuring: the measuring machine's own world. An Input of both with one id is one quantity (the same machine).
     """
 
-    measuring: Measuring
+    measuring: Measuring | ProbedHere
     tool: ToolSide
     contacts: Contacts
     predicts: bool = True

@@ -10,7 +10,9 @@ import math
 from typing import NamedTuple
 
 Vec = tuple[float, float]
-ROUNDED = 1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
+ROUNDED = (
+    1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
+)
 FAR = 10.0  # times the width of such a corner: a meeting further away is none
 TINY = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
 

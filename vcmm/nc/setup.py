@@ -72,4 +72,7 @@ class Setup:
     block_delete: bool = False
     path: Path | None = None
     control: Control | None = None
-    compensation: tuple[str, ...] | None = None  # what the control itself compensates while the program runs; None = not said
+    constants: Mapping[str, float] = field(default_factory=dict)  # columns of the whole run: temperatures
+    compensation: tuple[str, ...] | None = (
+        None  # what the control itself compensates while the program runs; None = not said
+    )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.machining.scenario import CutScenario
@@ -67,27 +65,5 @@ def twin_page(scenario: CutScenario, result: Result) -> str:
     blocks.append(r.heading("The circle under single errors"))
     circles = [r.polar(result.angle, result.circle[i], title=result.errors[i]) for i in DRAWN]
     blocks += [r.columns(*circles[i : i + 2]) for i in range(0, len(circles), 2)]
-    blocks += [r.heading("All at a glance"), _glance(result)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
     return r.page("Which error shows in which feature", blocks, subtitle=scenario.name, footer=footer)
-
-
-def _glance(result: Result) -> str:
-    """Sizes of the deviations, rows and columns numbered as in the tables."""
-    size = np.abs(result.um)
-    x, y = np.arange(1.0, size.shape[1] + 1), np.arange(1.0, size.shape[0] + 1)
-    names = [f"{i} {n}" for i, n in enumerate(result.features, 1)] + [
-        f"row {i}: {n}" for i, n in enumerate(result.errors, 1)
-    ]
-    chart = r.heat_map(
-        size,
-        x,
-        y,
-        x_label="feature",
-        y_label="error (row)",
-        unit="µm",
-        title="Size of the deviation",
-        width=900,
-        height=420,
-    )
-    return chart + r.details("Features and errors by number", r.paragraph("; ".join(names)))

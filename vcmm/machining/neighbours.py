@@ -1,0 +1,117 @@
+"""Neighbours: the tool a little before and after each contact, as further candidates for the deepest cut.
+
+A perfect machine touches a point at one place of the path. With errors another place may cut deeper: a floor is covered by
+the disc of a flat cutter over a length of path, a wall is passed within d^2 / 2R for a distance d on either side, and at a
+corner of the path the rounding of the control moves the corner itself but not what lies beside it. Each neighbour is the
+tool standing at that place, met by the ray along the normal; its height and the normal of the cutter there are exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.cutting.envelope import CutSurface
+from vcmm.cutting.sweeps import Sweep, lengths, position
+from vcmm.cutting.twin import entry
+from vcmm.machining.contacts import Ints
+from vcmm.run import Array
+
+OFFSETS = np.array([0.01, 0.03, 0.1, 0.3, 1.0])  # shares of the tool radius, to either side of a contact
+SOURCES = 4  # contacts of a point whose neighbours are asked
+BAND = 0.05  # mm: a neighbour that lies further above the contact than any error is none
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """P points, K candidates: height (P, K) mm, cutter normal and tip (P, K, 3), row of the sweep and share of it (P, K).
+
+    row is -1 where there is none; the first column is the contact on a perfect machine.
+    """
+
+    height: Array
+    cutter: Array
+    tip: Array
+    row: Ints
+    share: Array
+
+
+def candidates(surface: CutSurface, sweep: Sweep, tips: Array) -> Candidates:
+    """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts."""
+    known = surface.row >= 0
+    own = Candidates(
+        np.where(known, surface.contact_s, np.inf),
+        np.where(known[:, :, None], surface.normal, surface.normals[:, None, :]),
+        np.where(known[:, :, None], tips, 0.0),
+        np.where(known, surface.row, -1).astype(np.intp),
+        np.where(known, surface.t, 0.0),
+    )
+    parts = [own]
+    for k in range(min(SOURCES, surface.row.shape[1])):
+        points = np.flatnonzero(known[:, k])
+        if len(points):
+            parts += [
+                _beside(surface, sweep, points, k, sign * offset) for offset in OFFSETS for sign in (-1, 1)
+            ]
+    return Candidates(
+        *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in Candidates.__annotations__)
+    )
+
+
+def _beside(surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: float) -> Candidates:
+    """The tool `offset` radii further along the path than the k-th contact of each of the points."""
+    count = len(surface.points)
+    radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
+    row, share = _walk(
+        sweep, surface.row[points, k], surface.t[points, k], offset * radius[surface.row[points, k]]
+    )
+    tip = position(sweep.take(row), share)
+    height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
+    for number, tool in enumerate(sweep.tools):
+        mine = np.flatnonzero(sweep.tool[row] == number)
+        arm, n = surface.points[points[mine]] - tip[mine], surface.normals[points[mine]]
+        height[mine] = entry(tool, arm, n)
+        cutter[mine] = _outward(
+            tool, arm + np.where(np.isfinite(height[mine]), height[mine], 0.0)[:, None] * n, n
+        )
+    same_tool = sweep.tool[row] == sweep.tool[surface.row[points, k]]
+    good = same_tool & np.isfinite(height) & (height < surface.contact_s[points, 0] + BAND)
+    good &= (
+        height >= surface.contact_s[points, 0] - 1e-6
+    )  # deeper than the envelope: the ray has met another stretch
+    out = Candidates(
+        np.full((count, 1), np.inf), surface.normals[:, None, :].copy(), np.zeros((count, 1, 3)),
+        np.full((count, 1), -1, dtype=np.intp), np.zeros((count, 1)),
+    )  # fmt: skip
+    at = points[good]
+    out.height[at, 0], out.cutter[at, 0], out.tip[at, 0] = height[good], cutter[good], tip[good]
+    out.row[at, 0], out.share[at, 0] = row[good], share[good]
+    return out
+
+
+def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Array]:
+    """Row and share (n,) reached after `along` mm of path from (row, share); the ends of the program stop the walk."""
+    length = lengths(sweep)
+    edge = np.concatenate([[0.0], np.cumsum(length)])
+    s = np.clip(edge[row] + share * length[row] + along, 0.0, edge[-1])
+    to = np.clip(np.searchsorted(edge, s, side="right") - 1, 0, len(sweep) - 1)
+    inside = (s - edge[to]) / np.where(length[to] > 0, length[to], 1.0)
+    return to.astype(np.intp), np.clip(inside, 0.0, 1.0)
+
+
+def _outward(tool: object, at: Array, n: Array) -> Array:
+    """Normal of the cutter (m, 3) at points of its surface (tip at the origin), from the gradient of its implicit form."""
+    from vcmm.cutting.tools import Tool, implicit
+
+    assert isinstance(tool, Tool)
+    rho, step = np.hypot(at[:, 0], at[:, 1]), 1e-7
+    by_rho = (implicit(tool, rho + step, at[:, 2]) - implicit(tool, np.abs(rho - step), at[:, 2])) / (
+        2 * step
+    )
+    by_h = (implicit(tool, rho, at[:, 2] + step) - implicit(tool, rho, at[:, 2] - step)) / (2 * step)
+    radial = at[:, :2] / np.where(rho > 0, rho, 1.0)[:, None]
+    out = np.column_stack([by_rho[:, None] * radial, by_h])
+    size = np.linalg.norm(out, axis=1)
+    edge = np.abs(np.einsum("ni,ni->n", out, n)) < 0.1 * size  # on an edge the ray leaves by the other face
+    return np.where((edge | (size == 0))[:, None], n, out / np.where(size > 0, size, 1.0)[:, None])
