@@ -108,6 +108,8 @@ def test_the_certificate_sees_a_better_pose(tmp_path):
     assert 0 < found.hidden < 0.05
     assert "none better among" in found.text
     assert "no bounds" in found.text
+    assert f"better by {found.hidden:.2%}" in found.text
+    assert "too coarse" in replace(found, hidden=2.5).text  # more than all of it: nothing is known
 
 
 def test_the_search_goes_on_from_a_better_pose_and_a_fresh_scan_follows(tmp_path):

@@ -66,9 +66,12 @@ class Certificate:
             if self.floor is None
             else f", with every influence as small as at its own best of these poses, all at once, by {self.floor:.2%}"
         )
+        slopes = f"by the slopes measured a pose between them could be better by {self.hidden:.2%}"
+        if self.hidden >= 1.0:
+            slopes = "too coarse for the slopes measured to say what lies between them (scan more)"
         return (
             f"{found} among {self.scanned} poses that the search never saw{before}, spacing {self.spacing:.3f} of the ranges; "
-            f"estimates, no bounds: by the slopes measured a pose between them could be better by {self.hidden:.2%}{floor}"
+            f"estimates, no bounds: {slopes}{floor}"
         )
 
 
