@@ -31,7 +31,7 @@ fixture = Fixture(
     (Freedom("x", -np.inf, np.inf), Freedom("y", -np.inf, np.inf), Freedom("turn_z", -np.pi, np.pi))
 )
 goal = Goal({"U": 1.0}, {"bore to front": 1.0})
-found = vcmm.place(scenario, fixture=fixture, goal=goal, evaluations=1500, scanned=512, trials=20_000)
+found = vcmm.place(scenario, fixture=fixture, goal=goal, evaluations=500, scanned=128, trials=5000)
 for name, at in (
     ("found", found.best),
     ("present", found.present),

@@ -13,7 +13,7 @@ from vcmm.files.placed import placed_text
 from vcmm.files.scenario import load_scenario
 from vcmm.fixture import pose_of, six_of
 
-FAST = ["--evaluations", "300", "--scan", "64", "--trials", "2000"]
+FAST = ["--evaluations", "60", "--scan", "32", "--trials", "1000"]
 
 
 def document(capsys, *words):

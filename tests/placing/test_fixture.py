@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from cases import plate, written
@@ -12,6 +15,7 @@ from vcmm.fixture import DOWN, Fixture, Freedom, Goal, pose_of, six_of, turned_d
 from vcmm.placing.job import place
 from vcmm.placing.objective import Uncertain, complete
 from vcmm.placing.rows import Rows
+from vcmm.placing.search import search
 from vcmm.placing.space import boxes, default_fixture
 from vcmm.placing.travels import Travels
 
@@ -121,8 +125,35 @@ def test_no_reachable_pose_says_what_would_open_one(tmp_path):
         boxes(
             Fixture((Freedom("z", -660.0, -640.0), Freedom("x", 0.0, 600.0))), low, Travels(Rows.of(scenario))
         )
-    with pytest.raises(ModelLimit, match=r"move its upper end by 116 mm to open a pose"):  # -524 - -640 = 116
+    # -524 - -640 = 116
+    with pytest.raises(
+        ModelLimit, match=r"move its upper end up by 116 mm to open a single pose, by 126 mm to leave 10 mm"
+    ):
         boxes(Fixture((Freedom("z", -660.0, -640.0),)), low, Travels(Rows.of(scenario)))
+
+
+def test_a_range_moved_as_advised_can_be_searched(tmp_path):
+    """The smallest move opens one pose, at one end of the turns; the message also names one that leaves a range."""
+    scenario = plate(tmp_path)
+
+    def moved(by: float):
+        fixture = Fixture((Freedom("x", 590.0 - by, 600.0), Freedom("turn_z", 0.0, 0.1)))
+        return boxes(fixture, six_of(scenario.pose), Travels(Rows.of(scenario)))
+
+    with pytest.raises(ModelLimit) as error:
+        moved(0.0)
+    least, enough = (float(v) for v in re.findall(r"by ([\d.]+) mm to", str(error.value)))
+    assert least == pytest.approx(26.0)  # the travels end at 564 mm: 590 - 564
+    one, many = moved(least), moved(enough)
+    unit = np.random.default_rng(1).random((400, 2))
+    assert one[0].poses(unit)[1].mean() == 0.0
+    assert many[0].poses(unit)[1].mean() > 0.4
+    with pytest.raises(ModelLimit, match="too narrow to be found") as narrow:
+        search(SimpleNamespace(unit="mm", values=lambda p: p[:, 0]), one, evaluations=100)
+    assert "known" not in str(narrow.value)  # nothing about tables, of which there are none
+    nowhere = SimpleNamespace(unit="mm", values=lambda p: np.full(len(p), np.inf))
+    with pytest.raises(ModelLimit, match="can be reached, but each of them lies where an error"):
+        search(nowhere, many, evaluations=100)
 
 
 def test_a_part_larger_than_the_machine(tmp_path):

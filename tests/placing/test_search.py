@@ -13,7 +13,7 @@ from scipy.stats import qmc
 
 import vcmm
 from vcmm.fixture import Fixture, Freedom, Goal, pose_of, six_of
-from vcmm.placing.certificate import certify, scan
+from vcmm.placing.certificate import _floor, certify, scan, scan_after
 from vcmm.placing.confirm import _batches, fresh_seed
 from vcmm.placing.flat import values_at
 from vcmm.placing.objective import Uncertain
@@ -85,13 +85,13 @@ def test_a_constraint_of_another_kind_is_kept(tmp_path):
 
 @pytest.mark.parametrize("seed", [2, 3])
 def test_drawn_problems_against_a_dense_scan(seed):
-    """A small version of tools/place_statistics.py: 5000 evaluations against a scan of 20 000."""
+    """A small version of tools/place_statistics.py: 3000 evaluations against a scan of 8000."""
     one = problem(seed)
-    found = search(one.objective, one.boxes, evaluations=5000, seed=seed)
-    assert found.evaluations <= 5000
+    found = search(one.objective, one.boxes, evaluations=3000, seed=seed)
+    assert found.evaluations <= 3000
     for box in one.boxes:
         ask = Counted(box, one.objective)
-        best = min(ask(part).min() for part in np.array_split(qmc.Sobol(box.d, seed=9).random_base2(14), 8))
+        best = min(ask(part).min() for part in np.array_split(qmc.Sobol(box.d, seed=9).random_base2(13), 4))
         assert found.value <= best * 1.001
 
 
@@ -100,34 +100,71 @@ def test_the_certificate_sees_a_better_pose(tmp_path):
     box = found_boxes(plate(tmp_path))
     good = search(Bowl(), box, evaluations=2000)
     seen = scan(Bowl(), box, 1024, 0, silent)
-    bad = replace(good, pose=np.array([120.0, 400, -300, 0, 0, 0]), value=1.02)
-    better = certify(Bowl(), box, bad, seen).better
+    better = certify(Bowl(), box, np.array([120.0, 400, -300, 0, 0, 0]), 1.02, seen).better
     assert better == pytest.approx(1 - seen.values.min() / 1.02)
     assert 0.015 < better <= 0.02 / 1.02
-    found = certify(Bowl(), box, good, seen)
+    found = certify(Bowl(), box, good.pose, good.value, seen)
     assert found.better == 0
     assert 0 < found.hidden < 0.05
     assert "none better among" in found.text
+    assert "no bounds" in found.text
+    assert f"better by {found.hidden:.2%}" in found.text
+    assert "too coarse" in replace(found, hidden=2.5).text  # more than all of it: nothing is known
 
 
-def test_floor_of_the_influences(tmp_path):
-    """No pose of the scan lies below the value with every influence at its own least."""
+def test_the_search_goes_on_from_a_better_pose_and_a_fresh_scan_follows(tmp_path):
+    box = found_boxes(plate(tmp_path))
+    good = search(Bowl(), box, evaluations=300)
+    same, first, earlier = scan_after(Bowl(), box, good, 256, 0, silent)
+    assert same is good
+    assert earlier == 0.0
+    bad = replace(good, pose=np.array([120.0, 400, -300, 0, 0, 0]), value=1.02)
+    found, fresh, earlier = scan_after(Bowl(), box, bad, 256, 0, silent)
+    assert earlier == pytest.approx(1 - first.values.min() / 1.02)
+    assert found.value == pytest.approx(1.0, abs=1e-5)
+    assert len(fresh.poses) == 256
+    assert not (fresh.poses[:, None, :2] == first.poses[None, :, :2]).all(axis=2).any()
+    assert "a scan before this one" in certify(Bowl(), box, found.pose, found.value, fresh, earlier).text
+
+
+def test_what_the_certificate_says_is_not_made_true_by_going_on(tmp_path):
+    """Values without any order: the best of n further poses beats the best of n that were seen before every other time."""
+
+    def noise(p):
+        drawn = np.sin(12.9898 * p[:, 0] + 78.233 * p[:, 1]) * 43758.5453
+        return 1.0 + drawn - np.floor(drawn)
+
+    rough, box = SimpleNamespace(unit="", values=noise), found_boxes(plate(tmp_path))
+    start = replace(search(rough, box, evaluations=50), value=1.9)
+    better = []
+    for seed in range(20):
+        found, seen, earlier = scan_after(rough, box, start, 1024, seed, silent)
+        assert earlier > 0
+        better.append(seen.values.min() < found.value)
+    assert 0 < sum(better) < 20
+
+
+def test_least_influences_are_an_estimate_that_counts_the_pose_found(tmp_path):
+    """With every influence at its least the value is below that of every pose looked at, the one found among them."""
     scenario = with_field(plate(tmp_path), 3)
     objective = Uncertain.of(scenario, Goal({"U": 1.0}, {"bore diameter": 0.5, "bore to front": 0.5}))
     box = found_boxes(scenario, Freedom("turn_z", -np.pi, np.pi))
-    found = search(objective, box, evaluations=1500)
-    seen = scan(objective, box, 512, 0, silent)
-    certificate = certify(objective, box, found, seen)
-    assert certificate.floor is not None
-    assert certificate.floor >= certificate.better
-    assert found.value * (1 - certificate.floor) <= seen.values.min()
+    found = search(objective, box, evaluations=400)
+    for count in (16, 128):  # few poses of the scan, all of them worse than the one found
+        seen = scan(objective, box, count, 0, silent)
+        certificate = certify(objective, box, found.pose, found.value, seen)
+        assert certificate.floor is not None
+        least = found.value * (1 - certificate.floor)
+        assert least <= min(found.value, seen.values.min())
+    alone = _floor(objective, seen.poses[:0], found.pose, found.value)
+    assert alone == pytest.approx(0.0, abs=1e-9)  # of the pose found alone: nothing to save
 
 
 @pytest.fixture(scope="module")
 def placed(tmp_path_factory):
     scenario = with_field(plate(tmp_path_factory.mktemp("plate")), 3)
     goal = Goal({"U": 1.0}, {"bore diameter": 0.5, "bore to front": 0.5})
-    return vcmm.place(scenario, goal=goal, evaluations=1500, scanned=512, trials=10_000)
+    return vcmm.place(scenario, goal=goal, evaluations=800, scanned=256, trials=10_000, constraints=())
 
 
 def test_gain_is_confirmed_out_of_sample(placed):
@@ -177,9 +214,10 @@ def test_map_and_region_hold_what_they_say(placed):
 def test_the_same_seed_gives_the_same_answer(tmp_path):
     scenario = with_field(plate(tmp_path), 5)
     options = {
-        "evaluations": 300,
-        "scanned": 64,
+        "evaluations": 100,
+        "scanned": 32,
         "trials": 1000,
+        "constraints": (),
         "goal": Goal({"U": 1.0}, {"bore diameter": 1.0}),
     }
     first, again = vcmm.place(scenario, **options), vcmm.place(scenario, **options)
@@ -190,7 +228,7 @@ def test_the_same_seed_gives_the_same_answer(tmp_path):
 def test_present_pose_out_of_reach_is_said(tmp_path):
     scenario = plate(tmp_path, "", ('shift = "300 250 -300 mm"', 'shift = "20 250 -300 mm"'))
     found = vcmm.place(
-        scenario, evaluations=400, scanned=128, trials=2000, goal=Goal({"U": 1.0}, {"bore diameter": 1.0})
+        scenario, evaluations=100, scanned=32, trials=1000, goal=Goal({"U": 1.0}, {"bore diameter": 1.0})
     )
     assert found.present is None
     assert found.before is None
@@ -205,7 +243,7 @@ def test_discrete_choices_are_enumerated(tmp_path):
     turns = Freedom("turn_z", values=tuple(np.radians([0.0, 90.0, 180.0])))
     goal = Goal({"U": 1.0}, {"bore to front": 1.0})
     found = vcmm.place(
-        scenario, fixture=Fixture((turns,), slots), goal=goal, evaluations=300, scanned=64, trials=2000
+        scenario, fixture=Fixture((turns,), slots), goal=goal, evaluations=100, scanned=32, trials=1000
     )
     every = np.array([[*s, 0, 0, t] for s in slots for t in turns.values])
     values = found.objective.values(every)

@@ -48,7 +48,8 @@ def _json(found: Any) -> dict[str, Any]:
         "worst": at(found.worst),
         "certificate": {
             "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned,
-            "better": certificate.better, "hidden": certificate.hidden, "spacing": certificate.spacing,
+            "better": certificate.better, "earlier": certificate.earlier, "hidden": certificate.hidden,
+            "spacing": certificate.spacing,
         },
         "flat": {"within": flat.within, "share": flat.share, "box": {named(n): list(r) for n, r in flat.box.items()}},
         "conforming": [

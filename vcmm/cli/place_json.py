@@ -22,7 +22,7 @@ def place_json(found: Any) -> dict[str, Any]:
         "worst": at_json(found, found.worst),
         "certificate": {
             "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned, "better": certificate.better,
-            "hidden": certificate.hidden, "floor": certificate.floor, "spacing": certificate.spacing,
+            "earlier": certificate.earlier, "hidden": certificate.hidden, "floor": certificate.floor, "spacing": certificate.spacing,
         },
         "search": {
             "evaluations": found.evaluations, "feasible_share": found.feasible_share,

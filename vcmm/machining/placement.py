@@ -25,7 +25,7 @@ from vcmm.machining.result import CutResult
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.part import Characteristic
-from vcmm.placing.certificate import Certificate, certify, scan
+from vcmm.placing.certificate import Certificate, certify, scan_after
 from vcmm.placing.flat import Map, Region, region, table_map
 from vcmm.placing.search import search
 from vcmm.placing.space import Box
@@ -174,9 +174,9 @@ def place_cut(
     )
     box = _box(scenario, ProgramTravels(shop, present[:3]), present)
     found = search(objective, [box], evaluations=evaluations, seed=seed, progress=report)
-    seen = scan(objective, [box], scanned, seed, report)
+    found, seen, earlier = scan_after(objective, [box], found, scanned, seed, report)
     order = np.argsort(seen.values, kind="stable")
-    best = _at(objective, found.pose if found.value <= seen.values.min() else seen.poses[order[0]])
+    best = _at(objective, found.pose)
     now = _at(objective, present)
     if now.value <= best.value:
         best = now
@@ -185,7 +185,8 @@ def place_cut(
     before = cut(scenario, seed=seed, trials=trials, progress=report)
     return PlacedCut(
         model.characteristics, weights, best, now, _at(objective, seen.poses[order[len(order) // 2]]),
-        _at(objective, seen.poses[order[-1]]), certify(objective, [box], found, seen), table_map(objective, found),
+        _at(objective, seen.poses[order[-1]]), certify(objective, [box], best.pose, best.value, seen, earlier),
+        table_map(objective, found),
         region(objective, found, seen.poses, seen.values, seed), found.evaluations, before, after, seed,
     )  # fmt: skip
 

@@ -26,16 +26,15 @@ FINE, COARSE = 0.02, 0.5  # mm: how well the gaps of the shaft, and of head and 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """What the tool lacks, mm, 0 where it is clear: one number per touch (n,), per pair (k,), per drawn-back touch.
+    """What the tool lacks, mm, 0 where it is clear: one number per touch (n,) or per pair (k,).
 
-    bodies: NAMES -> (n,); tip (n,): the ball before and during its approach. direct (k,): straight moves; back (n,):
-    drawing back from a touch, nan where no move asks for it.
+    bodies: NAMES -> (n,); tip (n,): the ball before and during its approach. direct (k,): straight moves between the
+    touches of `pairs`. What drawing back lacks is asked touch by touch (`vcmm.placing.retreat`).
     """
 
     bodies: dict[str, Array]
     tip: Array
     direct: Array
-    back: Array
     pairs: Ints
 
 
@@ -87,16 +86,16 @@ class Tooling:
 
 
 def lacking(solid: Solid, asked: list[tuple[Bodies, Array, Array]]) -> Array:
-    """(len(asked), k) mm that bodies lack, all looked at in one go."""
+    """(len(asked), k) mm that bodies lack, all looked at in one go; inf where a gap cannot be told, never 0."""
     bodies, need, known = (list(column) for column in zip(*asked))
     room = slack(solid, joined(bodies), np.concatenate(need), np.concatenate(known))
     return np.maximum(0.0, -room).reshape(len(asked), -1)
 
 
-def room(tooling: Tooling, solid: Solid, reach: Array, rows: Rows, rotation: Array) -> Room:
-    """The room of all touches and moves against a solid.
+def room(tooling: Tooling, solid: Solid, rows: Rows, rotation: Array) -> Room:
+    """The room of all touches and straight moves against a solid.
 
-    rows: tips in the frame of the solid; rotation: frame_from_machine; reach (p, 3): points whose hull holds the solid.
+    rows: tips in the frame of the solid; rotation: frame_from_machine.
     """
     every = np.arange(rows.n)
     slope = np.abs(np.einsum("ni,ni->n", rows.start - rows.tip, rows.normal))
@@ -113,10 +112,7 @@ def room(tooling: Tooling, solid: Solid, reach: Array, rows: Rows, rotation: Arr
     direct = np.zeros(0)
     if len(pairs):
         direct = tooling.moving(solid, pairs[:, 0], rows.left[pairs[:, 0]], rows.start[pairs[:, 1]], rotation)
-    back = np.full(rows.n, np.nan)
-    needed = drawn_back(rows, pairs[direct > 0.0] if len(pairs) else pairs)
-    back[needed] = back_lacking(tooling, solid, reach, rows, needed, rotation)
-    return Room(bodies, tip, direct, back, pairs)
+    return Room(bodies, tip, direct, pairs)
 
 
 def drawn_back(rows: Rows, blocked: Ints) -> Ints:

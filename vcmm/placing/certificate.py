@@ -1,8 +1,8 @@
 """How much better any pose could still be than the one that was found.
 
-Three statements of rising strength, none of them a proof: a dense scan on poses of its own found none better; the
-slopes measured on the scan bound what can hide between its poses; and if every influence were as small as at its own
-best pose of the scan, all at once, the objective would still be so large (a floor that no pose of the scan can pass).
+Three statements, none of them a bound or a proof: what a dense scan found on poses that the search never saw; what the
+slopes measured on that scan leave for poses between; and what the objective would be if every influence were as small
+as at its own best pose of the scan, all at once.
 """
 
 from __future__ import annotations
@@ -12,12 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.errors import ModelLimit
 from vcmm.placing.objective import Objective, Spread, Uncertain
-from vcmm.placing.search import Found, differences
+from vcmm.placing.search import Found, differences, polished_from
 from vcmm.placing.space import Box
 from vcmm.run import Array
+from vcmm.streams import key
 
 SLOPES = 24  # lowest poses of the scan whose slopes are measured
+Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +38,11 @@ class Scan:
 class Certificate:
     """scanned: poses of the scan. better: by which share of the value the best of them is better (0: none).
 
-    hidden: share by which a pose between those of the scan could be better, by the slopes measured. floor: share by
-    which a pose could be better at most if every influence were at its own least (None where that cannot be told).
-    spacing: largest distance of any pose from one of the scan, in units of the fixture's ranges.
+    earlier: by which share a scan before this one was better than what the search had come to; it went on from there (0:
+    there was none). hidden: estimate of the share by which a pose between those of the scan could be better, by the
+    slopes measured. floor: share by which the objective would be smaller if every influence were as small as at its own
+    best pose, of the scan or the one found; an estimate over these poses (None where the objective is no sum of influences).
+    spacing: largest distance from the scan that was seen at even draws, in units of the fixture's ranges.
     """
 
     method: str
@@ -46,28 +51,36 @@ class Certificate:
     hidden: float
     floor: float | None
     spacing: float
+    earlier: float = 0.0
 
     @property
     def text(self) -> str:
-        floor = (
-            "" if self.floor is None else f"; no more than {self.floor:.2%} by the floor of the influences"
-        )
         found = "none better" if self.better <= 0 else f"one better by {self.better:.3%}"
+        before = (
+            f" (a scan before this one had found one better by {self.earlier:.3%}, from where the search went on)"
+            if self.earlier > 0
+            else ""
+        )
+        floor = (
+            ""
+            if self.floor is None
+            else f", with every influence as small as at its own best of these poses, all at once, by {self.floor:.2%}"
+        )
+        slopes = f"by the slopes measured a pose between them could be better by {self.hidden:.2%}"
+        if self.hidden >= 1.0:
+            slopes = "too coarse for the slopes measured to say what lies between them (scan more)"
         return (
-            f"{found} among {self.scanned} further poses (spacing {self.spacing:.3f} of the ranges); by the slopes measured a "
-            f"pose between them could be better by {self.hidden:.2%}{floor}"
+            f"{found} among {self.scanned} poses that the search never saw{before}, spacing {self.spacing:.3f} of the ranges; "
+            f"estimates, no bounds: {slopes}{floor}"
         )
 
 
-def scan(
-    objective: Objective, boxes: Sequence[Box], count: int, seed: int, progress: Callable[[str, float], None]
-) -> Scan:
-    """Even draws over all boxes, in batches."""
+def scan(objective: Objective, boxes: Sequence[Box], count: int, seed: int, progress: Progress) -> Scan:
+    """Scrambled Sobol points in all boxes, more even than independent draws, in batches."""
     units, poses, values, numbers, drawn = [], [], [], [], 0
     each = max(16, count // len(boxes))
     for k, box in enumerate(boxes):
-        unit = np.random.default_rng([seed, 7, k]).random((each, box.d)) if box.d else np.zeros((1, 0))
-        unit = _spread_out(unit, seed + 1000 + k)
+        unit = _even(box.d, each, [seed, 7, k])
         six, ok = box.poses(unit)
         drawn += len(unit)
         found = np.full(len(unit), np.inf)
@@ -82,22 +95,52 @@ def scan(
         values.append(found[kept])
         numbers.append(k)
     total = np.concatenate(values)
+    if not len(total):
+        raise ModelLimit(
+            f"none of the {drawn} poses of the scan can be used, though the search found one: widen the ranges of the fixture, or "
+            "scan more poses"
+        )
     return Scan(tuple(numbers), tuple(units), np.concatenate(poses), total, len(total) / max(drawn, 1))
 
 
-def _spread_out(unit: Array, seed: int) -> Array:
-    """A scrambled Sobol set of the same shape: more even than independent draws."""
-    if unit.shape[1] == 0:
-        return unit
+def _even(d: int, count: int, seed: Sequence[int]) -> Array:
+    """(count, d); one point where nothing is free."""
+    if d == 0:
+        return np.zeros((1, 0))
     from scipy.stats import qmc
 
-    power = int(np.ceil(np.log2(len(unit))))
-    return np.asarray(qmc.Sobol(unit.shape[1], seed=seed).random_base2(power)[: len(unit)])
+    power = int(np.ceil(np.log2(count)))
+    return np.asarray(qmc.Sobol(d, seed=np.random.default_rng(seed)).random_base2(power)[:count])
 
 
-def certify(objective: Objective, boxes: Sequence[Box], found: Found, seen: Scan) -> Certificate:
-    """What the scan says about the outcome of the search."""
-    best = found.value
+def scan_after(
+    objective: Objective, boxes: Sequence[Box], found: Found, count: int, seed: int, progress: Progress
+) -> tuple[Found, Scan, float]:
+    """The outcome of a search, a scan that neither it nor any polish has seen, and `Certificate.earlier`.
+
+    Where a first scan finds a better pose, the search goes on from there, once, and a scan of other poses follows.
+    """
+    seen = scan(objective, boxes, count, _seed(seed, 1), progress)
+    if seen.values.min() >= found.value:
+        return found, seen, 0.0
+    k = int(seen.values.argmin())
+    sizes = np.cumsum([len(u) for u in seen.unit])
+    number = int(np.searchsorted(sizes, k, side="right"))
+    start = seen.unit[number][k - (sizes[number - 1] if number else 0)]
+    better = polished_from(objective, boxes[seen.box[number]], start, found)
+    again = scan(objective, boxes, count, _seed(seed, 2), progress)
+    return better, again, (found.value - float(seen.values[k])) / abs(found.value)
+
+
+def _seed(seed: int, number: int) -> int:
+    """A seed that no other use of `seed` shares."""
+    return int(key(seed, f"placement scan {number}")[0])
+
+
+def certify(
+    objective: Objective, boxes: Sequence[Box], pose: Array, best: float, seen: Scan, earlier: float = 0.0
+) -> Certificate:
+    """What a scan says about a pose (6,) with the value `best`."""
     better = max(0.0, (best - float(seen.values.min())) / abs(best)) if best else 0.0
     spacing, hidden, at = 0.0, 0.0, 0
     for k, unit in zip(seen.box, seen.unit):
@@ -110,10 +153,9 @@ def certify(objective: Objective, boxes: Sequence[Box], found: Found, seen: Scan
         hidden = max(
             hidden, _hidden(objective, boxes[k], unit, values, best, float(np.quantile(reach, 0.95)))
         )
-    floor = _floor(objective, seen.poses, best) if isinstance(objective, Uncertain) else None
-    if floor is not None:
-        hidden = min(hidden, floor)
-    return Certificate("dense scan, slopes and floor", len(seen.values), better, hidden, floor, spacing)
+    floor = _floor(objective, seen.poses, pose, best) if isinstance(objective, Uncertain) else None
+    method = "dense scan and slopes" if floor is None else "dense scan, slopes and least influences"
+    return Certificate(method, len(seen.values), better, hidden, floor, spacing, earlier)
 
 
 def _spacing(unit: Array) -> Array:
@@ -143,20 +185,21 @@ def _hidden(objective: Objective, box: Box, unit: Array, values: Array, best: fl
     return max(0.0, (best - least) / abs(best)) if best and np.isfinite(least) else 0.0
 
 
-def _floor(objective: Uncertain, poses: Array, best: float) -> float | None:
-    """Share of `best` that could be gained if every influence were at its least over the scan, all at once.
+def _floor(objective: Uncertain, poses: Array, found: Array, best: float) -> float | None:
+    """Share of `best` saved if every influence were at its least over the scan and the pose found, all at once.
 
-    For mixtures of U and U/T of smooth characteristics; None for others, whose objective is no sum of influences.
+    For mixtures of U and U/T of smooth characteristics; None for others, whose objective is no sum of influences. The
+    poses are a sample: at others an influence may be smaller still.
     """
     mixture = {k for k, v in objective.goal.mixture.items() if v}
     counted = [i for i, c in enumerate(objective.characteristics) if objective.weights[c.name]]
     if not mixture <= {"U", "U/T"} or any(i not in objective.smooth for i in counted) or not best:
         return None
-    chosen = poses[:: max(1, len(poses) // 1500)]
+    chosen = np.concatenate([found[None], poses[:: max(1, len(poses) // 1500)]])
     first, second = objective.closed.variances(chosen, objective.gradient_rows)
     u = np.sqrt(first.min(axis=0).sum(axis=1) + second.min(axis=0))[None]
     least = Spread(u, u * objective.factors, np.zeros_like(u))
     value = sum(
         share * float(objective.part(k, least)[0]) for k, share in objective.goal.mixture.items() if share
     )
-    return max(0.0, (best - value) / abs(best))
+    return max(0.0, (best - value) / abs(best))  # the pose found counts: only rounding is below 0

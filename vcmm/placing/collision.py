@@ -86,7 +86,7 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
     while len(owner):
         edges = half[:, :, None] * bodies.edges[owner]
         centre = bodies.centre[owner] + np.einsum("mk,mki->mi", middle, bodies.edges[owner])
-        value, reach = solid.distance(centre) - due[owner], _half_diagonal(edges)
+        value, reach = _sure(solid.distance(centre) - due[owner], _half_diagonal(edges))
         inside, outside = _round(bodies, owner, middle, half)
         np.minimum.at(best, owner[inside], value[inside])
         fine = np.maximum(known[owner], -0.25 * best[owner])
@@ -99,6 +99,12 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
         keep = keep[_most_promising(owner[keep], low[keep], best)]
         owner, middle, half = _halved(owner[keep], middle[keep], half[keep], edges[keep])
     return np.where(best < 0.0, best, sure)
+
+
+def _sure(value: Array, reach: Array) -> tuple[Array, Array]:
+    """A gap that is not a number counts as -inf, so that it never passes for room."""
+    unknown = np.isnan(value) | np.isnan(reach)
+    return np.where(unknown, -np.inf, value), np.where(unknown, 0.0, reach)
 
 
 def _most_promising(owner: Ints, low: Array, best: Array) -> npt.NDArray[np.bool_]:

@@ -10,14 +10,14 @@ import numpy as np
 from vcmm.errors import ModelLimit
 from vcmm.evaluation import evaluate
 from vcmm.fixture import Fixture, Goal, Placement, pose_of, six_of
-from vcmm.placing.certificate import Scan, certify, scan
+from vcmm.placing.certificate import Scan, certify, scan_after
 from vcmm.placing.confirm import confirm
 from vcmm.placing.flat import region, table_map
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.reach import Feasibility as Reach
 from vcmm.placing.relax import no_reachable_pose, relaxation
 from vcmm.placing.result import At, Placed
-from vcmm.placing.search import Found, polished_from, search
+from vcmm.placing.search import Found, search
 from vcmm.placing.space import Box, all_boxes, boxes, default_fixture, probed
 from vcmm.placing.travels import Feasibility, Hindrance, Travels
 from vcmm.remarks import remarks
@@ -63,10 +63,9 @@ def place(
     found_boxes = _boxes(fixture, six, travels, further, reach)
     objective = _at_reference(objective, found_boxes, problems)
     found = search(objective, found_boxes, evaluations=evaluations, seed=seed, progress=report)
-    seen = scan(objective, found_boxes, scanned, seed, report)
-    found = _improved(objective, found_boxes, found, seen)
+    found, seen, earlier = scan_after(objective, found_boxes, found, scanned, seed, report)
     present = None if problems else _at(objective, six)
-    outcome = _outcome(objective, found_boxes, found, seen, present, seed, report)
+    outcome = _outcome(objective, found_boxes, found, (seen, earlier), present, seed, report)
     return _evaluated(outcome, problems, trials, report)
 
 
@@ -104,17 +103,6 @@ def _at_reference(objective: Uncertain, found: Sequence[Box], problems: Sequence
     return replace(objective, closed=closed)
 
 
-def _improved(objective: Uncertain, found_boxes: Sequence[Box], found: Found, seen: Scan) -> Found:
-    """Where the scan found a better pose, the search goes on from there."""
-    if seen.values.min() >= found.value:
-        return found
-    k = int(seen.values.argmin())
-    sizes = np.cumsum([len(u) for u in seen.unit])
-    number = int(np.searchsorted(sizes, k, side="right"))
-    start = seen.unit[number][k - (sizes[number - 1] if number else 0)]
-    return polished_from(objective, found_boxes[seen.box[number]], start, found)
-
-
 def _at(objective: Uncertain, six: Array) -> At:
     spread = objective.spread(six[None])
     return At(six, float(objective.values(six[None])[0]), spread.u[0], spread.expanded[0])
@@ -124,20 +112,21 @@ def _outcome(
     objective: Uncertain,
     found_boxes: Sequence[Box],
     found: Found,
-    seen: Scan,
+    last_scan: tuple[Scan, float],
     present: At | None,
     seed: int,
     report: Progress,
 ) -> Placed:
+    seen, earlier = last_scan
     order = np.argsort(seen.values, kind="stable")
     middle, last = order[len(order) // 2], order[-1]
-    certificate = certify(objective, found_boxes, found, seen)
     report("drawing the map", 0.0)
     chart = table_map(objective, found)
     flat = region(objective, found, seen.poses, seen.values, seed)
     best = _at(objective, found.pose)
     if present is not None and present.value <= best.value:
         best = present  # nothing better was found: the part stays where it is
+    certificate = certify(objective, found_boxes, best.pose, best.value, seen, earlier)
     confirmation = None
     if present is not None and best is not present:
         confirmation = confirm(objective, present.pose, best.pose, seed, report)

@@ -11,15 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from vcmm.kinematics import nominal_tip
-from vcmm.placing.access import Room, Tooling, back_lacking, beyond, drawn_back, room
+from vcmm.placing.access import Room, Tooling, back_lacking, drawn_back, room
 from vcmm.placing.allowed import FixtureLike, off_fixture
 from vcmm.placing.collision import Bodies, slack
 from vcmm.placing.material import part_points, part_solid
+from vcmm.placing.retreat import ROUNDING, TableRoom, Way, moves_lacking
 from vcmm.placing.solid import Box, Solid, Union, half_space
 from vcmm.placing.tool import NAMES
 from vcmm.placing.touching import Rows, rows_of
@@ -41,7 +43,6 @@ CONSTRAINTS = (
     "clamps",
     "moves",
 )
-ROUNDING = 1e-6  # mm, as check_travel allows
 MAX_KEPT = 4096
 
 __all__ = ["CONSTRAINTS", "Feasibility", "Problem"]
@@ -59,6 +60,7 @@ class Feasibility:
     corners: Array  # (q, 3): of the part alone
     fixture: FixtureLike | None = None
     _kept: dict[tuple[float, ...], Room] = field(default_factory=dict)
+    _backs: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scenario: Scenario, fixture: FixtureLike | None = None) -> Feasibility:
@@ -124,11 +126,12 @@ class Feasibility:
         """(m, 3n + 1, 3): axis positions wanted at touches, starts, retracts and above the first start; m poses."""
         tips = np.concatenate([self.rows.tip, self.rows.start, self.rows.left, self.rows.start[:1]])
         wanted = pose.apply(np.broadcast_to(tips, (len(pose.shift), *tips.shape))) - np.concatenate(
-            [self.zero(), self.zero(), self.zero(), self.zero()[:1]]
+            [self.zero, self.zero, self.zero, self.zero[:1]]
         )
         wanted[:, -1, 2] += self.scenario.plan.touch.clearance
         return np.asarray(wanted)
 
+    @cached_property
     def zero(self) -> Array:
         """(n, 3): the tip with all axes at zero."""
         machine = self.scenario.machine
@@ -171,14 +174,20 @@ class Feasibility:
         if key not in self._kept:
             if len(self._kept) >= MAX_KEPT:
                 self._kept.clear()
-            self._kept[key] = room(self.tooling, self.solid, self.reach, self.rows, rotation.T)
+                self._backs.clear()
+            self._kept[key] = room(self.tooling, self.solid, self.rows, rotation.T)
         return self._kept[key]
 
-    def table_room(self, pose: Pose) -> tuple[Room, Array] | None:
-        """Against clamps on the table and the table itself, in workpiece axes; None without any.
+    def part_back(self, rotation: Array, which: npt.NDArray[np.intp]) -> Array:
+        """(n,) mm that the tool lacks of the part while it draws back from `which`; inf at touches nobody asked about."""
+        known = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))
+        new = which[np.isinf(known[which])]
+        if len(new):
+            known[new] = back_lacking(self.tooling, self.solid, self.reach, self.rows, new, rotation.T)
+        return known
 
-        Also what the part overlaps with each clamp (c,) mm.
-        """
+    def table_room(self, pose: Pose) -> TableRoom | None:
+        """Against clamps on the table and the table itself, in workpiece axes; None without any."""
         around = self.scenario.surroundings
         clamps = [c for c in around.clamps if c.on == "table"]
         if not clamps and around.table is None:
@@ -186,18 +195,14 @@ class Feasibility:
         parts: list[Solid] = [Box(c.pose, 0.5 * np.array(c.size)) for c in clamps]
         if around.table is not None:
             parts.append(half_space(around.table, np.array([0.0, 0.0, 1.0])))
-        reach = (
-            np.concatenate([c.corners() for c in clamps])
-            if clamps
-            else np.array([[0.0, 0.0, around.table or 0.0]])
-        )
-        found = room(self.tooling, Union(tuple(parts)), reach, self.machine_rows(pose), np.eye(3))
-        back = pose.inverse()
+        solid, back = Union(tuple(parts)), pose.inverse()
         overlap = [
             slack(self.solid, _block(c.pose, c.size).moved(back.rotation, back.shift), np.array([-0.01]))
             for c in clamps
         ]
-        return found, np.maximum(0.0, -np.array(overlap).reshape(-1))
+        corners = np.concatenate([np.zeros((0, 3)), *(c.corners() for c in clamps)])
+        found = room(self.tooling, solid, self.machine_rows(pose), np.eye(3))
+        return TableRoom(solid, corners, found, np.maximum(0.0, -np.array(overlap).reshape(-1)))
 
     def machine_rows(self, pose: Pose) -> Rows:
         """The touches in workpiece axes."""
@@ -210,36 +215,16 @@ class Feasibility:
             normal=pose.turn(r.normal),
         )
 
-    def blocked(self, pose: Pose, of_part: Room, of_table: Room | None) -> tuple[Array, Array]:
+    def blocked(self, pose: Pose, of_part: Room, table: TableRoom | None) -> tuple[Array, Array]:
         """Moves that cannot be made: (k,) mm per pair (straight and by drawing back), (n,) mm where a stylus changes."""
-        direct = of_part.direct if of_table is None else np.maximum(of_part.direct, of_table.direct)
+        direct = of_part.direct if table is None else np.maximum(of_part.direct, table.room.direct)
         pairs = of_part.pairs
-        asked = drawn_back(self.rows, pairs[direct > 0.0] if len(pairs) else pairs)
-        back = np.zeros(self.rows.n)
-        back[asked] = np.nan_to_num(of_part.back[asked])
-        extra = asked[np.isnan(of_part.back[asked])]
-        if len(extra):
-            back[extra] = back_lacking(
-                self.tooling, self.solid, self.reach, self.rows, extra, pose.rotation.T
-            )
-        if of_table is not None:
-            back[asked] = np.maximum(back[asked], np.nan_to_num(of_table.back[asked]))
-        back[asked] = np.maximum(back[asked], self._back_travel(pose, asked))
-        over = (
-            np.where(direct > 0.0, np.maximum(back[pairs[:, 0]], back[pairs[:, 1]]), 0.0)
-            if len(pairs)
-            else np.zeros(0)
-        )
-        ends = np.zeros(self.rows.n)
-        ends[self.rows.ends()] = back[self.rows.ends()]
-        return np.minimum(over, np.where(direct > 0.0, direct, 0.0)), ends
-
-    def _back_travel(self, pose: Pose, which: npt.NDArray[np.intp]) -> Array:
-        """(k,) mm by which drawing back leaves the travels. Where a stylus changes, the operator chooses the way."""
-        ends = beyond(self.tooling, self.reach, self.rows, which, self.rows.left[which], pose.rotation.T)
-        wanted, (low, high) = pose.apply(ends) - self.zero()[which], self.limits()
-        over = np.maximum(low - wanted, wanted - high).max(axis=1)
-        return np.where((over > ROUNDING) & ~np.isin(which, self.rows.ends()), over, 0.0)
+        asked = drawn_back(self.rows, pairs[direct > 0.0])
+        way = Way(self.tooling, self.rows, pose, asked, pairs[direct > 0.0], self.zero, self.limits())
+        over, ends = moves_lacking(way, self.reach, self.part_back(pose.rotation, asked), table)
+        moves = np.zeros(len(pairs))
+        moves[direct > 0.0] = np.minimum(over, direct[direct > 0.0])
+        return moves, ends
 
     def _of_tool(self, six: Array) -> Array:
         """The columns that need the tool, for one pose (6,); others 0."""
@@ -250,9 +235,10 @@ class Feasibility:
             out[column(name)] = of_part.bodies[name].max()
         out[column("approach")] = of_part.tip.max()
         if table is not None:
-            worst = max(float(b.max()) for b in table[0].bodies.values())
-            out[column("clamps")] = max(worst, float(table[0].tip.max()), float(table[1].max(initial=0.0)))
-        moves, ends = self.blocked(pose, of_part, None if table is None else table[0])
+            worst = max(float(b.max()) for b in table.room.bodies.values())
+            tip, overlap = float(table.room.tip.max()), float(table.overlap.max(initial=0.0))
+            out[column("clamps")] = max(worst, tip, overlap)
+        moves, ends = self.blocked(pose, of_part, table)
         out[column("moves")] = max(float(moves.max(initial=0.0)), float(ends.max(initial=0.0)))
         return out
 

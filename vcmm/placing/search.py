@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.errors import ModelLimit
 from vcmm.placing.objective import Objective
 from vcmm.placing.space import Box
 from vcmm.plan import Ints
@@ -32,6 +33,7 @@ class Counted:
     box: Box
     objective: Objective
     count: int = 0
+    reached: int = 0  # of these, poses that nothing keeps from being used
     seen: list[tuple[Array, Array]] = field(default_factory=list)
 
     def __call__(self, unit: Array) -> Array:
@@ -42,6 +44,7 @@ class Counted:
         if ok.any():
             out[ok] = self.objective.values(six[ok])
         self.count += len(unit)
+        self.reached += int(ok.sum())
         self.seen.append((unit, out))
         return out
 
@@ -85,13 +88,9 @@ def search(
     for k, one in enumerate(asked):
         one(_sobol(one.box.d, sample, seed))
         report("sampling the fixture", 0.4 * (k + 1) / len(asked))
-    asked = sorted((a for a in asked if a.best(1)), key=lambda a: a.best(1)[0][0])
+    every, asked = asked, sorted((a for a in asked if a.best(1)), key=lambda a: a.best(1)[0][0])
     if not asked:
-        from vcmm.errors import ModelLimit
-
-        raise ModelLimit(
-            "the errors of the machine are known at no pose of the fixture that was tried; widen the fixture or the tables"
-        )
+        raise _nothing(every)
     for one in asked[:KEPT]:
         if one.box.d:
             _direct(one, int(0.25 * evaluations / min(KEPT, len(asked))))
@@ -101,6 +100,20 @@ def search(
     six, _ = one.box.poses(unit[None])
     others = tuple((v, other.box.poses(u[None])[0][0]) for v, u, other in sorted(minima, key=lambda m: m[0]))
     return Found(one.box, unit, six[0], value, sum(a.count for a in asked), others)
+
+
+def _nothing(asked: Sequence[Counted]) -> ModelLimit:
+    """Why no pose of the sample has a value."""
+    count, reached = sum(a.count for a in asked), sum(a.reached for a in asked)
+    if not reached:
+        return ModelLimit(
+            f"none of the {count} poses that were tried can be used: fixture, travels and the other constraints leave a range that is "
+            "too narrow to be found; widen the ranges of the fixture"
+        )
+    return ModelLimit(
+        f"{reached} of the {count} poses that were tried can be reached, but each of them lies where an error of the machine is not "
+        "known; widen the range in which it is known, or move the fixture into it"
+    )
 
 
 def _sobol(d: int, count: int, seed: int) -> Array:

@@ -19,6 +19,7 @@ from vcmm.placing.travels import Feasibility, Hindrance, Travels
 from vcmm.run import Array
 
 Bools = npt.NDArray[np.bool_]
+ROOM = 10.0  # mm: a range of shifts that is worth a search
 
 
 def default_fixture() -> Fixture:
@@ -80,10 +81,16 @@ def boxes(
 ) -> list[Box]:
     """All boxes of a fixture. Raises ModelLimit when no pose of any of them can be reached."""
     found = all_boxes(fixture, present, travels, further)
-    kept = [box for box in found if box.poses(_probes(box))[1].any()]
+    kept = [box for box in found if _reachable(box)]
     if not kept:
         raise ModelLimit(no_pose(found))
     return kept
+
+
+def _reachable(box: Box, batch: int = 32) -> bool:
+    """Whether some probe is feasible; the first that is ends the look."""
+    unit = _probes(box)
+    return any(bool(box.poses(unit[at : at + batch])[1].any()) for at in range(0, len(unit), batch))
 
 
 def all_boxes(
@@ -112,58 +119,76 @@ def _probes(box: Box, count: int = 1024) -> Array:
 
 def no_pose(found: Sequence[Box]) -> str:
     """Why no pose can be reached: the constraint, and the smallest relaxation that opens one."""
-    best: tuple[float, str] | None = None
+    best: tuple[float, Box, Array] | None = None
     for box in found:
-        unit = _probes(box)
-        six, _ok = box.poses(unit)
-        low, high = box.travels.intervals(six)
-        for row in range(len(six)):
-            amount, text = _missing(box, six[row], low[row], high[row])
-            if amount > 1e-9 and (best is None or amount < best[0]):
-                best = amount, text
+        six = box.poses(_probes(box))[0]
+        amounts = _lacks(box, six)[0].sum(axis=1)
+        for row in np.flatnonzero(amounts > 1e-9):
+            if best is None or amounts[row] < best[0]:
+                best = float(amounts[row]), box, six[row]
     if best is None:
         return (
             "no pose of the fixture can be reached: the travels would allow some, but another constraint (collision, "
             "access) refuses every one; " + _further(found)
         )
-    return f"no pose of the fixture can be reached: {best[1]}"
+    return f"no pose of the fixture can be reached: {_missing(*best[1:])}"
 
 
-def _missing(box: Box, six: Array, low: Array, high: Array) -> tuple[float, str]:
-    """Total mm by which one orientation misses, and what to change."""
-    total, words = 0.0, []
-    free = {DOFS.index(f.name): f for f in box.freedoms}
-    for i in range(3):
-        f = free.get(i)
-        a = max(low[i], f.low if f else six[i])
-        b = min(high[i], f.high if f else six[i])
-        if a <= b + 1e-9:
-            continue
-        total += a - b
-        words.append(
-            _axis_text(box, i, six, (low[i], high[i]), (f.low, f.high) if f else (six[i], six[i]), a - b)
-        )
-    return total, "; ".join(words) + f" (the least, found at {_at(box, six)})"
+def _lacks(box: Box, six: Array) -> tuple[Array, Array, Array]:
+    """(m, 3) mm by which fixture and travels miss one another; the shifts (m, 3) that the travels leave, low and high."""
+    low, high = box.travels.intervals(six)
+    least, most = (np.stack(e, axis=1) for e in zip(*(_ends(box, six, i) for i in range(3))))
+    lacks = np.maximum(low, least) - np.minimum(high, most)
+    return np.where(lacks > 1e-9, lacks, 0.0), low, high
 
 
-def _axis_text(
-    box: Box, i: int, six: Array, travel: tuple[float, float], ends: tuple[float, float], lacks: float
-) -> str:
+def _ends(box: Box, six: Array, i: int) -> tuple[Array, Array]:
+    """(m,) lowest and highest shift along axis i that the fixture allows."""
+    f = next((f for f in box.freedoms if DOFS.index(f.name) == i), None)
+    return (six[:, i], six[:, i]) if f is None else (np.full(len(six), f.low), np.full(len(six), f.high))
+
+
+def _missing(box: Box, six: Array) -> str:
+    """By how much one pose misses, and what to change."""
+    lacks, low, high = (x[0] for x in _lacks(box, six[None]))
+    words = [_axis_text(box, i, six, (low[i], high[i]), lacks[i]) for i in range(3) if lacks[i]]
+    return " and also ".join(words) + f" (the least, found at {_at(box, six)})"
+
+
+def _axis_text(box: Box, i: int, six: Array, travel: tuple[float, float], lacks: float) -> str:
     axis = "XYZ"[i]
-    extent = np.ptp(box.travels.rows.wanted(six[None])[0][:, i])
+    names = ", ".join(dict.fromkeys(x.what for x in box.travels.limits if x.direction == i))
     if travel[0] > travel[1]:
+        extent = np.ptp(box.travels.rows.wanted(six[None])[0][:, i])
         room = extent - (travel[0] - travel[1])
-        names = ", ".join(dict.fromkeys(x.what for x in box.travels.limits if x.direction == i))
         return (
             f"the part is larger than the machine: the touches need {extent:.6g} mm along {axis}, {names} leaves {room:.6g} mm; "
             f"{lacks:.4g} mm more would open a pose"
         )
+    ends = [float(e[0]) for e in _ends(box, six[None], i)]
     said = f"{ends[0]:.6g} to {ends[1]:.6g} mm" if ends[0] < ends[1] else f"{ends[0]:.6g} mm"
-    names = ", ".join(dict.fromkeys(x.what for x in box.travels.limits if x.direction == i))
+    upper = travel[0] > ends[1]
+    what = "it" if ends[0] == ends[1] else f"its {'upper' if upper else 'lower'} end"
     return (
-        f"{names} allows {DOFS[i]} from {travel[0]:.6g} to {travel[1]:.6g} mm, the fixture {said}; "
-        f"move its {'upper' if travel[0] > ends[1] else 'lower'} end by {lacks:.4g} mm to open a pose"
+        f"{names} allows {DOFS[i]} from {travel[0]:.6g} to {travel[1]:.6g} mm, the fixture {said}; move {what} "
+        f"{'up' if upper else 'down'} by {_up(lacks)} mm to open a single pose, {_usable(box, i, upper)}"
     )
+
+
+def _usable(box: Box, i: int, upper: bool) -> str:
+    """By how much to move an end so that there is something to search: room along the axis, at half of the orientations."""
+    six = box.poses(_probes(box))[0]
+    _, low, high = _lacks(box, six)
+    ends = _ends(box, six, i)
+    gap = (low[:, i] - ends[1] if upper else ends[0] - high[:, i])[high[:, i] >= low[:, i]]
+    room = min(ROOM, float((high - low)[:, i].max()))
+    where = " at half of the orientations tried" if np.ptp(gap) > 1e-6 else ""
+    return f"by {_up(float(np.median(gap)) + room)} mm to leave {room:.4g} mm{where}"
+
+
+def _up(amount: float) -> str:
+    """mm, never rounded down."""
+    return f"{np.ceil(1e3 * amount - 1e-6) / 1e3:.7g}"
 
 
 def _at(box: Box, six: Array) -> str:

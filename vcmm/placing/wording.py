@@ -113,16 +113,16 @@ def _side(check: Any, pose: Pose) -> list[Problem]:
     fix = "reduce approach, use a smaller tip, or correct the part's features"
     found += _lacking(names, "approach", of_part.tip, "the tip meets the part on its approach", fix)
     if table is not None:
-        worst = np.max([*table[0].bodies.values(), table[0].tip], axis=0)
+        worst = np.max([*table.room.bodies.values(), table.room.tip], axis=0)
         found += _lacking(names, "clamps", worst, "the tool meets a clamp or the table", "move clamp or part")
         clamps = [c.name for c in check.scenario.surroundings.clamps if c.on == "table"]
-        for name, amount in zip(clamps, table[1]):
+        for name, amount in zip(clamps, table.overlap):
             found.append(
                 Problem(
                     "clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount)
                 )
             )
-    moves, ends = check.blocked(pose, of_part, None if table is None else table[0])
+    moves, ends = check.blocked(pose, of_part, table)
     for k in np.flatnonzero(moves):
         a, b = (names[i] for i in of_part.pairs[k])
         text = f"from {a} to {b}: neither straight nor by drawing back along the shaft is the way free ({moves[k]:.4g} mm)"
