@@ -48,6 +48,7 @@ from vcmm.world import Measuring
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
 DEEPEST = 20.0  # mm, for points that are gouged deeper
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
+CONTACTS = 6  # of one point: repeated passes tie
 RECUT_LIMIT = 1e-4  # mm
 GOUGE = 0.01  # mm below nominal by the program alone
 
@@ -238,11 +239,11 @@ def _gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
 def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
     """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes."""
     at, out = shop.pose.apply(points), shop.pose.turn(normals)
-    found = surface_left(at, out, shop.index, DEPTH, HEIGHT)
+    found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=CONTACTS)
     deep = np.flatnonzero(found.status == BEYOND)
     if not len(deep):
         return found
-    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT)
+    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT, candidates=CONTACTS)
     names = ("status", "contact_s", "row", "t", "normal", "tests")
     merged = {name: getattr(found, name).copy() for name in names}
     for name in names:

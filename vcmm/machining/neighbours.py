@@ -18,10 +18,8 @@ from vcmm.cutting.twin import entry
 from vcmm.machining.contacts import Ints
 from vcmm.run import Array
 
-OFFSETS = np.array(
-    [0.01, 0.03, 0.1, 0.3, 0.6, 0.9, 0.999]
-)  # shares of the tool radius, to either side of a contact
-SOURCES = 4  # contacts of a point whose neighbours are asked
+OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
+SOURCES = 2  # contacts of a point whose neighbours are asked
 BAND = 0.05  # mm: a neighbour that lies further above the contact than any error is none
 
 
