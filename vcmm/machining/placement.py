@@ -187,7 +187,7 @@ def place_cut(
         model.characteristics, weights, best, now, _at(objective, seen.poses[order[len(order) // 2]]),
         _at(objective, seen.poses[order[-1]]), certify(objective, [box], best.pose, best.value, seen, earlier),
         table_map(objective, found),
-        region(objective, found, seen.poses, seen.values, seed), found.evaluations, before, after, seed,
+        region(objective, found, seen.values, seed), found.evaluations, before, after, seed,
     )  # fmt: skip
 
 

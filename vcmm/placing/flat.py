@@ -84,47 +84,27 @@ def _ends(found: Found, name: str) -> tuple[float, float]:
     return (a, b) if b > a else (a, a + 1e-6)
 
 
-def region(objective: Objective, found: Found, poses: Array, values: Array, seed: int) -> Region:
-    """Poses within 2 % of the best one. poses, values: those of the scan."""
+def region(objective: Objective, found: Found, values: Array, seed: int) -> Region:
+    """Poses within 2 % of the best one. values: those of the scan."""
     limit = found.value + WITHIN * abs(found.value)
     share = float((values <= limit).mean()) if len(values) else 0.0
-    box, checked = _largest_box(objective, found, poses[values <= limit], limit, seed)
+    box, checked = _box_within(objective, found, limit, seed)
     pose, value = _convenient(objective, found, limit)
     return Region(WITHIN, share, box, checked, pose, value)
 
 
-def _largest_box(
-    objective: Objective, found: Found, near: Array, limit: float, seed: int
+def _box_within(
+    objective: Objective, found: Found, limit: float, seed: int
 ) -> tuple[dict[str, tuple[float, float]], int]:
-    """The largest box found about the pose found and about two poses in the middle of those within the limit."""
+    """A box about the pose found that stays within the limit: how exactly the operator must place the part there."""
     names = [f.name for f in found.box.freedoms]
-    nothing = {n: (float(found.pose[DOFS.index(n)]),) * 2 for n in names}
     if not names:
         return {}, 0
-    centres = [found.pose, *_middles(found, near)]
     rng = np.random.default_rng([seed, 13])
     draws = np.concatenate([_corners(len(names), rng), rng.random((150, len(names)))])
-    best, size = (nothing, 0), 0.0
-    for centre in centres:
-        box, checked = _box_about(objective, found, centre, limit, draws)
-        volume = float(
-            np.prod([(b - a) / (_ends(found, n)[1] - _ends(found, n)[0]) for n, (a, b) in box.items()])
-        )
-        if checked and volume > size:
-            best, size = (box, checked), volume
-    return best
-
-
-def _middles(found: Found, near: Array) -> list[Array]:
-    """Up to two of the poses (m, 6) nearest to the middle of them, with the discrete choices of the one found."""
-    free = [DOFS.index(f.name) for f in found.box.freedoms]
-    fixed = [i for i in range(6) if i not in free]
-    near = near[(np.abs(near[:, fixed] - found.pose[fixed]) < 1e-9).all(axis=1)] if len(near) else near
-    if not len(near):
-        return []
-    spread = np.ptp(near[:, free], axis=0) + 1e-12
-    away = (((near[:, free] - np.median(near[:, free], axis=0)) / spread) ** 2).sum(axis=1)
-    return [near[i] for i in np.argsort(away)[:2]]
+    box, checked = _box_about(objective, found, found.pose, limit, draws)
+    nothing = {n: (float(found.pose[DOFS.index(n)]),) * 2 for n in names}
+    return (box, checked) if checked else (nothing, 0)
 
 
 def _box_about(

@@ -122,7 +122,7 @@ def _outcome(
     middle, last = order[len(order) // 2], order[-1]
     report("drawing the map", 0.0)
     chart = table_map(objective, found)
-    flat = region(objective, found, seen.poses, seen.values, seed)
+    flat = region(objective, found, seen.values, seed)
     best = _at(objective, found.pose)
     if present is not None and present.value <= best.value:
         best = present  # nothing better was found: the part stays where it is
