@@ -168,14 +168,14 @@ zone = "0.05 mm"
 
 
 def test_a_part_cut_beside_its_place_keeps_its_size(tmp_path):
-    # scale 1000 um/m, set elsewhere: at X = 300 everything lies 300 um off; e^2 / 2R = 0.9 um must not show as size
-    stretched = '[[effects]]\neffect = "scale_factor"\naxis = "X"\nk = "1000 um/m"\n'
+    # scale 200 um/m, set elsewhere: at X = 300 everything lies 60 um off, and 60^2 / 2R must not show as size
+    stretched = '[[effects]]\neffect = "scale_factor"\naxis = "X"\nk = "200 um/m"\n'
     scenario = shop.SCENARIO.replace(
         'work_offset = { u = "2 um" }', 'work_offset = { set_on = "elsewhere", u = "2 um" }'
     )
     found = cut(vcmm.load_cut(shop.write(tmp_path, stretched, scenario)))
-    # the cutter's centre runs on 60 mm: the boss is an ellipse, its mean diameter 100 mm + 60 um
-    assert found.characteristics[0].value == pytest.approx(100.060, abs=2e-4)
+    # the cutter's centre runs on 60 mm: the boss is an ellipse, its mean diameter 100 mm + 12 um
+    assert found.characteristics[0].value == pytest.approx(100.012, abs=2e-5)
 
 
 def test_a_floor_is_cut_by_the_deepest_point_of_the_disc(tmp_path):

@@ -46,8 +46,9 @@ def result(scenario):
         # west is cut after a move to -X, east after one to +X: -0.5 um each; south and north both after +Y
         ("backlash of X", {"square length in X": -1.0, "square length in Y": 0.0}),
         ("backlash of Y", {"square length in Y": 0.0, "square length in X": 0.0}),
-        # the pulse reaches its height 0.3 mm after the reversal; 24 points 15 deg apart see exp(1 - 7) 7 = 0.047 of it at best
-        ("reversal spike of X", {"circle, scan of 1°": 1.0, "circle roundness": 0.0, "square length in X": 0.0}),
+        # the pulse reaches its height 0.3 mm after the reversal; of 24 points the nearest behind it is 15 deg - 0.05 rad away:
+        # 62 mm (1 - cos 12.1 deg) = 1.38 mm = 4.6 x 0.3 mm, 4.6 exp(1 - 4.6) cos 12.1 deg = 0.12 of it
+        ("reversal spike of X", {"circle, scan of 1°": 1.0, "circle roundness": 0.12, "square length in X": 0.0}),
         # 10 mm/s x 0.1 ms = 1 um: clockwise vx = v sin a, so -1 sin a cos a = -0.5 sin 2a
         ("lag of X", {"oval at 45°": -0.5, "oval at 0°": 0.0, "diamond width NE": -1.0, "diamond width NW": 1.0}),
         ("lag of Y", {"oval at 45°": 0.5}),

@@ -11,7 +11,7 @@ an end mill with cutter radius compensation; no stock is stated. Which error of 
     straightness                 form of the sides along that axis; of X also the angle between two sides of the diamond
     backlash                     steps on the circle and an oval at 45 degrees, widths of the diamond unequal; a length of
                                  the square where its two sides are cut after moves of that axis in opposite senses
-    reversal spike               the circle alone, over a millimetre or so: 24 points round it can miss it
+    reversal spike               the circle alone, over a millimetre or so: 24 points round it see an eighth of it
     lag of one axis              oval at 45 degrees that turns over with the direction of travel, widths of the diamond
     spindle growth               nothing here: no floor has a tolerance
     size of the cutter           all diameters, lengths and widths, no form
