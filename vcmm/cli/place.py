@@ -51,7 +51,8 @@ def place_command(
     json
         Print one JSON document.
     out
-        Folder for report.html, place.json and placed.toml, the scenario with the new pose.
+        Folder for report.html, place.json and placed.toml, the scenario with the new pose; with --plan for report.html,
+        plan.json, plan.toml and the points as CSV files.
     """
     from vcmm.cli.common import output_folder
 

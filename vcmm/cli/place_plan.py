@@ -44,9 +44,12 @@ def run_plan_option(
     if folder:
         import json as _json
 
+        from vcmm.pages.plan import plan_page
+
         texts = plan_files(found.plan, scenario.qualifications)
-        write_files(folder, {"plan.json": _json.dumps(content, indent=1, allow_nan=False), **texts})
-        say(f"wrote {folder}/plan.json, plan.toml and {len(texts) - 1} files of points")
+        report = {"report.html": plan_page(scenario, found)}
+        write_files(folder, {"plan.json": _json.dumps(content, indent=1, allow_nan=False), **report, **texts})
+        say(f"wrote {folder}/report.html, plan.json, plan.toml and {len(texts) - 1} files of points")
     if json:
         print_json(content)
     else:

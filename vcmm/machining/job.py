@@ -12,6 +12,7 @@ import numpy as np
 
 from vcmm.cutting.envelope import BEYOND, UNCUT, CutSurface, surface_left, tips
 from vcmm.cutting.index import Index, build
+from vcmm.cutting.stylus import rolled
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.evaluation import evaluate
@@ -188,9 +189,20 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     touch, feature = (measuring.task.touches.run.labels[name] for name in ("touch", "feature"))
     tool, contacts = tool_side(shop, surface, touch, feature, inputs)
     world = Cutting(measuring, tool, contacts)
-    task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=world.level)
-    measuring = replace(measuring, task=replace(measuring.task, form=world.level))
+    form = world.level + _lifted(shop, surface, measuring.task.touches.tip_radius)
+    task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=form)
+    measuring = replace(measuring, task=replace(measuring.task, form=form))
     return task, replace(world, measuring=measuring), notes
+
+
+def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
+    """How much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
+    out = np.zeros(len(surface.points))
+    for r in np.unique(radius[radius > 0]):
+        mine = np.flatnonzero(radius == r)
+        found = rolled(surface.points[mine], surface.normals[mine], float(r), shop.index)
+        out[mine] = np.where(np.isfinite(found.s), np.maximum(found.s - surface.contact_s[mine, 0], 0.0), 0.0)
+    return out
 
 
 def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:
