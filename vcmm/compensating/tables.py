@@ -15,6 +15,8 @@ import numpy as np
 
 from vcmm.effect import Effect
 from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.files.isg import ErrorFile, ErrorTable
+from vcmm.files.isg_writer import isg_text
 from vcmm.kinematics import Axis
 from vcmm.machine import Machine
 from vcmm.run import Array, Run
@@ -93,23 +95,22 @@ def _rest(machine: Machine, held: set[str], why: str) -> list[str]:
 
 def isg_tables(machine: Machine, nodes: int) -> Tables:
     """One file with all axes and the squareness errors."""
-    parts, held = [], set()
+    tables, held = [], set()
     for letter, axis in linear(machine).items():
         q = np.linspace(*axis.travel, nodes)
         values, left = component_errors(machine, letter, q)
         held |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
-        names = [f"E{n}{letter}" for n in NAMES]
-        rows = "\n".join(" ".join(f"{v:.10g}" for v in (x, *row)) for x, row in zip(q, values))
-        parts.append(" ".join([letter, *names]) + "\n" + rows + "\n")
+        columns = {f"E{n}{letter}": values[:, i] for i, n in enumerate(NAMES)}
+        tables.append(ErrorTable((letter,), (q,), columns, 0))
     angles = {
         e.where: float(e.angle) for e in machine.effects if e.name == "squareness" and hasattr(e, "angle")
     }
     held |= {e.id for e in machine.effects if e.name == "squareness"}
-    if angles:
-        parts.append(" ".join(angles) + "\n" + " ".join(f"{v:.10g}" for v in angles.values()) + "\n")
-    head = f"// {machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)\n"
+    said = f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)"
     why = "depends on more than the position of its axis; a table cannot hold it"
-    return Tables({"errors.csv": head + "#\n".join(parts)}, tuple(_rest(machine, held, why)))
+    return Tables(
+        {"errors.csv": isg_text(ErrorFile(tuple(tables), angles), said)}, tuple(_rest(machine, held, why))
+    )
 
 
 def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, set[str]]:

@@ -14,8 +14,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from vcmm.errors import choose_from
+from vcmm.nc.cursor import Cursor
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.tokens import Token
+from vcmm.nc.tokens import Token, matched
 
 _TOKEN = re.compile(
     r"""(?P<end>\r\n|\n|\r)
@@ -40,16 +41,7 @@ class Line(NamedTuple):
 
 def tokenize(text: str) -> Iterator[Token]:
     """All tokens of a text, in order; together they are the text."""
-    line, begin = 1, 0
-    for match in _TOKEN.finditer(text):
-        kind = str(match.lastgroup)
-        yield Token(kind, match[0], line, match.start() - begin + 1)
-        if kind == "end":
-            line, begin = line + 1, match.end()
-        elif (
-            "\r" in match[0]
-        ):  # a stray CR in a comment counts as a line, as it does in editors, but ends no comment
-            line, begin = line + match[0].count("\r"), match.start() + match[0].rfind("\r") + 1
+    return matched(_TOKEN, text)
 
 
 def blocks_of(text: str) -> list[Line]:
@@ -82,47 +74,14 @@ def _line(row: list[Token]) -> Line:
     return Line(tuple(tokens), first.line, first.column, last.column + len(last.text))
 
 
-class Reader:
+class Reader(Cursor):
     """Reads the tokens of one block and evaluates as it reads. `parameters`: Q1, QL3, QR5 -> value."""
 
     def __init__(
         self, tokens: Sequence[Token], parameters: Mapping[str, float], unset: Callable[[str], None]
     ) -> None:
-        self.tokens, self.parameters, self.unset, self.at = tokens, parameters, unset, 0
-
-    @property
-    def done(self) -> bool:
-        return self.at >= len(self.tokens)
-
-    @property
-    def column(self) -> int:
-        if not self.done:
-            return self.tokens[self.at].column
-        last = self.tokens[-1]
-        return last.column + len(last.text)
-
-    def peek(self, ahead: int = 0) -> Token | None:
-        return self.tokens[self.at + ahead] if self.at + ahead < len(self.tokens) else None
-
-    def upper(self, ahead: int = 0) -> str:
-        token = self.peek(ahead)
-        return "" if token is None else token.text.upper()
-
-    def accept(self, *texts: str) -> bool:
-        """All the texts, one after another."""
-        if all(self.upper(k) == text for k, text in enumerate(texts)):
-            self.at += len(texts)
-            return True
-        return False
-
-    def expect(self, text: str, why: str) -> None:
-        if not self.accept(text):
-            raise self.fault(
-                f'"{text}" is missing {why}{f", {self.upper()} stands there" if not self.done else ""}'
-            )
-
-    def fault(self, text: str, column: int | None = None) -> BlockFault:
-        return BlockFault(self.column if column is None else column, text)
+        super().__init__(tokens)
+        self.parameters, self.unset = parameters, unset
 
     def rest(self) -> str:
         """What is left of the block, as one text."""

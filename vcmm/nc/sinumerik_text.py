@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from vcmm.errors import choose_from
+from vcmm.nc.cursor import Cursor
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.tokens import Token
+from vcmm.nc.tokens import Token, matched
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:EX[-+]?\d+)?"
 _TOKEN = re.compile(
@@ -51,12 +52,7 @@ CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi}
 
 def tokenize(text: str) -> Iterator[Token]:
     """All tokens of a text, in order; together they are the text."""
-    line, begin = 1, 0
-    for match in _TOKEN.finditer(text):
-        kind = str(match.lastgroup)
-        yield Token(kind, match[0], line, match.start() - begin + 1)
-        if kind == "end":
-            line, begin = line + 1, match.end()
+    return matched(_TOKEN, text)
 
 
 def lines_of(text: str) -> list[list[Token]]:
@@ -75,22 +71,8 @@ def number_of(text: str) -> float:
     return float(re.sub(r"\s", "", text).upper().replace("EX", "E"))
 
 
-class Reader:
-    """Reads the tokens of one line. `at` is the index of the next one."""
-
-    def __init__(self, tokens: Sequence[Token]) -> None:
-        self.tokens, self.at = tokens, 0
-
-    @property
-    def done(self) -> bool:
-        return self.at >= len(self.tokens)
-
-    @property
-    def column(self) -> int:
-        if not self.done:
-            return self.tokens[self.at].column
-        last = self.tokens[-1]
-        return last.column + len(last.text)
+class Reader(Cursor):
+    """Reads the tokens of one line, and expressions."""
 
     @property
     def reached(self) -> int:
@@ -98,31 +80,9 @@ class Reader:
         last = self.tokens[max(self.at - 1, 0)]
         return last.column + len(last.text)
 
-    def peek(self, ahead: int = 0) -> Token | None:
-        return self.tokens[self.at + ahead] if self.at + ahead < len(self.tokens) else None
-
     def next(self) -> Token:
         self.at += 1
         return self.tokens[self.at - 1]
-
-    def upper(self, ahead: int = 0) -> str:
-        token = self.peek(ahead)
-        return "" if token is None else token.text.upper()
-
-    def accept(self, text: str) -> bool:
-        if self.upper() == text:
-            self.at += 1
-            return True
-        return False
-
-    def expect(self, text: str, why: str) -> None:
-        if not self.accept(text):
-            raise self.fault(
-                f'"{text}" is missing {why}{f", {self.upper()} stands there" if not self.done else ""}'
-            )
-
-    def fault(self, text: str, column: int | None = None) -> BlockFault:
-        return BlockFault(self.column if column is None else column, text)
 
     def expression(self, lowest: int = 0) -> Expr:
         left = self.unary()

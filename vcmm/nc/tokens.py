@@ -41,12 +41,22 @@ class Token(NamedTuple):
 
 def tokenize(text: str) -> Iterator[Token]:
     """All tokens of a text, in order; together they are the text."""
+    return matched(_TOKEN, text)
+
+
+def matched(pattern: re.Pattern[str], text: str) -> Iterator[Token]:
+    """The tokens of a pattern whose groups name their kinds ("end": the end of a line), with line and column.
+
+    A stray CR within a token counts as a line, as it does in editors, but ends no comment.
+    """
     line, begin = 1, 0
-    for match in _TOKEN.finditer(text):
+    for match in pattern.finditer(text):
         kind = str(match.lastgroup)
         yield Token(kind, match[0], line, match.start() - begin + 1)
         if kind == "end":
             line, begin = line + 1, match.end()
+        elif "\r" in match[0]:
+            line, begin = line + match[0].count("\r"), match.start() + match[0].rfind("\r") + 1
 
 
 def split_lines(text: str) -> list[str]:
