@@ -12,7 +12,7 @@ import shop
 import vcmm
 from vcmm.cli import run as command
 from vcmm.errors import VcmmError
-from vcmm.machining.job import cut, set_up, surface_map
+from vcmm.machining.job import cut, finished_part, set_up, surface_map
 
 SQUARENESS = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n'
 
@@ -150,21 +150,49 @@ def test_a_measuring_command_on_a_cutting_scenario_points_to_cut(tmp_path):
 
 
 def test_what_setting_errs_by_is_in_the_part_though_it_was_set_here(tmp_path):
-    scenario = shop.SCENARIO.replace("[part.features]", '[cut.tools.1]\nu_length = "4 um"\n[part.features]')
-    position = """
+    found = finished_part(set_up(vcmm.load_cut(shop.write(tmp_path))))[1].influences()
+    shift = next(f for f in found if f.input.id == "work_offset[x].shift")
+    # 1 um of the zero in x moves the surface by n_x um along n, and the response stands along n: n_x n
+    angle = 0.05 + np.arange(24) * 2 * np.pi / 24
+    assert shift.response[:24, 0, 0] == pytest.approx(np.cos(angle) ** 2, abs=1e-9)
+    assert shift.response[:24, 1, 0] == pytest.approx(np.cos(angle) * np.sin(angle), abs=1e-9)
+
+
+def test_a_stylus_rests_on_the_cusps(tmp_path):
+    # a ball of radius 5 mm in rows 1 mm apart: crests of 5 - sqrt(25 - 0.25) = 25.06 um between the rows; over the middle of a
+    # row a tip of radius 20 mm sinks 20 - sqrt(400 - 0.25) = 6.25 um below the crests it rests on: 18.81 um
+    rows = "\n".join(f"G1 Y{y}.\nG1 X{x}. Y{y}." for y, x in zip(range(-6, 7), [20, -20] * 7))
+    program = f"%\nG21 G17 G90 G94 G40 G49\nT1 M6\nG54 G0 X-20. Y-6. S3000 M3\nG43 H1 Z5.\nG1 Z-1. F600\n{rows}\nG0 Z50.\nM30\n%\n"
+    setup = shop.SETUP.replace('diameter = "20 mm"', 'diameter = "10 mm"\nshape = "ball"')
+    scenario = (
+        shop.SCENARIO[: shop.SCENARIO.index("[part.features]")]
+        + """\
+[inspection]
+machine = "cmm.toml"
+pose = { shift = "300 250 -350 mm" }
+[part.features]
+floor = { type = "plane", point = "0 0 -1 mm", normal = [0, 0, 1], size = "20 4 mm" }
 [[part.characteristics]]
-name = "place"
-type = "position"
-of = "boss"
-datums = []
-zone = "0.05 mm"
-[job]"""
-    found = cut(vcmm.load_cut(shop.write(tmp_path, "", scenario.replace("[job]", position.lstrip()))))
-    place = next(c for c in found.characteristics if c.name == "place")
-    lines = {b.input: b.u for b in place.budget}
-    # the zero is set with 2 um in x and in y; the position, twice the distance, cannot be without them
-    assert lines["work_offset[x].shift"] > 1e-3
-    assert lines["work_offset[y].shift"] > 1e-3
+name = "flat"
+type = "flatness"
+of = "floor"
+[plan]
+styli.large = { offset = "0 0 -100 mm", tip_diameter = "40 mm" }
+[[plan.steps]]
+feature = "floor"
+stylus = "large"
+points = { strategy = "grid", n = [3, 3], margin = "1 mm" }
+"""
+    )
+    path = shop.write(tmp_path, "", scenario, program, setup)
+    cmm = shop.MACHINE.replace("\"w X' Y' b Z t\"", '"w b Y X Z t"').replace("machine-tool", "cmm")
+    (tmp_path / "cmm.toml").write_text(cmm)
+    task = finished_part(set_up(vcmm.load_cut(path)))[0]
+    assert task.touches.points[:, 1] == pytest.approx(
+        np.repeat([-1.0, 0.0, 1.0], 3), abs=1e-12
+    )  # over the rows
+    crest, sunk = 5 - np.sqrt(24.75), 20 - np.sqrt(399.75)
+    assert task.form == pytest.approx(np.full(9, crest - sunk), abs=1e-5)
 
 
 def test_a_part_cut_beside_its_place_keeps_its_size(tmp_path):

@@ -61,6 +61,7 @@ def world(
     count = len(rows)
     columns = {f"n{c}": normals[:, i] for i, c in enumerate("xyz")}
     columns |= {f"part_{c}_mm": rows[:, i] - shift[i] for i, c in enumerate("xyz")}
+    columns |= {"setting": np.append(np.zeros(count - 1), 1.0)}
     columns |= {"time_s": np.linspace(60.0, 3600.0, count)} | {
         k: np.full(count, v) for k, v in (constants or {}).items()
     }
@@ -120,7 +121,8 @@ def test_a_long_tool_and_a_wrong_zero():
     top = cutting.measuring.task.touches.rows
     assert "top" not in top  # only features of a characteristic are inspected
     heights = free.tool.errors()[:, 2]
-    assert heights == pytest.approx(np.full(len(heights), 0.002), abs=1e-12)
+    assert heights[:-1] == pytest.approx(np.full(len(heights) - 1, 0.002), abs=1e-12)
+    assert heights[-1] == 0.0  # the row of setting cuts nothing
 
 
 def test_a_part_cut_warm_is_small_when_cold():
@@ -159,3 +161,27 @@ def test_another_cut_takes_over_where_it_is_deeper():
     row, gain = contacts.deepest(moved)
     assert row.tolist() == [1]
     assert gain[0] == pytest.approx([0, 0.75, 1.0])
+
+
+def test_what_setting_errs_by_is_not_taken_off(tmp_path):
+    # the zero lies 6 um too far in x though it was set on this machine; a scale, which is in the zero, leaves nothing there
+    _, cutting = world(
+        mill(WorkOffset("x", shift=0.006), ToolLength("1", dl=0.004), ScaleFactor("X", k=1e-4))
+    )
+    x = cutting.tool.run.q("X")
+    moved = cutting.tool.errors()[:-1]
+    assert moved[:, 0] == pytest.approx(0.006 + 1e-4 * (x[:-1] - 300.0), abs=1e-12)
+    assert moved[:, 2] == pytest.approx(np.full(len(moved), -0.004), abs=1e-12)
+
+
+def test_a_larger_cutter_takes_from_walls_and_slopes_not_from_floors():
+    normals = np.array([[1.0, 0, 0], [0, 0, 1.0], [0.6, 0, 0.8]])
+    run = Run(
+        {"X": np.zeros(3)},
+        np.zeros((3, 3)),
+        {f"n{c}": normals[:, i] for i, c in enumerate("xyz")},
+        {"tool": np.full(3, "1")},
+    )
+    moved = ToolRadius("1", dr=0.005).error_motion(run)[:, :3]
+    # along n: -dr (1 - n_z): 5 um from a wall, nothing from a floor, 5 x (1 - 0.8) = 1 um from the slope of a ball
+    assert (moved * normals).sum(axis=1) == pytest.approx([-0.005, 0.0, -0.001], abs=1e-15)

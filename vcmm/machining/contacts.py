@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.cutting.standing import entry
 from vcmm.cutting.tools import Tool
-from vcmm.cutting.twin import entry
 from vcmm.run import Array
 
 Ints = npt.NDArray[np.intp]

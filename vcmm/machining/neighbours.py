@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.cutting.envelope import CutSurface
+from vcmm.cutting.standing import entry
 from vcmm.cutting.sweeps import Sweep, lengths, position
-from vcmm.cutting.twin import entry
 from vcmm.machining.contacts import Ints
 from vcmm.run import Array
 

@@ -16,6 +16,7 @@ from vcmm.influence import Influence, Product, influences, products
 from vcmm.inputs import Input
 from vcmm.machine import Machine
 from vcmm.machining.rows import joined, setting_rows
+from vcmm.machining.setting import Ints, less_errors, less_response, without_setting
 from vcmm.run import Array, Run
 from vcmm.task import Task
 from vcmm.trials import Draws, exact_errors
@@ -49,9 +50,13 @@ class ProbedHere:
     def n(self) -> int:
         return self.task.touches.run.n
 
+    @cached_property
+    def at(self) -> Ints:
+        """The row of the zero for every touch (n + 1,)."""
+        return np.append(np.full(self.n, self.n), -1)
+
     def errors(self) -> Array:
-        found = self.task.machine.indication_error(self.run)
-        return np.asarray(found[: self.n] - found[self.n])
+        return less_errors(self.task.machine.indication_error(self.run), self.at)[: self.n]
 
     @cached_property
     def _all(self) -> tuple[Influence, ...]:
@@ -59,30 +64,22 @@ class ProbedHere:
 
     def influences(self) -> tuple[Influence, ...]:
         return tuple(
-            replace(f, response=self._less(f.response, f.codes), codes=f.codes[: self.n]) for f in self._all
+            replace(
+                f, response=less_response(f.response, self.at, f.codes)[: self.n], codes=f.codes[: self.n]
+            )
+            for f in self._all
         )
-
-    def _less(self, response: Array, *codes: np.typing.NDArray[np.intp]) -> Array:
-        """response of the touches less that at the zero, where all draws are the same there."""
-        same = np.all([c[: self.n] == c[self.n] for c in codes], axis=0)
-        shape = (-1,) + (1,) * (response.ndim - 1)
-        return np.asarray(response[: self.n] - np.where(same.reshape(shape), response[self.n], 0.0))
 
     def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
-        return tuple(
-            replace(p, response=self._less(p.response, self._all[p.first].codes, self._all[p.second].codes))
-            for p in products(self.task.machine, self.run, self._all)
-        )
+        out = []
+        for p in products(self.task.machine, self.run, self._all):
+            codes = (self._all[p.first].codes, self._all[p.second].codes)
+            out.append(replace(p, response=less_response(p.response, self.at, *codes)[: self.n]))
+        return tuple(out)
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
-        mine = [self._quiet(replace(d, influence=f)) for d, f in zip(drawn, self._all)]
-        found = exact_errors(self.task.machine, self.run, mine)
-        return np.asarray(found[:, : self.n] - found[:, self.n :])
-
-    def _quiet(self, one: Draws) -> Draws:
-        """What only the zero has (its own scatter) counts as nothing: it belongs to the uncertainty of the offset."""
-        used = np.isin(np.arange(one.departures.shape[1]), one.influence.codes[: self.n])
-        return replace(one, departures=one.departures * used[None, :, None])
+        mine = [without_setting(replace(d, influence=f), self.at) for d, f in zip(drawn, self._all)]
+        return less_errors(exact_errors(self.task.machine, self.run, mine), self.at)[:, : self.n]
 
     def machine_of(self, one: Input) -> tuple[Machine, Run]:
         return self.task.machine, self.run

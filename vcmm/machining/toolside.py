@@ -17,15 +17,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from vcmm.influence import Influence, Product, influences, products, targets
 from vcmm.inputs import Input
 from vcmm.machine import Machine
+from vcmm.machining.setting import Ints, less_errors, less_response, without_setting
 from vcmm.run import Array, Run
 from vcmm.trials import Draws, exact_errors
 
-Ints = npt.NDArray[np.intp]
 TURNED = ("part_expansion", "clamping", "scatter", "reindexing")
 STATED = ("workpiece_heating",)
 SETTING = "setting"  # label value of the rows in which the work offset was set
@@ -65,11 +64,7 @@ class ToolSide:
         found = -moves.indication_error(self.run, exact)
         if stated.effects:
             found = found + stated.indication_error(self.run)
-        return self._relative(found) + self.known
-
-    def _relative(self, found: Array) -> Array:
-        at = self.setting
-        return np.asarray(found - np.where((at >= 0)[:, None], found[..., np.maximum(at, 0), :], 0.0))
+        return less_errors(found, self.setting) + self.known
 
     def influences(self) -> tuple[Influence, ...]:
         """d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
@@ -85,7 +80,7 @@ class ToolSide:
 
     def relative(self, one: Influence) -> Influence:
         """The influence less that in the row of setting, where both are one draw."""
-        return replace(one, response=self._less_setting(one.response, one.codes))
+        return replace(one, response=less_response(one.response, self.setting, one.codes))
 
     def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
         """Second-order terms (n, 3) of moved."""
@@ -97,34 +92,19 @@ class ToolSide:
                 number = {id(f): i for i, f in enumerate(found)}
                 for p in products(machine, self.run, here):
                     first, second = number[id(here[p.first])], number[id(here[p.second])]
-                    response = self._less_setting(sign * p.response, found[first].codes, found[second].codes)
+                    codes = (found[first].codes, found[second].codes)
+                    response = less_response(sign * p.response, self.setting, *codes)
                     out.append(Product(first, second, response))
         return tuple(out)
-
-    def _less_setting(self, response: Array, *codes: Ints) -> Array:
-        """response (n, 3, ...) less that in the row of setting, where all the draws are the same there."""
-        at = np.maximum(self.setting, 0)
-        same = self.setting >= 0
-        for one in codes:
-            same = same & (one == one[at])
-        shape = (-1,) + (1,) * (response.ndim - 1)
-        return np.asarray(response - np.where(same.reshape(shape), response[at], 0.0))
 
     def exact(self, drawn: Sequence[Draws]) -> Array:
         """moved (m, n, 3) in every trial, transforms multiplied; the Draws carry influences of this run."""
         moves, stated = self.parts
-        quiet = [self._without_setting(d) for d in drawn]
+        quiet = [without_setting(d, self.setting) for d in drawn]
         total = -exact_errors(moves, self.run, quiet)
         if stated.effects:
             total = total + exact_errors(stated, self.run, quiet)
-        return self._relative(total) + self.known
-
-    def _without_setting(self, one: Draws) -> Draws:
-        """Draws of copies that only rows of setting have count as nothing: they belong to the offset's uncertainty."""
-        codes = one.influence.codes
-        cut = np.unique(codes[~np.isin(np.arange(len(codes)), self.setting)])
-        keep = np.isin(np.arange(one.departures.shape[1]), cut)
-        return replace(one, departures=one.departures * keep[None, :, None])
+        return less_errors(total, self.setting) + self.known
 
 
 def _acts(machine: Machine, one: Input) -> bool:
