@@ -12,7 +12,9 @@ import shop
 import vcmm
 from vcmm.cli import run as command
 from vcmm.errors import VcmmError
-from vcmm.machining.job import cut, finished_part, set_up, surface_map
+from vcmm.machining.job import cut, finished_part
+from vcmm.machining.patches import surface_map
+from vcmm.machining.shop import set_up
 
 SQUARENESS = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n'
 

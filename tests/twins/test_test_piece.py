@@ -12,7 +12,7 @@ from vcmm.effects.lag import ServoLag
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.library import folder, path
-from vcmm.machining.job import set_up
+from vcmm.machining.shop import set_up
 from vcmm.twins import test_piece as piece
 from vcmm.twins import test_piece_errors as twin
 from vcmm.twins.virtual_cut import departure, seen

@@ -108,7 +108,8 @@ def _cutting_rows(file: Path) -> list[list[str]]:
     """Everything short of the uncertainty: program read and timed, tools swept, every feature reached by a cutter."""
     from vcmm.cli.common import about
     from vcmm.files.cut_scenario import load_cut
-    from vcmm.machining.job import finished_part, remarks, set_up
+    from vcmm.machining.job import finished_part
+    from vcmm.machining.shop import remarks, set_up
 
     scenario = load_cut(file)
     with about(file):

@@ -20,9 +20,10 @@ from vcmm.errors import ModelLimit, UsageError
 from vcmm.fixture import Fixture, Freedom, pose_of, six_of
 from vcmm.gps import characteristics as gps
 from vcmm.linear import LinearModel, build
-from vcmm.machining.job import Shop, cut, finished_part, set_up
+from vcmm.machining.job import cut, finished_part
 from vcmm.machining.result import CutResult
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.shop import Shop, set_up
 from vcmm.machining.world import Cutting
 from vcmm.part import Characteristic
 from vcmm.placing.certificate import Certificate, certify, scan_after

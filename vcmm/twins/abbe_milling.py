@@ -19,8 +19,8 @@ from vcmm.effects.component import ComponentTable
 from vcmm.effects.squareness import Squareness
 from vcmm.kinematics import Axis, link_frames, parse_structure
 from vcmm.machine import Machine
-from vcmm.machining.job import set_up
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.shop import set_up
 from vcmm.run import Array, Run
 from vcmm.twins.error_tables import effects_of, shape, table_text
 from vcmm.twins.spline_slot import Slot, nets

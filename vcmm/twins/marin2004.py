@@ -19,9 +19,9 @@ import numpy as np
 
 from vcmm.kinematics import Axis
 from vcmm.machine import Machine
-from vcmm.machining.job import set_up
 from vcmm.machining.maps import net
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.shop import set_up
 from vcmm.run import Array, Run
 from vcmm.twins.error_tables import shape, table_text
 from vcmm.twins.marin2004_chain import LETTERS, carriages, expanded, in_workpiece_axes, product

@@ -21,9 +21,10 @@ from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.setting import ToolRadius
 from vcmm.effects.squareness import Squareness
 from vcmm.gps import characteristics as gps
-from vcmm.machining.job import Shop, finished_part, set_up
+from vcmm.machining.job import finished_part
 from vcmm.machining.maps import Net
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.shop import Shop, set_up
 from vcmm.machining.world import Cutting
 from vcmm.part import Feature, normal, surface_point
 from vcmm.run import Array

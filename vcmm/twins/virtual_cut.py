@@ -13,9 +13,10 @@ import numpy as np
 from vcmm.cutting.envelope import UNCUT
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
+from vcmm.machining.atcut import tool_side
 from vcmm.machining.contacts import Contacts
-from vcmm.machining.job import Shop, look, tool_side
 from vcmm.machining.maps import Net
+from vcmm.machining.shop import Shop, look
 from vcmm.machining.toolside import ToolSide
 from vcmm.nc.setup import Setup
 from vcmm.run import Array

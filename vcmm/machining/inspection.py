@@ -1,0 +1,110 @@
+"""What is inspected of the finished part, and the world of the machine that measures it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.cutting.envelope import BEYOND, UNCUT, CutSurface
+from vcmm.errors import ModelLimit
+from vcmm.fit.elements import MINIMUM_POINTS
+from vcmm.machining.gauge import gauge_plan, ideal_gauge
+from vcmm.machining.probing import ProbedHere
+from vcmm.machining.scenario import IDEAL, SAME
+from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, first_offset, look, zeros
+from vcmm.plan import Plan, touches
+from vcmm.qualification import qualified_machine
+from vcmm.result import CharacteristicResult, UncertaintyResult
+from vcmm.task import Task
+from vcmm.world import Measuring
+
+
+def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:
+    """The plan without the points that no cutter touched, and the surface at those that remain."""
+    steps, notes = [], []
+    for step in plan.steps:
+        found = look(shop, step.points, step.normals)
+        kept = np.flatnonzero(found.status != UNCUT)
+        kind = shop.scenario.part.features[step.feature].kind
+        if len(kept) < MINIMUM_POINTS.get(kind, 1):
+            raise ModelLimit(
+                f"feature {step.feature}: the program cuts {len(kept)} of its {len(step.points)} inspection points within "
+                f"{HEIGHT:g} mm; check the work offset, the pose of the part and the tool, or leave the feature out"
+            )
+        if len(kept) < len(step.points):
+            notes.append(
+                f"{step.feature}: at {len(step.points) - len(kept)} of {len(step.points)} points more than {HEIGHT:g} mm is left or nothing was "
+                "cut; the figures are of the other points, and what depends on it does not conform"
+            )
+        notes += gouges(shop, step.feature, found)
+        approach = None if step.approach is None else step.approach[kept]
+        steps.append(replace(step, points=step.points[kept], normals=step.normals[kept], approach=approach))
+    plan = replace(plan, steps=tuple(steps))
+    points, normals = (
+        np.concatenate([getattr(s, name) for s in plan.steps]) for name in ("points", "normals")
+    )
+    return plan, look(shop, points, normals), tuple(notes)
+
+
+def gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
+    """What the program itself takes away too much. Raises ModelLimit where the depth is beyond all search."""
+    if not (found.status == BEYOND).any() and not (found.contact_s[:, 0] < -GOUGE).any():
+        return []
+    worst = int(np.where(found.status == BEYOND, -np.inf, np.nan_to_num(found.contact_s[:, 0])).argmin())
+    row = int(found.row[worst, 0])
+    line = shop.program.moves[int(shop.sweep.move[row])].source.line if row >= 0 else 0
+    if (found.status == BEYOND).any():
+        raise ModelLimit(
+            f"feature {feature}: line {line} of the program cuts more than {DEEPEST:g} mm below it; check the work offset, the "
+            "pose of the part and the tool"
+        )
+    count, depth = int((found.contact_s[:, 0] < -GOUGE).sum()), -float(found.contact_s[worst, 0])
+    return [f"{feature}: the program itself gouges {count} points, by {depth:.3f} mm at most (line {line})"]
+
+
+def measuring_world(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
+    """The world of the measuring machine: none, the machine tool again, or another machine."""
+    scenario, how = shop.scenario, shop.scenario.inspection
+    if how.kind == IDEAL:
+        gauge = ideal_gauge()
+        placed = touches(plan, shop.pose, gauge)
+        return Measuring(Task(gauge, scenario.part, plan, placed, (), np.zeros(placed.run.n)))
+    same = how.kind == SAME
+    base = shop.machine if same else how.machine
+    assert base is not None
+    machine, qualified = qualified_machine(base, plan, scenario.qualifications)
+    pose = how.pose or shop.pose
+    placed = touches(plan, pose, machine, scenario.constants if same else how.constants)
+    empty = np.zeros(placed.run.n)
+    if not same:
+        own = [replace(i, owner=machine.name) for i in (*machine.inputs, *qualified)]
+        return Measuring(Task(machine, scenario.part, plan, placed, tuple(own), empty))
+    given = [i for i in (*machine.inputs, *scenario.inputs) if i.effect not in ("tool_length", "tool_radius")]
+    shared = [
+        i if i.redraw == "machine" or i.effect == "work_offset" else replace(i, owner="probing")
+        for i in given
+    ]
+    own = [*shared, *(replace(i, owner="probing") for i in qualified)]
+    task = Task(machine, scenario.part, plan, placed, tuple(own), empty)
+    if not scenario.set_here:
+        return Measuring(task)
+    name = first_offset(shop.program)
+    zero = zeros(shop, np.array([name]))[0]
+    return ProbedHere(task, zero, name)
+
+
+def with_uncut(found: UncertaintyResult, task: Task, shop: Shop) -> tuple[CharacteristicResult, ...]:
+    """A feature of which points were left uncut does not conform, whatever the points that were cut say."""
+    scenario = shop.scenario
+    plan = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
+    planned = {step.feature: len(step.points) for step in plan.steps} if plan else {}
+    left = {name for name, rows in task.touches.rows.items() if len(rows) < planned.get(name, 0)}
+    out = []
+    for c, spec in zip(found.characteristics, scenario.part.characteristics):
+        if c.decision is not None and left & {*spec.of, *spec.between, *spec.datums}:
+            c = replace(
+                c, decision=replace(c.decision, text="does not conform", p_conform=0.0), coverage_shown=False
+            )
+        out.append(c)
+    return tuple(out)

@@ -1,0 +1,139 @@
+"""A cutting scenario made ready: program read and timed, tools swept, part placed; the surface that the program leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.cutting.envelope import BEYOND, CutSurface, surface_left
+from vcmm.cutting.index import Index, build
+from vcmm.cutting.sweeps import Sweep
+from vcmm.errors import ModelLimit, UsageError
+from vcmm.machine import Machine
+from vcmm.machining.blank import Blank, machined_blank
+from vcmm.machining.blank import notes as blank_notes
+from vcmm.machining.rows import Words
+from vcmm.machining.scenario import CutScenario
+from vcmm.machining.sweeps import swept
+from vcmm.machining.toolside import cutting_effects
+from vcmm.nc.interpret import read_program
+from vcmm.nc.moves import Program
+from vcmm.nc.toolpath import Toolpath, toolpath
+from vcmm.pose import Pose
+from vcmm.run import Array
+
+DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
+DEEPEST = 20.0  # mm, for points that are gouged deeper
+CONTACTS = 6  # of one point: repeated passes tie
+GOUGE = 0.01  # mm below nominal by the program alone
+
+
+@dataclass(frozen=True, eq=False)
+class Shop:
+    """A scenario made ready: the program read, its motion in time, the tools swept, the part placed."""
+
+    scenario: CutScenario
+    program: Program
+    path: Toolpath
+    sweep: Sweep
+    index: Index
+    pose: Pose
+    machine: Machine
+    blank: Blank | None
+
+    @property
+    def seconds(self) -> float:
+        return self.path.seconds
+
+
+def set_up(scenario: CutScenario) -> Shop:
+    """Read, time and sweep the program; place the part."""
+    program = read_program(scenario.program, scenario.dialect, scenario.setup)
+    if not program.moves:
+        raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
+    path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
+    _check_travels(scenario, path)
+    sweep = swept(program.moves, scenario.setup.tools)
+    zero = _work_zero(scenario, program)
+    blank = machined_blank(scenario.setup, program, sweep, zero)
+    pose = scenario.pose or Pose(
+        np.eye(3), zero
+    )  # the drawing frame is the work coordinate system of the first cut
+    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank)
+
+
+def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
+    """The whole program stays within the travels, but for the way from where the machine happens to stand."""
+    later = np.flatnonzero(path.move != path.timing.moving[0])
+    for letter, axis in scenario.machine.axes.items():
+        q, (low, high) = path.axes[letter][later], axis.travel
+        bad = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
+        if len(bad):
+            line = path.columns["line"][later[bad[0]]]
+            scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
+            raise ModelLimit(
+                f"line {line:.0f} of the program leaves the machine: axis {letter} = {q[bad[0]] * scale:.6g} {unit}, its travel is "
+                f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length"
+            )
+
+
+def _work_zero(scenario: CutScenario, program: Program) -> Array:
+    """Work offset of the first cut (3,), workpiece axes."""
+    return np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
+
+
+def first_offset(program: Program) -> str:
+    """The work offset of the first cut."""
+    return next((m.offset for m in program.moves if m.kind != "rapid"), program.moves[0].offset)
+
+
+def zeros(shop: Shop, names: Words) -> Array:
+    """Where each work offset was set (k, 3): at the stated place, else at the work zero itself; workpiece axes."""
+    scenario = shop.scenario
+    if scenario.set_at is not None:
+        return np.tile(np.array(scenario.set_at), (len(names), 1))
+    return np.array([scenario.setup.offsets.get(str(name), (0.0, 0.0, 0.0)) for name in names], dtype=float)
+
+
+def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
+    """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes."""
+    at, out = shop.pose.apply(points), shop.pose.turn(normals)
+    found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=CONTACTS)
+    deep = np.flatnonzero(found.status == BEYOND)
+    if not len(deep):
+        return found
+    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT, candidates=CONTACTS)
+    names = ("status", "contact_s", "row", "t", "normal", "tests")
+    merged = {name: getattr(found, name).copy() for name in names}
+    for name in names:
+        merged[name][deep] = getattr(again, name)
+    return replace(found, **merged)
+
+
+def _unready(shop: Shop) -> list[str]:
+    """Cuts without the tool length in force, or with a spindle that stands still."""
+    tools, out = shop.scenario.setup.tools, []
+    for move in shop.program.moves:
+        if move.kind not in ("line", "arc") or move.tool not in tools:
+            continue
+        if tools[move.tool].length and not any(move.tool_offset):
+            out.append(
+                f"line {move.source.line} cuts with tool {move.tool} while no tool length is in force (G43)"
+            )
+        elif not move.spindle:
+            out.append(f"line {move.source.line} cuts while the spindle stands still")
+    return out[:1]
+
+
+def remarks(shop: Shop) -> tuple[str, ...]:
+    """What the program, the time law and the machine leave to be said."""
+    program = [f"{shop.scenario.program.name}:{w.line}: {w.text}" for w in shop.program.warnings]
+    idle = cutting_effects(shop.machine)[2]
+    said = [f"{', '.join(idle)} act on measuring, not on cutting"] if idle else []
+    assumed = (
+        (f"assumed, as nothing is stated: {'; '.join(shop.path.assumptions)}",)
+        if shop.path.assumptions
+        else ()
+    )
+    return (*program, *_unready(shop), *blank_notes(shop.blank), *said, *assumed)
