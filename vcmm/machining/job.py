@@ -22,6 +22,8 @@ from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, CutScenario
 from vcmm.machining.shop import GOUGE, Shop, look, remarks, set_up
+from vcmm.machining.turned import TurnedSurface
+from vcmm.machining.turned_recut import lifted, recut_turned
 from vcmm.machining.world import Cutting
 from vcmm.run import Array
 from vcmm.sampling import Progress
@@ -46,7 +48,7 @@ def cut(
     shop = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)
     task, world, notes = finished_part(shop)
-    again = recut(shop.path, shop.sweep, shop.machine, _inspected(shop, task), dict(scenario.constants))
+    again = _cut_again(shop, _inspected(shop, task))
     found = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
     patches = surface_map(shop)
@@ -57,6 +59,12 @@ def cut(
         found, extremes(patches, GOUGE), patches, shop.seconds, {c.name: grouped(c) for c in found.characteristics},
         {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings, shop.blank, again,
     )  # fmt: skip
+
+
+def _cut_again(shop: Shop, surface: CutSurface) -> Recut | None:
+    if isinstance(surface, TurnedSurface):
+        return recut_turned(shop, surface)
+    return recut(shop.path, shop.sweep, shop.machine, surface, dict(shop.scenario.constants))
 
 
 def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
@@ -86,8 +94,13 @@ def _inspected(shop: Shop, task: Task) -> CutSurface:
 def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
     """How much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
     out = np.zeros(len(surface.points))
+    turning = shop.turning
     for r in np.unique(radius[radius > 0]):
         mine = np.flatnonzero(radius == r)
+        if turning is not None:
+            assert isinstance(surface, TurnedSurface)
+            out[mine] = lifted(turning, surface, mine, float(r))
+            continue
         found = rolled(surface.points[mine], surface.normals[mine], float(r), shop.index)
         out[mine] = np.where(np.isfinite(found.s), np.maximum(found.s - surface.contact_s[mine, 0], 0.0), 0.0)
     return out

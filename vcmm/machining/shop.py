@@ -17,6 +17,9 @@ from vcmm.machining.rows import Words
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.sweeps import swept
 from vcmm.machining.toolside import cutting_effects
+from vcmm.machining.turned import Turning, turned_surface, turning_of, turns
+from vcmm.machining.turned_blank import TurnedBlank, turned_blank
+from vcmm.machining.turned_faces import with_faces
 from vcmm.nc.interpret import read_program
 from vcmm.nc.moves import Program
 from vcmm.nc.toolpath import Toolpath, toolpath
@@ -40,7 +43,8 @@ class Shop:
     index: Index
     pose: Pose
     machine: Machine
-    blank: Blank | None
+    blank: Blank | TurnedBlank | None
+    turning: Turning | None = None  # on a lathe: sweep and index are those of the meridian then
 
     @property
     def seconds(self) -> float:
@@ -54,13 +58,26 @@ def set_up(scenario: CutScenario) -> Shop:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
-    sweep = swept(program.moves, scenario.setup.tools)
     zero = _work_zero(scenario, program)
+    if turns(scenario, program):
+        return _set_up_to_turn(scenario, program, path, zero)
+    sweep = swept(program.moves, scenario.setup.tools)
     blank = machined_blank(scenario.setup, program, sweep, zero)
     pose = scenario.pose or Pose(
         np.eye(3), zero
     )  # the drawing frame is the work coordinate system of the first cut
     return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank)
+
+
+def _set_up_to_turn(scenario: CutScenario, program: Program, path: Toolpath, zero: Array) -> Shop:
+    """The same for a lathe: everything in the meridian."""
+    turning = turning_of(scenario, program, path)
+    pose = scenario.pose or Pose(np.eye(3), zero)
+    blank = turned_blank(scenario.setup, program, turning, float(zero[2]))
+    shop = Shop(
+        scenario, program, path, turning.sweep, build(turning.sweep), pose, scenario.machine, blank, turning
+    )
+    return replace(shop, scenario=with_faces(scenario, pose, turning))
 
 
 def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
@@ -99,6 +116,8 @@ def zeros(shop: Shop, names: Words) -> Array:
 def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
     """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes."""
     at, out = shop.pose.apply(points), shop.pose.turn(normals)
+    if shop.turning is not None:
+        return turned_surface(shop.turning, at, out, DEPTH, DEEPEST, HEIGHT)
     found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=CONTACTS)
     deep = np.flatnonzero(found.status == BEYOND)
     if not len(deep):
@@ -136,4 +155,5 @@ def remarks(shop: Shop) -> tuple[str, ...]:
         if shop.path.assumptions
         else ()
     )
-    return (*program, *_unready(shop), *blank_notes(shop.blank), *said, *assumed)
+    turned = () if shop.turning is None else shop.turning.notes
+    return (*program, *_unready(shop), *turned, *blank_notes(shop.blank), *said, *assumed)

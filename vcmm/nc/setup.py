@@ -46,6 +46,20 @@ class Tool:
         return (self.offset_x, self.offset_y, self.length)
 
 
+@dataclass(frozen=True)
+class Bar:
+    """Round stock of a lathe, mm: front = Z of its face in work coordinates; bore = 0: solid.
+
+    thrust: force across the edge over the main cutting force, None = the usual rule.
+    """
+
+    diameter: float
+    length: float
+    bore: float = 0.0
+    front: float = 0.0
+    thrust: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Setup:
     """How the program is run. Points in mm, machine frame.
@@ -66,6 +80,7 @@ class Setup:
     second_reference: Point = ZERO
     stock: Point | None = None
     stock_corner: Point | None = None
+    bar: Bar | None = None
     material: str | None = None
     decimal_point: str | None = None
     arc_centre: str | None = None

@@ -11,6 +11,7 @@ from vcmm import report as r
 from vcmm.cutting.solid import triangles
 from vcmm.machining.result import CutResult, Patch, expected
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.turned_blank import TurnedBlank, mesh
 from vcmm.pages.uncertainty import STATE, characteristic_blocks, computed_table, large, small, span
 from vcmm.result import CharacteristicResult
 
@@ -144,6 +145,8 @@ def stock_picture(found: CutResult) -> list[str]:
     """What is left of the blank; every few nodes of the map of heights."""
     if found.blank is None:
         return []
+    if isinstance(found.blank, TurnedBlank):
+        return [_turned_picture(found.blank)]
     after = found.blank.after
     every = max(1, max(after.height.shape) // MOST_NODES)
     coarse = replace(after, height=after.height[::every, ::every], cell=after.cell * every)
@@ -152,6 +155,12 @@ def stock_picture(found: CutResult) -> list[str]:
     return [
         r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
     ]
+
+
+def _turned_picture(blank: TurnedBlank) -> str:
+    vertices, faces = mesh(blank.after, max(1, len(blank.after.z) // 300))
+    removed = f"{blank.removed / 1e3:.1f} cm³ removed; machine axes."
+    return r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the bar", caption=removed)
 
 
 def maps(found: CutResult) -> list[str]:
