@@ -74,6 +74,8 @@ class TurnedSurface(CutSurface):
     """The surface at n points of the workpiece: contacts are passes of the nose.
 
     flat, flat_normals (n, 3): the points in the plane of their section; phi (n,); time (n, K) s of each pass.
+    normal (n, K, 3) is that of the swept nose beside the pass, out of the tool, in the plane of the section: over all phases
+    of the spindle a small error moves the surface as it moves the swept nose, while the feed marks just move along.
     """
 
     flat: Array
@@ -193,21 +195,21 @@ def turned_surface(
         again = nose.removed_by(flat[deep], out[deep], turning.paths, deepest, height, 0.1, SEEDS)
         for name in ("status", "contact_s", "row", "t"):
             getattr(seeds, name)[deep] = getattr(again, name)
-    time, row, t, s = _passes(turning, seeds, phi, EACH)
+    times, swept_normal = _passes(turning, seeds, phi, EACH)
+    time, row, t, s = heights_at(turning, times, flat, out)
     s = np.where(s > height, np.inf, s)
     order = np.argsort(s, axis=1)[:, :KEPT]
     time, row, t, s = (np.take_along_axis(a, order, 1) for a in (time, row, t, s))
     good = np.isfinite(s) & (s <= s[:, :1] + BAND)
     status = np.where(seeds.status == BEYOND, BEYOND, np.where(good[:, 0], CUT, UNCUT))
-    toward = np.broadcast_to(-out[:, None, :], (*s.shape, 3)).copy()
     return TurnedSurface(
-        points, normals, status, np.where(good, s, np.nan), np.where(good, row, -1), np.where(good, t, np.nan), toward,
-        seeds.tests, flat, out, phi, np.where(good, time, np.nan),
+        points, normals, status, np.where(good, s, np.nan), np.where(good, row, -1), np.where(good, t, np.nan),
+        np.take_along_axis(swept_normal, order[..., None], 1), seeds.tests, flat, out, phi, np.where(good, time, np.nan),
     )  # fmt: skip
 
 
-def _passes(turning: Turning, seeds: CutSurface, phi: Array, each: int) -> tuple[Array, Ints, Array, Array]:
-    """(time, row, t, height) (n, Q) of the passes around every contact of the swept moves; height inf where there is none."""
+def _passes(turning: Turning, seeds: CutSurface, phi: Array, each: int) -> tuple[Array, Array]:
+    """Times (n, Q) of the passes around every contact of the swept moves, nan where there is none, and the normals there."""
     count, k = seeds.row.shape
     point, seed = np.nonzero(seeds.row >= 0)
     row, t = seeds.row[point, seed], seeds.t[point, seed]
@@ -216,9 +218,23 @@ def _passes(turning: Turning, seeds: CutSurface, phi: Array, each: int) -> tuple
     times[point, seed, : 2 * each] = turning.spindle.passes(when, phi[point], each)
     crash = turning.rapid[row] & (seeds.contact_s[point, seed] < -CRASH)
     times[point[crash], seed[crash], -1] = when[crash]
-    times = np.sort(times.reshape(count, -1), axis=1)
+    normal = np.broadcast_to(seeds.normals[:, None, :], (count, k, 3)).copy()
+    contact = seeds.points[point] + seeds.contact_s[point, seed][:, None] * seeds.normals[point]
+    arm = contact[:, [0, 2]] - nose.noses(turning.sweep, row, t)
+    normal[point, seed] = _unit(arm)
+    each_normal = np.repeat(normal, 2 * each + 1, axis=1)
+    times = times.reshape(count, -1)
+    order = np.argsort(times, axis=1)
+    times = np.take_along_axis(times, order, 1)
     times[:, 1:][np.diff(times, axis=1) < 1e-9] = np.nan  # one pass found from two moves
-    return heights_at(turning, times, seeds.points, seeds.normals)
+    return times, np.take_along_axis(each_normal, order[..., None], 1)
+
+
+def _unit(arm: Array) -> Array:
+    """Vectors (n, 2) of the section as unit vectors (n, 3)."""
+    size = np.hypot(arm[:, 0], arm[:, 1])
+    flat = arm / np.where(size > 0, size, 1.0)[:, None]
+    return np.stack([flat[:, 0], np.zeros(len(flat)), flat[:, 1]], axis=1)
 
 
 def heights_at(

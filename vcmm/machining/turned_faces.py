@@ -15,11 +15,11 @@ from vcmm.machining.maps import MARGIN, Net
 from vcmm.machining.maps import net as usual_net
 from vcmm.machining.scenario import IDEAL, CutScenario
 from vcmm.machining.turned import Turning, turned_surface
-from vcmm.part import Feature, frame, normal
+from vcmm.part import Feature, frame, normal, surface_point
 from vcmm.pose import Pose
 from vcmm.run import Array
 
-LOOKS, NEAR = 400, 0.1  # radii that are looked at; mm from nominal
+LOOKS, NEAR, FILLET = 400, 0.1, 0.01  # radii that are looked at; mm from nominal, and from the face itself
 RINGS, AROUND, OFF = 4, 24, 0.05  # of the usual points of a face; rad, no point on an axis
 INSIDE = 0.1  # share of the width of the face that is kept from its edges
 
@@ -40,7 +40,10 @@ def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]
     points = _on(feature, np.zeros(len(r)), r)
     normals = normal(feature, points)
     found = turned_surface(turning, pose.apply(points), pose.turn(normals), 0.5, 0.5, 2.0)
-    there = np.abs(np.where(np.isfinite(found.s), found.s, np.inf)) < NEAR
+    s = np.where(np.isfinite(found.s), found.s, np.inf)
+    there = np.abs(s) < NEAR
+    if there.any():
+        there &= np.abs(s - np.median(s[there])) < FILLET
     missing = np.flatnonzero(~there)
     if not there.any() or not there[-1]:
         return 0.0, outer
@@ -78,17 +81,30 @@ def _ring_points(inner: float, outer: float, feature: Feature) -> Array:
 
 
 def turned_net(feature: Feature, across: int, pose: Pose, turning: Turning) -> Net | None:
-    """As `maps.net`, in rings on a face."""
+    """As `maps.net`, but in rings on a face, and without the fillets that the nose leaves at the ends."""
+    if feature.kind in ("cylinder", "cone"):
+        return _round_net(feature, across, turning)
     if not is_face(feature, pose, turning):
         return usual_net(feature, across)
     inner, outer = radii(feature, pose, turning)
     width = outer - inner
     angle = np.linspace(0.0, 2 * np.pi, 2 * across - 1)
-    radius = inner + width * np.linspace(MARGIN, 1.0 - MARGIN, max(9, across // 2))
+    radius = inner + width * np.linspace(2 * MARGIN, 1.0 - 2 * MARGIN, max(9, across // 2))
     points = _on(feature, np.tile(angle, len(radius)), np.repeat(radius, len(angle)))
     return Net(
         feature.name, points, normal(feature, points), angle, radius, ("angle / deg", "radius / mm")
     )
+
+
+def _round_net(feature: Feature, across: int, turning: Turning) -> Net:
+    long = feature.extent[0]
+    nose = max(tool.radius for tool in turning.sweep.tools)
+    kept = min(max(MARGIN * long, nose), 0.25 * long)
+    angle = np.linspace(0.0, 2 * np.pi, 2 * across - 1)
+    along = np.linspace(kept, long - kept, max(9, across // 2))
+    points = surface_point(feature, angle[None, :], along[:, None]).reshape(-1, 3)
+    labels = ("angle / deg", "along the axis / mm")
+    return Net(feature.name, points, normal(feature, points), angle, along, labels)
 
 
 __all__ = ["is_face", "radii", "turned_net", "with_faces"]

@@ -55,7 +55,7 @@ def _with_all_passes(shop: Shop, surface: TurnedSurface) -> TurnedSurface:
     order = np.argsort(s, axis=1)
     time, row, t, s = (np.take_along_axis(a, order, 1) for a in (time, row, t, s))
     good = np.isfinite(s)
-    toward = np.broadcast_to(-surface.flat_normals[:, None, :], (*s.shape, 3)).copy()
+    toward = np.broadcast_to(surface.normal[:, :1], (*s.shape, 3)).copy()
     return replace(
         surface, contact_s=np.where(good, s, np.nan), row=np.where(good, row, -1), t=np.where(good, t, np.nan),
         normal=toward, time=np.where(good, time, np.nan),

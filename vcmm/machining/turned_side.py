@@ -145,10 +145,8 @@ def _contacts(turning: Turning, surface: TurnedSurface) -> tuple[Contacts, Ints,
     r[point, candidate] = nose.nose_radius(turning.sweep)[which]
     height = np.where(known, surface.contact_s, np.inf)
     n = surface.flat_normals[:, None, :]
-    at = arm + np.where(known, height, 0.0)[..., None] * n[..., [0, 2]]
-    cutter = np.stack([at[..., 0], np.zeros(known.shape), at[..., 1]], axis=-1) / r[..., None]
-    steep = np.abs((cutter * n).sum(axis=-1)) < GRAZING
-    cutter = np.where((known & ~steep)[..., None], cutter, n)
+    steep = np.abs((surface.normal * n).sum(axis=-1)) < GRAZING
+    cutter = np.where((known & ~steep)[..., None], surface.normal, n)
     circles = NoseCircles(arm, r, surface.flat[:, 0])
     return Contacts(height, cutter, surface.flat_normals, row, circles), point, candidate  # type: ignore[arg-type]
 
