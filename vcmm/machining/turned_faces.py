@@ -99,7 +99,7 @@ def turned_net(feature: Feature, across: int, pose: Pose, turning: Turning) -> N
 def _round_net(feature: Feature, across: int, turning: Turning) -> Net:
     long = feature.extent[0]
     nose = max(tool.radius for tool in turning.sweep.tools)
-    kept = min(max(MARGIN * long, nose), 0.25 * long)
+    kept = min(max(MARGIN * long, 1.25 * nose), 0.25 * long)
     angle = np.linspace(0.0, 2 * np.pi, 2 * across - 1)
     along = np.linspace(kept, long - kept, max(9, across // 2))
     points = surface_point(feature, angle[None, :], along[:, None]).reshape(-1, 3)
