@@ -47,7 +47,10 @@ def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]
     missing = np.flatnonzero(~there)
     if not there.any() or not there[-1]:
         return 0.0, outer
-    return (0.0 if not len(missing) else float(r[missing[-1]])), outer
+    if not len(missing):
+        return 0.0, outer
+    fillet = np.sqrt(2.0 * max(tool.radius for tool in turning.sweep.tools) * FILLET)  # what is left of it from there
+    return min(float(r[missing[-1]] + fillet), 0.9 * outer), outer
 
 
 def _on(feature: Feature, angle: Array, radius: Array) -> Array:
