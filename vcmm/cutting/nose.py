@@ -153,12 +153,8 @@ def _slab(p: Array, n: Array, path: Capsules, unit: Array, length: Array) -> tup
             one, two = (least - at) / rate, (most - at) / rate
         level = np.abs(rate) < 1e-15
         inside = (at >= least) & (at <= most)
-        low = np.maximum(
-            low, np.where(level, np.where(inside, -np.inf, np.inf), np.fmin(one, two))
-        )
-        high = np.minimum(
-            high, np.where(level, np.where(inside, np.inf, -np.inf), np.fmax(one, two))
-        )
+        low = np.maximum(low, np.where(level, np.where(inside, -np.inf, np.inf), np.fmin(one, two)))
+        high = np.minimum(high, np.where(level, np.where(inside, np.inf, -np.inf), np.fmax(one, two)))
     hit = (low <= high) & (length > 0)
     low = np.where(hit, low, np.inf)
     t = np.clip((a + np.where(hit, low, 0.0) * va) / np.where(length > 0, length, 1.0), 0.0, 1.0)

@@ -233,9 +233,7 @@ def setting_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
             effects += [ToolOffset(name, d) for d in "xy"]
         for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
             if u:
-                inputs.append(
-                    Input("tool_offset", f"{name},{d}", "shift", Normal(u), "setup", "tool setter")
-                )
+                inputs.append(Input("tool_offset", f"{name},{d}", "shift", Normal(u), "setup", "tool setter"))
     return effects, inputs
 
 

@@ -22,7 +22,7 @@ from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, CutScenario
 from vcmm.machining.shop import GOUGE, Shop, look, remarks, set_up
-from vcmm.machining.turned import TurnedSurface
+from vcmm.machining.turned import TurnedSurface, backs
 from vcmm.machining.turned_recut import lifted, recut_turned
 from vcmm.machining.world import Cutting
 from vcmm.run import Array
@@ -79,6 +79,8 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     inputs = (*shop.machine.inputs, *scenario.inputs)
     measuring = measuring_world(shop, plan)
     touch, feature = (measuring.task.touches.run.labels[name] for name in ("touch", "feature"))
+    if isinstance(surface, TurnedSurface) and shop.turning is not None:
+        notes = (*notes, *backs(shop.turning, surface, feature))
     tool, contacts = tool_side(shop, surface, touch, feature, inputs)
     world = Cutting(measuring, tool, contacts)
     form = world.level + _lifted(shop, surface, measuring.task.touches.tip_radius)

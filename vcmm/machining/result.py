@@ -15,7 +15,15 @@ from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.run import Array
 
 GROUPS = ("machine", "tool", "setup", "part", "measurement")
-OF_TOOL = ("tool_length", "tool_radius", "tool_offset", "tool_wear", "tool_runout", "tool_deflection", "spindle_growth")
+OF_TOOL = (
+    "tool_length",
+    "tool_radius",
+    "tool_offset",
+    "tool_wear",
+    "tool_runout",
+    "tool_deflection",
+    "spindle_growth",
+)
 OF_SETUP = ("work_offset",)
 OF_PART = ("part_expansion", "workpiece_heating", "clamping")
 SCATTERS = (

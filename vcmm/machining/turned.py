@@ -13,7 +13,7 @@ import numpy as np
 
 from vcmm.cutting import nose
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, CutSurface
-from vcmm.cutting.sweeps import LINE, Sweep
+from vcmm.cutting.sweeps import Sweep
 from vcmm.cutting.turning import OUTWARD, meridian
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.machine import Machine
@@ -118,7 +118,7 @@ def spindle_axis(machine: Machine) -> Array:
     if "C" in machine.chain.tool:
         raise ModelLimit(
             f"structure {machine.chain.structure}: axis C carries the tool; a lathe has its spindle on the workpiece side, for "
-            "example \"w C' b Z X t\""
+            'example "w C\' b Z X t"'
         )
     return np.array(machine.axes["C"].centre[:2]) if "C" in machine.axes else np.zeros(2)
 
@@ -156,9 +156,13 @@ def _check_moves(moves: list[Move], centre: Array) -> None:
             continue
         line = m.source.line
         if not m.spindle:
-            raise UsageError(f"line {line} turns while the spindle stands still; add M3 S... (or G96) before it")
+            raise UsageError(
+                f"line {line} turns while the spindle stands still; add M3 S... (or G96) before it"
+            )
         if m.plane != "ZX" and m.centre is not None:
-            raise ModelLimit(f"line {line}: an arc of a turning tool lies in the plane ZX (G18), not {m.plane}")
+            raise ModelLimit(
+                f"line {line}: an arc of a turning tool lies in the plane ZX (G18), not {m.plane}"
+            )
         if max(abs(p[1] - centre[1]) for p in (m.start, m.end)) > FLAT:
             raise ModelLimit(
                 f"line {line}: the tip stands {m.end[1] - centre[1]:.6g} mm beside the plane of the spindle axis; turning is "
@@ -196,10 +200,11 @@ def turned_surface(
         for name in ("status", "contact_s", "row", "t"):
             getattr(seeds, name)[deep] = getattr(again, name)
     times, swept_normal = _passes(turning, seeds, phi, EACH)
-    time, row, t, s = heights_at(turning, times, flat, out)
-    s = np.where(s > height, np.inf, s)
-    order = np.argsort(s, axis=1)[:, :KEPT]
-    time, row, t, s = (np.take_along_axis(a, order, 1) for a in (time, row, t, s))
+    found = passes_at(turning, times, flat, out)
+    order = found.order()[:, :KEPT]
+    found = found.taken(order)
+    time, row, t = found.time, found.row, found.t
+    s = np.where(found.height > height, np.inf, found.height)
     good = np.isfinite(s) & (s <= s[:, :1] + BAND)
     status = np.where(seeds.status == BEYOND, BEYOND, np.where(good[:, 0], CUT, UNCUT))
     return TurnedSurface(
@@ -218,16 +223,16 @@ def _passes(turning: Turning, seeds: CutSurface, phi: Array, each: int) -> tuple
     times[point, seed, : 2 * each] = turning.spindle.passes(when, phi[point], each)
     crash = turning.rapid[row] & (seeds.contact_s[point, seed] < -CRASH)
     times[point[crash], seed[crash], -1] = when[crash]
-    normal = np.broadcast_to(seeds.normals[:, None, :], (count, k, 3)).copy()
+    normal: Array = np.broadcast_to(seeds.normals[:, None, :], (count, k, 3)).copy()
     contact = seeds.points[point] + seeds.contact_s[point, seed][:, None] * seeds.normals[point]
     arm = contact[:, [0, 2]] - nose.noses(turning.sweep, row, t)
     normal[point, seed] = _unit(arm)
     each_normal = np.repeat(normal, 2 * each + 1, axis=1)
-    times = times.reshape(count, -1)
-    order = np.argsort(times, axis=1)
-    times = np.take_along_axis(times, order, 1)
-    times[:, 1:][np.diff(times, axis=1) < 1e-9] = np.nan  # one pass found from two moves
-    return times, np.take_along_axis(each_normal, order[..., None], 1)
+    flat = times.reshape(count, -1)
+    order = np.argsort(flat, axis=1)
+    flat = np.take_along_axis(flat, order, 1)
+    flat[:, 1:][np.diff(flat, axis=1) < 1e-9] = np.nan  # one pass found from two moves
+    return flat, np.take_along_axis(each_normal, order[..., None], 1)
 
 
 def _unit(arm: Array) -> Array:
@@ -237,10 +242,30 @@ def _unit(arm: Array) -> Array:
     return np.stack([flat[:, 0], np.zeros(len(flat)), flat[:, 1]], axis=1)
 
 
-def heights_at(
-    turning: Turning, times: Array, points: Array, normals: Array
-) -> tuple[Array, Ints, Array, Array]:
-    """(time, row, t, height) (n, Q): where rays from flat points (n, 3) meet the nose as it stands at times (n, Q)."""
+@dataclass(frozen=True, eq=False)
+class Passes:
+    """Of n points, Q passes each: time s, row of the sweep (-1 = none) and share of it, height mm (inf = misses); (n, Q)."""
+
+    time: Array
+    row: Ints
+    t: Array
+    height: Array
+
+    def order(self) -> Ints:
+        """The deepest first (n, Q)."""
+        return np.argsort(self.height, axis=1)
+
+    def taken(self, order: Ints) -> Passes:
+        return Passes(
+            np.take_along_axis(self.time, order, 1),
+            np.take_along_axis(self.row, order, 1),
+            np.take_along_axis(self.t, order, 1),
+            np.take_along_axis(self.height, order, 1),
+        )
+
+
+def passes_at(turning: Turning, times: Array, points: Array, normals: Array) -> Passes:
+    """Where rays from flat points (n, 3) meet the nose as it stands at times (n, Q), nan = none."""
     row = np.full(times.shape, -1, dtype=np.intp)
     t, s = np.zeros(times.shape), np.full(times.shape, np.inf)
     point, at = np.nonzero(np.isfinite(times))
@@ -251,7 +276,7 @@ def heights_at(
     o = points[point][:, [0, 2]] - nose.noses(turning.sweep, rows, share)
     row[point, at], t[point, at] = rows, share
     s[point, at] = nose.entry(o, normals[point][:, [0, 2]], nose.nose_radius(turning.sweep)[rows])
-    return times, row, t, s
+    return Passes(times, row, t, s)
 
 
 def backs(turning: Turning, surface: TurnedSurface, features: np.typing.NDArray[np.str_]) -> list[str]:
@@ -270,6 +295,3 @@ def backs(turning: Turning, surface: TurnedSurface, features: np.typing.NDArray[
             "modelled, check the orientation of the tool"
         )
     return said
-
-
-__all__ = ["LINE", "Turning", "TurnedSurface", "backs", "heights_at", "turned_surface", "turning_of", "turns"]

@@ -1,6 +1,6 @@
 """The bar in a lathe: its meridian as it is turned, rapids that run through it, and the forces that follow from the chip.
 
-The outside and the bore are kept as radii at places along Z. A move that removes the area dA of the meridian over its length
+The outside and the bore are kept as radii at places along Z. A move that removes the area dA of the meridian over the length
 L takes a chip of cross-section S = dA f / L, f = feed per turn. With the length b of edge at work (arc of the nose, then
 straight) the mean thickness is h = S / b, the equivalent chip thickness of Woxen (CIRP: h_eq), and Kienzle gives
 
@@ -14,6 +14,7 @@ workshop rule Fc : Fp : Ff = 5 : 2 : 1 is taken, 0.45. Good to tens of percent; 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from vcmm.nc.setup import Bar, Setup
 from vcmm.run import Array
 
 NODES = 4000  # along the axis
+LOOKS, OUT_OF_REACH = 9, 0.05  # places along a stretch that are looked at; mm beyond the nose
 DEEP = 0.01  # mm, from which a rapid through the bar is one
 THRUST = float(np.hypot(2.0, 1.0) / 5.0)  # of the rule 5 : 2 : 1
 SIDES = 96  # of the picture
@@ -65,22 +67,21 @@ def turned_blank(setup: Setup, program: Program, turning: Turning, zero: float) 
     before = _bar(setup.bar, turning, zero)
     outer, inner = before.outer.copy(), before.inner.copy()
     count = len(turning.sweep)
-    area, side, deepest = np.zeros(count), np.zeros(count), np.zeros(count)
+    area, side, deepest, worked = (np.zeros(count) for _ in range(4))
     for i in range(len(turning.paths.r)):
         row = int(turning.paths.row[i])
-        bore = turning.to_tip[row, 0] > 0
-        gone, depth, centre = _cut(before.z, outer, inner, turning, i, bore)
-        area[row] += gone
-        side[row] += centre
-        deepest[row] = max(deepest[row], depth)
+        bite = _cut(before.z, outer, inner, turning, i, bool(turning.to_tip[row, 0] > 0))
+        area[row] += bite.area
+        worked[row] += bite.length
+        side[row] += bite.side * bite.area
+        deepest[row] = max(deepest[row], bite.depth)
     after = Profile(before.z, outer, inner, before.centre)
     moves = [program.moves[i] for i in turning.sweep.move.tolist()]
-    hits = tuple(
-        (m.source.line, float(d)) for m, d in zip(moves, deepest) if m.kind == "rapid" and d > DEEP
-    )
-    forces, said = None, ()
+    hits = tuple((m.source.line, float(d)) for m, d in zip(moves, deepest) if m.kind == "rapid" and d > DEEP)
+    forces: Array | None = None
+    said: tuple[str, ...] = ()
     if setup.material is not None:
-        forces = _forces(setup, moves, turning, area, side)
+        forces = _forces(setup, moves, turning, area, worked, side)
         if setup.bar.thrust is None:
             said = (
                 f"cutting forces: thrust_ratio of the stock is not stated; {THRUST:.2f} of the main force is taken (5 : 2 : 1)",
@@ -94,28 +95,53 @@ def _bar(bar: Bar, turning: Turning, zero: float) -> Profile:
     return Profile(z, np.full(NODES, bar.diameter / 2), np.full(NODES, bar.bore / 2), turning.centre)
 
 
-def _cut(
-    z: Array, outer: Array, inner: Array, turning: Turning, i: int, bore: bool
-) -> tuple[float, float, float]:
-    """One straight stretch cuts the radii in place: (area mm^2 removed, greatest depth mm, area x distance beside the path)."""
+@dataclass(frozen=True)
+class Bite:
+    """What one straight stretch takes away: mm^2 of the meridian, greatest depth mm, length of path at work mm.
+
+    side: +1 where the finished surface lies to the side (-dz, dx) of the way (dx, dz), -1 on the other, 0 on both or none.
+    """
+
+    area: float
+    depth: float
+    length: float
+    side: float
+
+
+def _cut(z: Array, outer: Array, inner: Array, turning: Turning, i: int, bore: bool) -> Bite:
+    """One straight stretch cuts the radii in place."""
     low, high = _reach(z, turning, i)
     hit = (low <= high) & (outer > inner)
+    before = inner.copy() if bore else outer.copy()
     if bore:
-        new = np.where(hit, np.clip(high, inner, outer), inner)
-        taken, middle = new - inner, 0.5 * (new + inner)
-        inner[:] = new
+        inner[:] = np.where(hit, np.clip(high, inner, outer), inner)
     else:
-        new = np.where(hit, np.clip(low, inner, outer), outer)
-        taken, middle = outer - new, 0.5 * (outer + new)
-        outer[:] = new
-    step = z[1] - z[0]
-    start, along = turning.paths.start[i], turning.paths.end[i] - turning.paths.start[i]
+        outer[:] = np.where(hit, np.clip(low, inner, outer), outer)
+    after = inner if bore else outer
+    taken = np.abs(after - before)
+    gone = np.flatnonzero(taken > 0)
+    along = turning.paths.end[i] - turning.paths.start[i]
     length = float(np.hypot(*along))
-    beside = 0.0
-    if length > 0:
-        across = (z - start[1]) * along[0] - (middle - start[0]) * along[1]
-        beside = float((taken * across).sum() * step / length)
-    return float(taken.sum() * step), float(taken.max(initial=0.0)), beside
+    if not len(gone) or length == 0.0:
+        return Bite(float(taken.sum() * (z[1] - z[0])), float(taken.max(initial=0.0)), 0.0, 0.0)
+    way = along / length
+    reached = np.concatenate([z[gone] * way[1] + x[gone] * way[0] for x in (before, after)])
+    worked = min(length, float(np.ptp(reached)))
+    side = _finished_side(z, outer, inner, turning, i, way)
+    return Bite(float(taken.sum() * (z[1] - z[0])), float(taken.max()), worked, side)
+
+
+def _finished_side(z: Array, outer: Array, inner: Array, turning: Turning, i: int, way: Array) -> float:
+    """On which side of a stretch the bar is still there, just out of reach of the nose."""
+    t = np.linspace(0.0, 1.0, LOOKS)[:, None]
+    centre = turning.paths.start[i] + t * (turning.paths.end[i] - turning.paths.start[i])
+    beside = np.array([-way[1], way[0]]) * (turning.paths.r[i] + OUT_OF_REACH)
+    found = 0.0
+    for sign in (1.0, -1.0):
+        x, at = (centre + sign * beside).T
+        inside = (x < np.interp(at, z, outer)) & (x > np.interp(at, z, inner)) & (at > z[0]) & (at < z[-1])
+        found += sign * inside.sum()
+    return float(np.sign(found))
 
 
 def _reach(z: Array, turning: Turning, i: int) -> tuple[Array, Array]:
@@ -143,16 +169,19 @@ def _reach(z: Array, turning: Turning, i: int) -> tuple[Array, Array]:
     return low, high
 
 
-def _forces(setup: Setup, moves: list[Move], turning: Turning, area: Array, side: Array) -> Array:
+def _forces(
+    setup: Setup, moves: list[Move], turning: Turning, area: Array, worked: Array, side: Array
+) -> Array:
     """Mean force of the part on the insert (rows, 3) N while each move cuts: x away from the axis, y along the cut, z."""
     from vcmm.cutting.sweeps import lengths, position
 
-    assert setup.bar is not None and setup.material is not None
+    assert setup.bar is not None
+    assert setup.material is not None
     r, length = nose.nose_radius(turning.sweep), lengths(turning.sweep)
     rpm = np.array([m.spindle for m in moves])
     feed = np.array([m.feed or 0.0 for m in moves])
     per_turn = np.divide(feed, np.abs(rpm), out=np.zeros(len(feed)), where=rpm != 0)
-    depth = np.divide(area, length, out=np.zeros(len(area)), where=length > 0)
+    depth = np.divide(area, worked, out=np.zeros(len(area)), where=worked > 0)
     chip = depth * per_turn
     half = np.arccos(np.clip(1.0 - depth / r, 0.0, 1.0))  # angle of the nose at work
     width = r * half + np.maximum(depth - r, 0.0)
@@ -162,7 +191,7 @@ def _forces(setup: Setup, moves: list[Move], turning: Turning, area: Array, side
     middle = position(turning.sweep, np.array([[0.49], [0.51]]))
     way = (middle[1] - middle[0])[:, [0, 2]]
     way = way / np.where(length > 0, np.hypot(way[:, 0], way[:, 1]), 1.0)[:, None]
-    # `side` > 0: the material lies to the +(z x' - ...) side of the path; the tool is pushed the other way
+    # the finished surface lies to `side` of the way; the tool is pushed to the other, and back
     beside = np.stack([-way[:, 1], way[:, 0]], axis=1)
     lean = np.arctan2(1.0 - np.cos(half) + np.maximum(depth / r - 1.0, 0.0), np.sin(half))
     push = -np.sign(side)[:, None] * beside * np.cos(lean)[:, None] - way * np.sin(lean)[:, None]
@@ -203,9 +232,9 @@ def _corners(z: Array, r: Array, every: int) -> Array:
     return np.stack([r[wanted], z[wanted]], axis=1)
 
 
-def write_turned_stl(profile: Profile, path: str) -> None:
+def write_turned_stl(profile: Profile, path: str | Path) -> None:
     """Binary STL of what is left of the bar, mm."""
     import trimesh
 
     vertices, faces = mesh(profile)
-    trimesh.Trimesh(vertices, faces, process=True).export(path, file_type="stl")
+    trimesh.Trimesh(vertices, faces, process=True).export(str(path), file_type="stl")

@@ -49,7 +49,9 @@ def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]
         return 0.0, outer
     if not len(missing):
         return 0.0, outer
-    fillet = np.sqrt(2.0 * max(tool.radius for tool in turning.sweep.tools) * FILLET)  # what is left of it from there
+    fillet = np.sqrt(
+        2.0 * max(tool.radius for tool in turning.sweep.tools) * FILLET
+    )  # what is left of it from there
     return min(float(r[missing[-1]] + fillet), 0.9 * outer), outer
 
 
@@ -94,9 +96,7 @@ def turned_net(feature: Feature, across: int, pose: Pose, turning: Turning) -> N
     angle = np.linspace(0.0, 2 * np.pi, 2 * across - 1)
     radius = inner + width * np.linspace(2 * MARGIN, 1.0 - 2 * MARGIN, max(9, across // 2))
     points = _on(feature, np.tile(angle, len(radius)), np.repeat(radius, len(angle)))
-    return Net(
-        feature.name, points, normal(feature, points), angle, radius, ("angle / deg", "radius / mm")
-    )
+    return Net(feature.name, points, normal(feature, points), angle, radius, ("angle / deg", "radius / mm"))
 
 
 def _round_net(feature: Feature, across: int, turning: Turning) -> Net:

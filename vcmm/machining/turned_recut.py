@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.cutting import nose
 from vcmm.machining.recut import POINTS, Recut
 from vcmm.machining.shop import Shop
-from vcmm.machining.turned import TurnedSurface, Turning, heights_at
+from vcmm.machining.turned import TurnedSurface, Turning, passes_at
 from vcmm.machining.turned_side import turned_side
 from vcmm.run import Array
 
@@ -51,9 +51,9 @@ def _with_all_passes(shop: Shop, surface: TurnedSurface) -> TurnedSurface:
     turning = shop.turning
     assert turning is not None
     times = _around(turning, surface, TURNS)
-    time, row, t, s = heights_at(turning, times, surface.flat, surface.flat_normals)
-    order = np.argsort(s, axis=1)
-    time, row, t, s = (np.take_along_axis(a, order, 1) for a in (time, row, t, s))
+    every = passes_at(turning, times, surface.flat, surface.flat_normals)
+    found = every.taken(every.order())
+    time, row, t, s = found.time, found.row, found.t, found.height
     good = np.isfinite(s)
     toward = np.broadcast_to(surface.normal[:, :1], (*s.shape, 3)).copy()
     return replace(
@@ -82,7 +82,8 @@ def lifted(turning: Turning, surface: TurnedSurface, mine: Ints, radius: float) 
 def _lifted(turning: Turning, surface: TurnedSurface, radius: float) -> Array:
     one = replace(surface, time=surface.time[:, :1])
     times = _around(turning, one, ROLLED)
-    _, row, t, _ = heights_at(turning, times, surface.flat, surface.flat_normals)
+    found = passes_at(turning, times, surface.flat, surface.flat_normals)
+    row, t = found.row, found.t
     p, n = surface.flat[:, [0, 2]], surface.flat_normals[:, [0, 2]]
     across = np.stack([-n[:, 1], n[:, 0]], axis=1)
     known = row >= 0
@@ -100,9 +101,9 @@ def _lifted(turning: Turning, surface: TurnedSurface, radius: float) -> Array:
     middle, best = np.zeros(len(p)), surface.contact_s[:, 0].copy()
     for _ in range(ZOOMS):
         a = np.clip(middle[:, None] + np.linspace(-reach, reach, GRID), -radius, radius)
-        found = lift(a)
-        at = found.argmax(axis=1)
-        top = found[np.arange(len(p)), at]
+        high = lift(a)
+        at = high.argmax(axis=1)
+        top = high[np.arange(len(p)), at]
         middle, best = np.where(top > best, a[np.arange(len(p)), at], middle), np.maximum(best, top)
         reach *= 4.0 / GRID
     return np.maximum(best - surface.contact_s[:, 0], 0.0)

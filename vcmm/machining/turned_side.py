@@ -130,7 +130,9 @@ def turned_side(
     full, setting, turn, angles = _with_setting(shop, turning, run, phi)
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
     turn = turn if turning.rotary else np.zeros(full.n)
-    return TurnedSide(shop.machine, shop.machine.prepare(full), setting, known, inputs, turn, angles), contacts
+    return TurnedSide(
+        shop.machine, shop.machine.prepare(full), setting, known, inputs, turn, angles
+    ), contacts
 
 
 def _contacts(turning: Turning, surface: TurnedSurface) -> tuple[Contacts, Ints, Ints]:
@@ -179,7 +181,9 @@ def turned_by(vectors: Array, phi: Array) -> Array:
     return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
 
 
-def _columns(shop: Shop, turning: Turning, n: Array, contact: Array, to_tip: Array, phi: Array) -> dict[str, Array]:
+def _columns(
+    shop: Shop, turning: Turning, n: Array, contact: Array, to_tip: Array, phi: Array
+) -> dict[str, Array]:
     """Columns of the surface, in axes of the workpiece: normal, place in the part, way from the tip to the nose centre."""
     turn = phi if turning.rotary else np.zeros(len(phi))
     centre = np.array([*turning.centre, 0.0])
