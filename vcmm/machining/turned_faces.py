@@ -52,7 +52,8 @@ def radii(feature: Feature, pose: Pose, turning: Turning) -> tuple[float, float]
     fillet = np.sqrt(
         2.0 * max(tool.radius for tool in turning.sweep.tools) * FILLET
     )  # what is left of it from there
-    return min(float(r[missing[-1]] + fillet), 0.9 * outer), outer
+    edge = float(r[missing[-1]])
+    return min(edge + float(fillet), 0.5 * (edge + outer)), outer
 
 
 def _on(feature: Feature, angle: Array, radius: Array) -> Array:
