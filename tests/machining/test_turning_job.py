@@ -172,3 +172,99 @@ def test_a_turned_part_cannot_be_placed(tmp_path):
 
     with pytest.raises(VcmmError, match="cannot move a turned part"):
         place_cut(vcmm.load_cut(plain(tmp_path)))
+
+
+def test_a_bore_by_hand(tmp_path):
+    """A boring bar, tip to +X and -Z (2): a bore of 30 mm; 5 um of offset missing towards the wall leave 5 um of radius."""
+    from dataclasses import replace
+
+    from vcmm.effects.setting import ToolOffset
+
+    setup = lathe.SETUP.replace("orientation = 3", "orientation = 2") + BAR + 'bore = "26 mm"\n'
+    program = "G0 X24. Z2.\nX30.\nG1 Z-40. F0.05\nX24.\nG0 Z5.\n"
+    path = plain(tmp_path, setup=setup, program=program)
+    text = path.read_text().replace(
+        'diameter = "40 mm", length = "40 mm"', 'diameter = "30 mm", length = "20 mm", inside = true'
+    )
+    path.write_text(text.replace("0 0 -50 mm", "0 0 -25 mm"))
+    ready = lathe.shop(path)
+    found, _ = lathe.nominal(ready, "seat")
+    assert found.min() >= -1e-12
+    assert found.max() <= 0.39073e-3
+    bent = replace(ready, machine=replace(ready.machine, effects=(ToolOffset("1", "x", 5 * UM),)))
+    assert lathe.moved(bent, "seat")[0] == pytest.approx(5 * UM, abs=1e-8)
+    # height of the tip: its distance from the axis grows, sqrt(15^2 + 0.1^2) - 15 = 0.333 um, so the bore does
+    high = replace(ready, machine=replace(ready.machine, effects=(ToolOffset("1", "y", 0.1),)))
+    assert lathe.moved(high, "seat")[0] == pytest.approx(-0.3333 * UM, abs=1e-7)
+    # the bar is pushed towards the axis; the bore grows from 26 to 30 mm over 40 mm: pi (15^2 - 13^2) 40 = 7.04 cm3
+    row = [ready.program.moves[i].kind for i in ready.sweep.move].index("line")
+    assert ready.blank.forces[row][0] < -50
+    assert ready.blank.removed == pytest.approx(math.pi * (15**2 - 13**2) * 40, rel=0.02)
+
+
+def test_what_is_left_and_what_is_gouged(tmp_path):
+    high = plain(tmp_path, program=PLAIN.replace("X40.", "X45."))
+    with pytest.raises(VcmmError, match="cuts 0 of its"):  # 2.5 mm of radius are left
+        cut(vcmm.load_cut(high))
+    deep = plain(tmp_path, program=PLAIN.replace("X40.", "X39.9"))
+    _, _, notes = finished_part(set_up(vcmm.load_cut(deep)))
+    assert "seat: the program itself gouges 72 points, by 0.050 mm at most (line 10)" in notes[0]
+
+
+def test_a_rapid_through_the_part_is_a_gouge(tmp_path):
+    program = PLAIN + "G0 X39. Z-30.8\nX60.\n"  # the centre of the nose over Z-30
+    _, _, notes = finished_part(set_up(vcmm.load_cut(plain(tmp_path, program=program))))
+    assert "the program itself gouges" in notes[0]
+    assert "0.500 mm at most (line 12)" in notes[0]
+
+
+def test_m4_winds_the_groove_the_other_way(tmp_path):
+    """z = z0 + f phi / 2 pi with M3 (see the geometry), z0 - f phi / 2 pi with M4."""
+    ready = lathe.shop(
+        lathe.write(tmp_path, program=lathe.HEAD.replace("M3", "M4") + lathe.CONTOUR + lathe.TAIL)
+    )
+    found, points = lathe.nominal(ready, "journal")
+    u = np.sqrt(np.maximum(0.8**2 - (0.8 - found) ** 2, 0.0))
+    phi = np.arctan2(points[:, 1], points[:, 0])
+    start = (points[:, 2] + 0.05 * phi / (2 * np.pi))[:, None] + np.stack([u, -u], axis=1)
+    circular = np.exp(2j * np.pi * start / 0.05)
+    assert min(np.abs(np.angle(circular / one)).min(axis=1).max() for one in circular[u.argmin()]) < 1e-4
+
+
+def test_an_offset_from_elsewhere_keeps_the_error_at_the_zero(tmp_path):
+    machine = effect("scale_factor", axis="X", k="50 um/m")
+    path = plain(tmp_path, machine)
+    path.write_text(
+        path.read_text().replace(
+            "[part.features]", '[cut.work_offset]\nset_on = "elsewhere"\n[part.features]'
+        )
+    )
+    found, _ = lathe.moved(lathe.shop(path), "seat")
+    # axis X stands at 20 + 40 (offset of the tool) mm: 50e-6 x 60 = 3 um
+    assert found == pytest.approx(3 * UM, abs=1e-7)
+
+
+def test_inspection_on_a_measuring_machine(tmp_path):
+    """A stylus of 1 mm radius reads the crests: twice 0.08 to 0.39 um on a diameter, a form no larger than the marks."""
+    path = plain(tmp_path, program=PLAIN.replace("F0.1", "F0.05"))
+    (tmp_path / "cmm.toml").write_text(
+        'vcmm = "machine/1"\nname = "cmm"\nstructure = "w b Y X Z t"\n'
+        + "".join(f'[axes.{a}]\ntravel = ["-500 mm", "500 mm"]\n' for a in "XYZ")
+    )
+    plan = """
+[inspection]
+machine = "cmm.toml"
+pose = { shift = "0 0 0 mm" }
+[plan]
+styli.probe = { offset = "0 0 -100 mm", tip_diameter = "2 mm" }
+[[plan.steps]]
+feature = "seat"
+stylus = "probe"
+points = { strategy = "levels", at = ["8 mm", "19.37 mm", "30.11 mm"], n = 24 }
+[job]
+"""
+    text = path.read_text().replace("[job]\n", plan)
+    path.write_text(text.replace("[part.features]", '[cut.tools.1]\nu_offset_x = "0.01 um"\n[part.features]'))
+    size, form = cut(vcmm.load_cut(path)).characteristics
+    assert 2 * 0.0782 * UM < size.value - 40.0 < 2 * 0.3907 * UM
+    assert form.value < 0.3125 * UM

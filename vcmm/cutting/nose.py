@@ -75,6 +75,7 @@ def removed_by(
 
     Places of contacts are good to the chord of the arcs. contact_s is that of the swept circle, without feed marks.
     """
+    path = _near(path, points, max(depth, height))
     size = max(1, AT_ONCE // max(len(path.r), 1))
     parts = [
         _part(points[i : i + size], normals[i : i + size], path, depth, height, band, candidates)
@@ -88,6 +89,16 @@ def removed_by(
     normal = np.broadcast_to(-normals[:, None, :], (*row.shape, 3)).copy()
     tests = np.full(len(points), len(path.r))
     return CutSurface(points, normals, status, np.where(known, s, np.nan), row, share, normal, tests)
+
+
+def _near(path: Capsules, points: Array, reach: float) -> Capsules:
+    """The stretches that come within `reach` mm of the box around the points; one at least."""
+    low, high = points[:, [0, 2]].min(axis=0) - reach, points[:, [0, 2]].max(axis=0) + reach
+    r = path.r[:, None]
+    first, last = np.minimum(path.start, path.end) - r, np.maximum(path.start, path.end) + r
+    kept = np.flatnonzero(((last >= low) & (first <= high)).all(axis=1))
+    kept = kept if len(kept) else np.array([0])
+    return Capsules(*(getattr(path, name)[kept] for name in Capsules.__annotations__))
 
 
 def _part(
