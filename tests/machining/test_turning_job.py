@@ -268,3 +268,24 @@ points = { strategy = "levels", at = ["8 mm", "19.37 mm", "30.11 mm"], n = 24 }
     size, form = cut(vcmm.load_cut(path)).characteristics
     assert 2 * 0.0782 * UM < size.value - 40.0 < 2 * 0.3907 * UM
     assert form.value < 0.3125 * UM
+
+
+def test_a_compensated_program_turns_the_right_part(tmp_path):
+    """50 urad between Z and the spindle, tool set on a trial cut 90 mm behind the front: rewritten, the shaft is straight."""
+    machine = effect("squareness", pair="B0Z", angle="50 urad")
+    setup = lathe.SETUP + "compensation = []\n"
+    scenario = lathe.SCENARIO.replace(
+        'setup = "setup.toml"', 'setup = "setup.toml"\nwork_offset = { at = "20 0 110 mm" }'
+    )
+    path = lathe.write(tmp_path, machine, setup=setup, scenario=scenario)
+    before = lathe.shop(path)
+    # at z = -20 the tool stands 69.2 mm before the place of the trial cut: 50e-6 x 69.2 = 3.46 um of radius are left
+    middle = np.abs(lathe.nominal(before, "journal")[1][:, 2] + 20) < 0.1
+    assert lathe.moved(before, "journal")[0][middle] == pytest.approx(3.46 * UM, abs=0.01 * UM)
+    assert command(["compensate", str(path), "--out", str(tmp_path / "better.nc")]) == 0
+    shutil.copy(tmp_path / "better.nc", tmp_path / "part.nc")
+    after = lathe.shop(path)
+    for name in ("journal", "seat"):
+        rest = lathe.moved(after, name)[0] + lathe.nominal(after, name)[0]
+        # numbers of 0.001 mm of diameter: 0.25 um of radius at the ends of a line, and the feed marks of 0.39 um
+        assert np.abs(rest).max() < 1.0 * UM, name

@@ -87,6 +87,7 @@ class Setup:
     block_delete: bool = False
     path: Path | None = None
     control: Control | None = None
+    set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
     constants: Mapping[str, float] = field(default_factory=dict)  # columns of the whole run: temperatures
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
