@@ -96,6 +96,13 @@ def _tool_rows(setup: Any) -> list[list[str]]:
     for name, point in setup.offsets.items():
         rows.append([f"offset {name}", "work zero at " + " ".join(f"{v:g}" for v in point) + " mm"])
     for number, tool in setup.tools.items():
+        if tool.shape == "turning":
+            nose = (
+                "nose radius not stated" if not tool.nose_radius else f"nose radius {tool.nose_radius:g} mm"
+            )
+            text = f"turning, {nose}, orientation {tool.orientation}, offsets X {tool.offset_x:g} mm (radius), Z {tool.length:g} mm"
+            rows.append([f"tool {number}", text])
+            continue
         size = "diameter not stated" if tool.diameter is None else f"diameter {tool.diameter:g} mm"
         rows.append([f"tool {number}", f"{tool.shape}, length {tool.length:g} mm, {size}"])
     return rows
