@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.diagnosis.adequacy import beaten, described, unknown_rest
+from vcmm.diagnosis.aliases import unresolved, with_aliases
 from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import NATS, Standing, standing
@@ -235,6 +236,9 @@ def _result(
     )
     held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
     places = [_with_mistake(p, selection, i, chosen.tied) for i, p in enumerate(places)]
+    hidden_shapes = unresolved(used, stage.white) if selection.terms else None
+    if hidden_shapes is not None:
+        places = [with_aliases(p, selection, i, hidden_shapes) for i, p in enumerate(places)]
     answers = _answers(used, stage, selection, places, mistake, seed)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
@@ -351,6 +355,7 @@ def _answers(
                 largest > SCALES[-1],
                 *fitted(selection, i, problem.machine),
                 remark(term.option.effect, problem.run, problem.recording.kind),
+                place.contained_in,
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))

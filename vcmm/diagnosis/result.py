@@ -37,6 +37,7 @@ class Answer:
     fitted: Effect | None = None
     inputs: tuple[Input, ...] = ()
     remark: str = ""
+    contained_in: tuple[str, ...] = ()  # freer names that hold the answer as a special case and are improbable beside it
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "probability": a.probability,
         "share": a.share,
         "cannot_be_told_from": list(a.cannot_be_told_from),
+        "contained_in": list(a.contained_in),
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
         "remark": a.remark,
