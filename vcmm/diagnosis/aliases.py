@@ -1,19 +1,29 @@
 """Shapes that the rows do not resolve are no candidates, but they may still be what was found.
 
-A wave with k lobes probed in 2 k directions or fewer has the numbers of another wave (Shannon; see periods): six lobes
-and two lobes are the same readings from four directions, four lobes are a wrong radius. No evidence can speak for such a
-shape, for it has no numbers of its own; but the name it belongs to stands among the rivals of an answer whose signal it
-repeats.
+Pre-travel over the seats of a probe is a sum of waves (a triangle is no cosine), and a wave with k lobes probed in 2 k
+directions or fewer has the numbers of another one (Shannon; see periods): from four directions six lobes and two lobes
+are the same readings, and four lobes are a wrong radius. No evidence can speak for such a shape, for it has no numbers of
+its own; but its name stands among the rivals of an answer whose signal it, or the sum of such shapes, repeats with no
+more columns than the answer has.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from vcmm.diagnosis.candidates import Family, applies, instances, lacking_columns, make_option, where_of
-from vcmm.diagnosis.confusion import RESOLVED, Standing, separability
+from vcmm.diagnosis.candidates import (
+    Family,
+    Option,
+    applies,
+    instances,
+    lacking_columns,
+    make_option,
+    where_of,
+)
+from vcmm.diagnosis.confusion import RESOLVED, Standing, rank_of, ranks, separability
 from vcmm.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import refused
@@ -33,10 +43,20 @@ def unresolved(problem: Problem, white: Whitener) -> Dictionary:
             if lacking_columns(effect, problem.run):
                 continue
             made = [make_option(replace(effect, **c), problem) for c in changes]
-            options = tuple(o for o in made if o is not None)
+            options = [o for o in made if o is not None]
             if options:
-                out.append(Family(getattr(kind, "family", "") or kind.name, where_of(effect), options))
+                name = getattr(kind, "family", "") or kind.name
+                out.append(Family(name, where_of(effect), (*options, *_sum(options))))
     return dictionary(out, white)
+
+
+def _sum(options: Sequence[Option]) -> list[Option]:
+    """All shapes together as one option."""
+    if len(options) < 2:
+        return []
+    columns = np.concatenate([o.columns for o in options], axis=1)
+    unit = np.concatenate([o.unit for o in options])
+    return [Option(None, columns, unit, tuple(label for o in options for label in o.labels), 0.0)]
 
 
 def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictionary) -> Standing:
@@ -45,7 +65,9 @@ def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictiona
         return place
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     given = scorer(hidden, np.concatenate(others, axis=1) if others else None)
-    nearest = np.minimum.reduceat(separability(given, selection.signal(i)), hidden.first)
+    gap = separability(given, selection.signal(i))
+    mine = rank_of(selection.terms[i].white, given.basis)
+    nearest = np.minimum.reduceat(np.where(ranks(given) <= mine, gap, np.inf), hidden.first)
     near = nearest < max(RESOLVED / max(selection.delta(i), 1e-300), MISMATCH)
     known = {selection.terms[i].family.name, *place.names}
     names = dict.fromkeys(f.name for f, close in zip(hidden.families, near) if close)

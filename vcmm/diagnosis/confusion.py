@@ -88,7 +88,7 @@ def ranks(given: Scorer) -> Array:
     return np.asarray(np.add.reduceat(seen, given.rotated.start))
 
 
-def _rank(columns: Array, basis: Array) -> int:
+def rank_of(columns: Array, basis: Array) -> int:
     """The same of white columns (m, k) outside a basis."""
     left = np.linalg.svd(without_span(columns, basis), compute_uv=False)
     return int(np.sum(left**2 > SEEN * float(np.sum(columns**2))))
@@ -100,7 +100,7 @@ def _rivals(
     """Rivals with their best families, names that hold this answer whatever is recorded, and freer names that hold it here."""
     found, term = setting.found, selection.terms[i]
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
-    mine = _rank(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
+    mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
     nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
     alias = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), found.first)  # and with no more columns
     unresolved = max(RESOLVED / max(selection.delta(i), 1e-300), MISMATCH)
