@@ -18,6 +18,7 @@ from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
+from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
@@ -274,6 +275,7 @@ def _rest(
 ) -> Unknown | None:
     """What has no name: a shape in the residual, else a fold that falls short of what the names promise."""
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
     rest = described(rest, problem, setting, selection, parts)
     short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
     return of_fold(short) if short and rest is None else rest
