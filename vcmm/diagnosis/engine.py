@@ -32,6 +32,7 @@ from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.select import Selection, Setting, joint, select
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
+from vcmm.diagnosis.verdict import reasons, verdict
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
 from vcmm.machine import Machine
@@ -39,7 +40,6 @@ from vcmm.recording import Recording
 from vcmm.run import Array
 
 NULLS = 2000
-UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
 CLEARLY = (
     3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
 )
@@ -249,8 +249,10 @@ def _result(
     left = sigma * float(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
+    named = bool(answers) or mistake is not None
+    against = reasons(named, rest, failed, excess, stage.noise, left)
     return Diagnosis(
-        _verdict(answers, mistake, rest, failed or bool(excess) or (bool(answers) and left > UNSTATED)),
+        verdict(named, against),
         answers,
         rest,
         locate(scorer(stage.generic), y, stage.chance),
@@ -267,6 +269,7 @@ def _result(
         problem.recording.kind == "angle",
         map=score_map(scorer(stage.generic), y),
         chance=stage.generic_threshold,
+        reasons=against,
     )
 
 
@@ -304,14 +307,6 @@ def _still_needed(selection: Selection, setting: Setting) -> Selection:
             break
         selection = joint([t for i, t in enumerate(selection.terms) if i != worst], setting)
     return selection
-
-
-def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:
-    """`failed`: a term did not hold on other rows, or the noise is above what was stated and may hide physics."""
-    named = bool(answers) or mistake is not None
-    if rest is None and not failed:
-        return "explained" if named else "nothing missing"
-    return "partly explained" if named else "unexplained"
 
 
 def _fit(

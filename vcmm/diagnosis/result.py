@@ -96,6 +96,7 @@ class Diagnosis:
     warnings: tuple[str, ...] = ()
     map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
     chance: float = 0.0  # the largest score of 99 % of null recordings
+    reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
@@ -104,6 +105,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
     body = {
         "schema": "vcmm.diagnosis/1",
         "verdict": d.verdict,
+        "verdict_reasons": list(d.reasons),
         "answer": [_answer(a) for a in d.answer],
         "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
         "location": [_place(p) for p in d.location],
