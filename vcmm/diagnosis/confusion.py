@@ -49,7 +49,9 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
     unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
-    return Standing(float(scores[own]), _probability(setting, scores, own, larger, unknown), names, families, freer)
+    return Standing(
+        float(scores[own]), _probability(setting, scores, own, larger, unknown), names, families, freer
+    )
 
 
 def own_arguments(family: Family) -> set[str]:

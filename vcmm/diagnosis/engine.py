@@ -17,7 +17,7 @@ from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
-from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
+from vcmm.diagnosis.mistakes import Mistake, factor_fits, find_mistake, tables_of
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.nextstep import next_steps
@@ -180,14 +180,36 @@ def _search(problem: Problem, stage: Stage) -> Chosen:
         return Chosen(plain, None, problem)
     repaired = replace(problem, residual=problem.residual - mistake.departure)
     with_it = select(_setting(repaired, stage))
-    lead = mistake.score + _evidence(with_it) - _evidence(plain)
+    if not _exact(mistake, stage, with_it):
+        return Chosen(plain, None, problem)
+    best, rival = _free(plain, stage)
+    lead = mistake.score + _evidence(with_it) - best
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
     held = bool(instead) and all(generalises(f.name, "map_mistake") for f in instead)
     if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
         return Chosen(plain, None, problem, tuple(f.id for f in instead) if lead > -NATS else ())
-    free = tuple(dict.fromkeys(f.name for f in instead))
+    free = tuple(dict.fromkeys(f.name for f in instead)) or rival
     return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired)
+
+
+def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:
+    """Does the mistake's number fit, or only some multiple of its shape?"""
+    chosen = np.concatenate([with_it.y[:, None][:, :0], *(t.white for t in with_it.terms)], axis=1)
+    rest = with_it.rest
+    sigma = with_it.fit.sigma if with_it.fit else float(np.sqrt(rest @ rest / stage.white.dof))
+    return factor_fits(stage.white.apply(mistake.departure), rest, chosen, sigma)
+
+
+def _free(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
+    """Nats of the best explanation without a mistake, and its name where it is no term: a calibration that is stale by
+    an amount too small to be named is still an alternative to a mistake.
+    """
+    if plain.terms or not stage.found.families:
+        return _evidence(plain), ()
+    scores = scorer(stage.found).scores(plain.y[:, None])[:, 0]
+    best = int(np.argmax(scores))
+    return max(float(scores[best]), 0.0), (stage.found.families[best].name,)
 
 
 def _evidence(selection: Selection) -> float:

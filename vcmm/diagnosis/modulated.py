@@ -22,7 +22,12 @@ from vcmm.diagnosis.select import Selection, Term, mismatch
 from vcmm.gaussian import Whitener, blocks, log_evidence, without_span
 from vcmm.run import Array
 
-CONDITIONS = ("time_s", "load_kg", "pressure_hPa", "spindle_rpm")  # beside temperatures and the speed on the way
+CONDITIONS = (
+    "time_s",
+    "load_kg",
+    "pressure_hPa",
+    "spindle_rpm",
+)  # beside temperatures and the speed on the way
 OF_TIME = ("sensor", "tau", "t1", "time", "start")  # fields of effects that follow a log or the clock
 
 
@@ -51,12 +56,7 @@ def knows(term: Term, condition: str) -> bool:
 def modulated(problem: Problem, selection: Selection, white: Whitener, threshold: float) -> Unknown | None:
     """The term and condition of highest evidence, where it exceeds the threshold of shapes without a name."""
     varied = conditions(problem)
-    tried = [
-        (i, name)
-        for i, term in enumerate(selection.terms)
-        for name in varied
-        if not knows(term, name)
-    ]
+    tried = [(i, name) for i, term in enumerate(selection.terms) for name in varied if not knows(term, name)]
     if not tried or selection.fit is None:
         return None
     basis = orthonormal(np.concatenate([t.white for t in selection.terms], axis=1))

@@ -140,9 +140,7 @@ def speeds(problem: Problem) -> Array | None:
     return None if speed is None else problem.of_rows(speed)
 
 
-def _growth(
-    rest: Array, null: Array, problem: Problem, white: Whitener, findings: list[str]
-) -> float:
+def _growth(rest: Array, null: Array, problem: Problem, white: Whitener, findings: list[str]) -> float:
     """d ln sigma / d speed, 0 where the spread does not depend on speed."""
     speed = speeds(problem)
     if speed is None or np.ptp(speed) < 1e-9 * max(1.0, float(np.abs(speed).max())):

@@ -37,7 +37,9 @@ class Answer:
     fitted: Effect | None = None
     inputs: tuple[Input, ...] = ()
     remark: str = ""
-    contained_in: tuple[str, ...] = ()  # freer names that hold the answer as a special case and are improbable beside it
+    contained_in: tuple[
+        str, ...
+    ] = ()  # freer names that hold the answer as a special case and are improbable beside it
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,10 @@ def trials(effect: Effect, run: Run) -> Weighted:
         for spec in parameter_fields(effect)
         if spec.metadata["scan"] or is_change(spec)
     ]
-    lists += [_cells(effect, run) if _has_cells(effect, f.name) else _shapes(effect, f.name, run) for f in fields(effect)]
+    lists += [
+        _cells(effect, run) if _has_cells(effect, f.name) else _shapes(effect, f.name, run)
+        for f in fields(effect)
+    ]
     lists += [_weighted(f.name, _zeros(effect.name, f.name)) for f in fields(effect)]
     out: Weighted = []
     for combination in itertools.product(*lists):
