@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,16 +13,15 @@ from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
-from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
+from vcmm.diagnosis.evidence import scorer
 from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
-from vcmm.diagnosis.mistakes import Mistake, factor_fits, find_mistake, tables_of
+from vcmm.diagnosis.mistakes import Mistake, tables_of
 from vcmm.diagnosis.modulated import modulated
-from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
-from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.null import clipped
 from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
@@ -30,7 +29,8 @@ from vcmm.diagnosis.qualify import qualified
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.sanity import Checked, checked
-from vcmm.diagnosis.select import Selection, Setting, joint, select
+from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
+from vcmm.diagnosis.select import Selection, Setting, joint
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.diagnosis.verdict import reasons, verdict
 from vcmm.effect import Effect
@@ -40,26 +40,8 @@ from vcmm.recording import Recording
 from vcmm.run import Array
 
 NULLS = 2000
-CLEARLY = (
-    3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
-)
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Stage:
-    """Everything that depends on the noise preparation."""
-
-    white: Whitener
-    u: Array
-    noise: Audit
-    found: Dictionary
-    generic: Dictionary
-    threshold: float
-    generic_threshold: float
-    chance: Array  # largest generic score of every null recording
-    sample: Array  # the null recordings themselves, white and prepared
 
 
 def diagnose_recording(
@@ -108,9 +90,9 @@ def _passes(
     noise = audit(problem, plain, plain.apply(problem.residual), seed)
     for turn in range(PASSES):
         tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
-        stage = _stage(problem, known, generics, noise, seed, nulls)
+        stage = staged(problem, known, generics, noise, seed, nulls)
         tell("weighing the evidence", 0.25 + 0.2 * turn)
-        chosen = _search(problem, stage)
+        chosen = search(problem, stage)
         before, noise = noise, audit(problem, plain, _left(chosen.problem, plain, chosen.selection), seed)
         if _same(noise, before):
             break
@@ -120,103 +102,6 @@ def _passes(
 
 def _same(a: Audit, b: Audit) -> bool:
     return abs(a.rho - b.rho) < 0.1 and (a.growth == 0) == (b.growth == 0) and a.noise == b.noise
-
-
-def _stage(
-    problem: Problem,
-    known: Catalogue,
-    generics: Sequence,
-    noise: Audit,
-    seed: int,
-    nulls: int,
-) -> Stage:
-    u = noise.u(problem)
-    white = problem.whitener(u, noise.rho)
-    found, generic = dictionary(known.families, white), dictionary(generics, white)
-    sample = draws(noise.noise, white, seed, "null", nulls)
-    sample = clipped(sample, white, noise.noise.clip)
-    largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
-    return Stage(
-        white,
-        u,
-        noise,
-        found,
-        generic,
-        max(upper_quantile(largest, FALSE_ALARM), 1.0),
-        max(upper_quantile(chance, FALSE_ALARM), 1.0),
-        chance,
-        sample,
-    )
-
-
-def _largest(given: Scorer, sample: Array) -> Array:
-    if not given.found.families:
-        return np.zeros(sample.shape[1])
-    return np.asarray(given.scores(sample).max(axis=0))
-
-
-def _setting(problem: Problem, stage: Stage) -> Setting:
-    raw = stage.white.apply(problem.residual)
-    refiner = Refiner(problem, stage.white)
-    return Setting(stage.found, stage.white, raw, stage.noise.noise.clip, stage.threshold, refiner)
-
-
-@dataclass(frozen=True, eq=False)
-class Chosen:
-    """What the search settled on. problem: repaired; tied: ids of terms that a mistake of the table may stand for."""
-
-    selection: Selection
-    mistake: Mistake | None
-    problem: Problem
-    tied: tuple[str, ...] = ()
-
-
-def _search(problem: Problem, stage: Stage) -> Chosen:
-    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
-    plain = select(_setting(problem, stage))
-    raw = stage.white.apply(problem.residual)
-    mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
-    if mistake is None:
-        return Chosen(plain, None, problem)
-    repaired = replace(problem, residual=problem.residual - mistake.departure)
-    with_it = select(_setting(repaired, stage))
-    if not _exact(mistake, stage, with_it):
-        return Chosen(plain, None, problem)
-    best, rival = _free(plain, stage)
-    lead = mistake.score + _evidence(with_it) - best
-    kept = {t.family.id for t in with_it.terms}
-    instead = [t.family for t in plain.terms if t.family.id not in kept]
-    held = bool(instead) and all(generalises(f.name, "map_mistake") for f in instead)
-    if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
-        return Chosen(plain, None, problem, tuple(f.id for f in instead) if lead > -NATS else ())
-    free = tuple(dict.fromkeys(f.name for f in instead)) or rival
-    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired)
-
-
-def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:
-    """Does the mistake's number fit, or only some multiple of its shape?"""
-    chosen = np.concatenate([with_it.y[:, None][:, :0], *(t.white for t in with_it.terms)], axis=1)
-    rest = with_it.rest
-    sigma = with_it.fit.sigma if with_it.fit else float(np.sqrt(rest @ rest / stage.white.dof))
-    return factor_fits(stage.white.apply(mistake.departure), rest, chosen, sigma)
-
-
-def _free(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
-    """Nats of the best explanation without a mistake, and its name where it is no term: a calibration that is stale by
-    an amount too small to be named is still an alternative to a mistake.
-    """
-    if plain.terms or not stage.found.families:
-        return _evidence(plain), ()
-    scores = scorer(stage.found).scores(plain.y[:, None])[:, 0]
-    best = int(np.argmax(scores))
-    return max(float(scores[best]), 0.0), (stage.found.families[best].name,)
-
-
-def _evidence(selection: Selection) -> float:
-    """Nats of all chosen terms together, priors included."""
-    if selection.fit is None:
-        return 0.0
-    return selection.fit.log_evidence + sum(t.family.log_prior + t.option.log_prior for t in selection.terms)
 
 
 def _left(problem: Problem, plain: Whitener, selection: Selection) -> Array:
@@ -237,7 +122,7 @@ def _result(
     tell: Progress,
 ) -> Diagnosis:
     selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
-    setting = _setting(used, stage)
+    setting = setting_of(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
     before = len(selection.terms)
     selection = _through_the_gate(used, parts, selection, setting)
