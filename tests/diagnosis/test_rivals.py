@@ -55,7 +55,9 @@ def test_freer_names_pay_and_near_aliases_stay():
     q = np.linalg.qr(rng.standard_normal((ROWS, 6)))[0]
     noise = rng.standard_normal(ROWS)
     y = 10 * q[:, 0] + noise - q @ (q.T @ noise)
-    tilted = np.cos(0.1) * q[:, [0]] + np.sin(0.1) * q[:, [1]]  # s = sin 0.1 = 0.0998, delta s = 1.0: below 2.45
+    tilted = (
+        np.cos(0.1) * q[:, [0]] + np.sin(0.1) * q[:, [1]]
+    )  # s = sin 0.1 = 0.0998, delta s = 1.0: below 2.45
     away = np.cos(0.4) * q[:, [0]] + np.sin(0.4) * q[:, [1]]  # s = 0.389, delta s = 3.9: told apart
     short = np.concatenate([10 * q[:, [0]], 0.5 * q[:, [5]]], axis=1)  # a second column of size 0.25
     families = [
@@ -64,7 +66,9 @@ def test_freer_names_pay_and_near_aliases_stay():
         family("other", 10 * away),  # loses (10 x 0.389)^2 / 2 = 7.6 nats
         # four columns that nobody needs: each costs 1/2 ln(1 + s^2 100) = 2.3 nats at s = 1, together about 9
         family("freer", 10 * q[:, :5]),
-        family("hardly_freer", short),  # one that costs 1/2 ln(1 + 0.25 s^2) = 0.1 nats at s = 1: within 3 nats
+        family(
+            "hardly_freer", short
+        ),  # one that costs 1/2 ln(1 + 0.25 s^2) = 0.1 nats at s = 1: within 3 nats
     ]
     selection, setting = chosen(families, y)
     place = standing(selection, setting, 0)
@@ -88,7 +92,11 @@ def test_a_freer_name_that_explains_more_is_a_rival_even_if_it_holds_the_answer_
 def test_lobes_that_four_directions_do_not_resolve_stand_as_aliases():
     angle = np.radians([0.0, 90.0, 180.0, 270.0])
     run = Run({"X": np.zeros(4)}, np.zeros((4, 3)), {"probe_angle_rad": angle})
-    assert [c["lobes"] for c in refused("probe_lobing", run)] == [3, 2, 4]  # four places are not more than 2 x 2
+    assert [c["lobes"] for c in refused("probe_lobing", run)] == [
+        3,
+        2,
+        4,
+    ]  # four places are not more than 2 x 2
     eight = Run({"X": np.zeros(8)}, np.zeros((8, 3)), {"probe_angle_rad": np.arange(8) * np.pi / 4})
     assert [c["lobes"] for c in refused("probe_lobing", eight)] == [4]  # 8 > 2 x 3, but not > 2 x 4
     turned = np.tile(angle, 50)
@@ -100,7 +108,9 @@ def test_lobes_that_four_directions_do_not_resolve_stand_as_aliases():
     assert with_aliases(place, selection, 0, hidden).names == ("probe_lobing",)
     radius = dictionary([family("probe_lobing", np.cos(4 * turned)[:, None])], plain_white())  # +1 +1 +1 +1
     assert with_aliases(place, selection, 0, radius).names == ()
-    freer = dictionary([family("probe_lobing", np.eye(4)[np.arange(ROWS) % 4])], plain_white())  # holds everything
+    freer = dictionary(
+        [family("probe_lobing", np.eye(4)[np.arange(ROWS) % 4])], plain_white()
+    )  # holds everything
     assert with_aliases(place, selection, 0, freer).names == ()
 
 
@@ -123,9 +133,13 @@ def test_a_mistake_must_fit_with_its_own_number():
     d[0] = 10.0  # |d| = 10, sigma = 1: u(c) = 0.1
     none = np.zeros((100, 0))
     assert factor_fits(d, 0.2 * d, none, 1.0)  # c = 0.2 is 2 standard deviations
-    assert not factor_fits(d, 0.4 * d, none, 1.0)  # 4 standard deviations: 1.4 times the table's error is no mistake
+    assert not factor_fits(
+        d, 0.4 * d, none, 1.0
+    )  # 4 standard deviations: 1.4 times the table's error is no mistake
     assert factor_fits(10 * d, 0.4 * d, none, 1.0)  # c = 0.04: 4 standard deviations, but within 5 %
-    assert factor_fits(d, 0.4 * d, np.eye(100)[:, :1], 1.0)  # the chosen terms hold the departure: nothing to compare
+    assert factor_fits(
+        d, 0.4 * d, np.eye(100)[:, :1], 1.0
+    )  # the chosen terms hold the departure: nothing to compare
 
 
 def test_noise_far_above_what_was_stated_or_neighbours_alike_are_not_explained():
@@ -138,7 +152,9 @@ def test_noise_far_above_what_was_stated_or_neighbours_alike_are_not_explained()
     assert "11 times the noise" in said[0]
     assert "tells 90% of the next one" in said[1]  # 0.95^2 = 0.9025
     assert verdict(True, said) == "partly explained"
-    assert reasons(False, None, False, "", Audit(11.0, 0.95, 0.0, Noise(), ()), 11.0) == ()  # no name, no boldness
+    assert (
+        reasons(False, None, False, "", Audit(11.0, 0.95, 0.0, Noise(), ()), 11.0) == ()
+    )  # no name, no boldness
 
 
 def scaled_case(modulation: float):
