@@ -10,7 +10,7 @@ import pytest
 
 from vcmm.diagnosis import noise as audits
 from vcmm.diagnosis.aliases import with_aliases
-from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.candidates import Family, Option, catalogue
 from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.evidence import dictionary
 from vcmm.diagnosis.mistakes import factor_fits
@@ -126,6 +126,21 @@ def test_every_mesh_of_a_table_may_have_its_own_height():
     heights = np.array([1.0, -1.0, 2.0, 0.0])
     whole = replace(effect, shape="cells", coefficients=heights)
     assert whole.error_motion(run)[:, 0] == pytest.approx(heights)  # 4 u (1 - u) = 1 at u = 1/2
+
+
+def test_a_play_is_taken_up_within_its_gap():
+    recording = make.make((), 0.0, 3).recording
+    since = np.full(recording.run.n, 5.0)
+    since[:7] = 0.0004  # mm: nearer to the reversal than a typical gap of 1 um
+    run = replace(recording.run, columns={**recording.run.columns, "since_reversal_X_mm": since})
+    problem = make_problem(replace(recording, run=run), make.machine())
+    options = {f.id: f for f in catalogue(problem).families}["backlash[X]"].options
+    assert len(options) == 2
+    assert sum(np.exp(o.log_prior) for o in options) == pytest.approx(1.0)
+    assert options[1].columns[:7] == pytest.approx(
+        -options[0].columns[:7]
+    )  # still on the side they came from
+    assert options[1].columns[7:] == pytest.approx(options[0].columns[7:])
 
 
 def test_a_mistake_must_fit_with_its_own_number():
