@@ -226,9 +226,18 @@ def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Eff
     changes: dict[str, Any] = dict(place)
     if kind.name == "gradient_bending":
         changes["carries"] = "workpiece" if place["axis"] in machine.chain.work else "tool"
+    if kind.name == "lost_motion_curve":
+        changes["nodes"] = _ends(problem.run.q(place["axis"]))
     if kind.name == "clamping":
         changes["length"] = max(float(np.abs(problem.run.part_point).max()), 1.0)
     return kind(**changes)
+
+
+def _ends(q: Array) -> Array:
+    """The places between which a curve is fitted: four at least, else a straight line says as much."""
+    if len(np.unique(np.round(q, 6))) < 4:
+        raise UsageError("a curve over the travel needs four places")
+    return np.array([q.min(), q.max()])
 
 
 def _table(component: str, problem: Problem) -> Effect:
@@ -326,6 +335,8 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
         return recording.kind in ("displacement", "length", "angle")
     if "tool" in kind.per.split(", ") or kind.name == "workpiece_heating":  # heat of cutting needs a cut
         return not recording.measuring
+    if kind.name == "gravity_flexure":  # without a head that turns its attitude is always the same
+        return any(a in ROTARY for a in problem.machine.chain.tool)
     if "stylus" in kind.per:
         return recording.kind == "probe"
     return True

@@ -32,6 +32,7 @@ from vcmm.diagnosis.select import Selection, Setting, joint, select
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
+from vcmm.indexing import told
 from vcmm.machine import Machine
 from vcmm.recording import Recording
 from vcmm.run import Array
@@ -95,7 +96,9 @@ def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
     if out.any():
         problem = make_problem(fit.recording.take(~out), machine)
     check_belonging(problem, problem.whitener())
-    return problem, (*fit.warnings, *([text] if text else []))
+    moved = told(problem.recording)
+    index = [f"readings moved by their index on the exact chain: {moved}; it stays free"] if moved else []
+    return problem, (*fit.warnings, *index, *([text] if text else []))
 
 
 def _passes(

@@ -38,6 +38,7 @@ from vcmm.files.schema import checked_model
 from vcmm.files.scope import read_scope, recording_of_scope
 from vcmm.files.toml import Document, check_version, read_toml
 from vcmm.history import axis_unit, path_history, row_history, time_since_acceleration, travel
+from vcmm.indexing import settled
 from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
 from vcmm.pose import Pose
@@ -83,6 +84,7 @@ def _checked(
         ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
         ("series", lambda r: replace(r, run=with_readings(own_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
+        ("nuisance", partial(settled, machine=machine)),
         ("data", partial(_with_part, machine=machine)),
         ("nuisance", partial(_with_nuisance, machine=machine)),
     ]
