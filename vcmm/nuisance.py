@@ -19,6 +19,7 @@ are left out. Coefficients are in mm and rad; for slope mm/mm or mm/s.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,9 +94,9 @@ def _columns(word: str, group: _Group) -> Columns:
     if word in ("rigid", "alignment"):
         return _rigid(group)
     if word == "index":
-        return [(f".{a}", c) for a, c in _moved(group, [(a, "XYZABC".index(a)) for a in group.machine.chain.letters])]
+        return _moved(group, {f".{a}": (a, "XYZABC".index(a)) for a in group.machine.chain.letters})
     if word == "offset" and group.recording.kind == "angle":
-        return [(f".turn_{'xyz'[j - 3]}", c) for j, (_, c) in zip((3, 4, 5), _moved(group, [("tool", j) for j in (3, 4, 5)]))]
+        return _moved(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})
     if word in ("offset", "centre", "station"):
         return _shift(group)
     if word == "radius":
@@ -112,17 +113,18 @@ def _shift(group: _Group) -> Columns:
     return [(f".shift_{c}", seen[:, i]) for i, c in enumerate("xyz") if np.abs(seen[:, i]).max() > NOTHING]
 
 
-def _moved(group: _Group, links: list[tuple[str, int]]) -> Columns:
-    """(link, what the observation does when the link moves by one unit of the numbered error motion) of each."""
+def _moved(group: _Group, links: Mapping[str, tuple[str, int]]) -> Columns:
+    """What the observations do when a link moves by one unit of one of its six error motions; what does nothing is left out."""
     out = []
     chain, axes, sign = group.machine.chain, group.machine.axes, group.recording.sign
-    for link, j in links:
+    for name, (link, j) in links.items():
         six = np.zeros((group.run.n, 6))
         six[:, j] = 1.0
         motion = tip_motion(chain, axes, group.run, [Motion(link, "motion", six)])
         moved = motion[:, 3:] if group.recording.kind == "angle" else motion[:, :3]
         seen = sign * group.across_ends(moved[:, :, None])[:, 0]
-        out.append((link, seen))
+        if np.abs(seen).max(initial=0.0) > NOTHING:
+            out.append((name, seen))
     return out
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.errors import ModelLimit, UsageError
-from vcmm.kinematics import ROTARY, UNIT, Motion, nominal_tip, tip_motion
+from vcmm.kinematics import ROTARY, UNIT, Motion, link_frames, nominal_tip, tip_motion
 from vcmm.machine import Machine
 from vcmm.run import Array, Run
 
@@ -66,3 +66,13 @@ def _across(run: Run, machine: Machine, nominal: Array) -> Array:
     first = np.where((size > ALONG)[:, None], first, other)
     first = first / np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(nominal, first)], axis=1)
+
+
+def with_down(run: Run, machine: Machine, down: Array) -> Run:
+    """down_x, down_y, down_z: gravity in the frame of the last tool-side axis. down (3,): its direction in the machine frame."""
+    size = float(np.linalg.norm(down))
+    if not size > 0:
+        raise UsageError("down is no direction; write for example down = [0, 0, -1]")
+    _, tool, _ = link_frames(machine.chain, machine.axes, run)
+    seen = tool.turn_back(np.tile(np.asarray(down, dtype=float) / size, (run.n, 1)))
+    return run.with_columns({f"down_{c}": seen[:, i] for i, c in enumerate("xyz")})

@@ -27,6 +27,7 @@ from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.select import Selection, Setting, joint, select
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
@@ -219,7 +220,7 @@ def _result(
     setting = _setting(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
     before = len(selection.terms)
-    selection = _through_the_gate(used, parts, selection, setting)
+    selection = best_road(used, parts, selection, setting, _through_the_gate)
     failed = len(selection.terms) < before
     tell("comparing rivals", 0.85)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]

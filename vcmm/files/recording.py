@@ -41,6 +41,7 @@ from vcmm.history import axis_unit, path_history, row_history, time_since_accele
 from vcmm.indexing import settled
 from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
+from vcmm.pointing import with_down
 from vcmm.pose import Pose
 from vcmm.recording import Recording
 from vcmm.run import Array, Run
@@ -85,6 +86,7 @@ def _checked(
         ("series", lambda r: replace(r, run=with_readings(own_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
         ("nuisance", partial(settled, machine=machine)),
+        ("down", partial(_with_down, machine=machine, down=model.down)),
         ("data", partial(_with_part, machine=machine)),
         ("nuisance", partial(_with_nuisance, machine=machine)),
     ]
@@ -229,6 +231,13 @@ def _with_part(recording: Recording, machine: Machine) -> Recording:
         rows = values == value
         part[rows] = tip[rows] - tip[rows].mean(axis=0)
     return replace(recording, run=run.with_columns({f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}))
+
+
+def _with_down(recording: Recording, machine: Machine, down: list[float] | None) -> Recording:
+    """Gravity in the frame of the tool, where the file says which way is down."""
+    if down is None:
+        return recording
+    return replace(recording, run=with_down(recording.run, machine, np.array(down)))
 
 
 def _starts(run: Run) -> Any:
