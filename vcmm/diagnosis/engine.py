@@ -31,6 +31,7 @@ from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.select import Selection, Setting, joint, select
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
+from vcmm.diagnosis.simple_part import simple_part
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
 from vcmm.indexing import told
@@ -354,10 +355,19 @@ def _answers(
                 selection.delta(i),
                 largest > SCALES[-1],
                 *fitted(selection, i, problem.machine),
-                remark(term.option.effect, problem.run, problem.recording.kind),
+                _remarks(selection, i, problem, stage),
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))
+
+
+def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage) -> str:
+    """What must be said beside answer i."""
+    said = (
+        remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
+        simple_part(selection, i, stage.found.families, stage.white),
+    )
+    return "; ".join(s for s in said if s)
 
 
 def _with_mistake(place: Standing, selection: Selection, i: int, tied: Sequence[str]) -> Standing:
