@@ -30,6 +30,7 @@ NEVER = (  # forms of the stored table, what setting up may err by, and what noi
 PAIRS = ("C0Y", "B0Z", "A0Z")
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
+SELDOM = {"lost_motion_curve": 0.1}  # a shape that is rarer than the other shape of its family
 MOST_COLUMNS = 120
 NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
 SHAPES = ("follows", "zero")
@@ -280,9 +281,10 @@ def sensors(run: Run) -> list[str]:
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:
     out = []
+    rare = float(np.log(SELDOM.get(effect.name, 1.0)))
     for start, share in _origins(effect, problem):
         for changes, weight in trials(start, problem.run):
-            option = make_option(replace(start, **changes), problem, weight + share)
+            option = make_option(replace(start, **changes), problem, weight + share + rare)
             if option is not None:
                 out.append(option)
     return out
