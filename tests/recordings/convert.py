@@ -124,11 +124,13 @@ def gantry_heating(
     step: float = 0.0025,
     every: int = 1,
     sensors: Sequence[str] = ("frame", "bed"),
+    heating: bool = False,
 ) -> Path:
     """Homing of a Z axis onto a switch while bed and frame heat: mcu_pos_z x step mm, with the logged temperatures.
 
     The switch stands still; where the axis finds it is what is indicated. Rows more than 1 mm from the middle are
-    no homings. every: keep every n-th row; sensors: the temperatures that are given.
+    no homings. every: keep every n-th row; sensors: the temperatures that are given; heating: only while the bed is
+    switched on.
     """
     lines = [line for line in source.read_text().splitlines() if not line.startswith("#")]
     table = list(csv.DictReader(lines))
@@ -138,7 +140,7 @@ def gantry_heating(
     rows = [
         (0, 0, 0, 0, 0, 1, f"{(z - middle) * 1e3:.1f}", t - times[0], *(r[f"{s}_t"] for s in sensors))
         for r, t, z in zip(table, times, heights)
-        if abs(z - middle) < 1.0
+        if abs(z - middle) < 1.0 and (not heating or float(r["bed_target"]) > 0)
     ][::every]
     header = ["X_mm", "Y_mm", "Z_mm", "nx", "ny", "nz", "d_um", "time_s"]
     header += [f"temp_{s}_C" for s in sensors]
@@ -198,3 +200,36 @@ def _lifted(
     lift = math.radians(lift * hectopascal / 1010 * 283 / (273 + celsius))
     across = [(z - sine * a) / math.sqrt(1 - sine**2) for a, z in zip(p, zenith)]
     return tuple(math.cos(lift) * a + math.sin(lift) * b for a, b in zip(p, across))
+
+
+def switched_off(source: Path) -> float:
+    """Seconds from the first row of a heating run to the last one with the bed switched on."""
+    lines = [line for line in source.read_text().splitlines() if not line.startswith("#")]
+    table = list(csv.DictReader(lines))
+    times = [datetime.strptime(r["time"], "%Y/%m/%d-%H:%M:%S").timestamp() for r in table]
+    return max(t for t, r in zip(times, table) if float(r["bed_target"]) > 0) - times[0]
+
+
+def petals(
+    source: Path, nominal: Path, folder: Path, which: Sequence[int] = (2, 3, 4, 5, 6, 7), every: int = 1
+) -> Path:
+    """Hole axes of nominally equal parts from one CMM: measured - nominal, placement free for every part.
+
+    pose and part name the petal: a field of the machine is common to all, what a part has of its own is not.
+    """
+    with nominal.open() as file:
+        due = {r["device_location_id"]: [float(r[c]) for c in "XYZ"] for r in csv.DictReader(file)}
+    with source.open() as file:
+        table = [r for r in csv.DictReader(file) if int(r["PETAL_ID"]) in which and r["DEVICE_LOC"] in due]
+    table.sort(key=lambda r: (int(r["PETAL_ID"]), int(r["DEVICE_LOC"])))
+    rows = []
+    for r in table:
+        if int(r["DEVICE_LOC"]) % every:
+            continue
+        place = due[r["DEVICE_LOC"]]
+        gap = [f"{(float(r[f'{c}_PTL']) - at) * 1e3:.2f}" for c, at in zip("XYZ", place)]
+        rows.append((*place, *gap, f"petal {r['PETAL_ID']}", f"petal {r['PETAL_ID']}"))
+    travels = {"X": ("-10 mm", "450 mm"), "Y": ("-150 mm", "250 mm"), "Z": ("-100 mm", "50 mm")}
+    recording = 'kind = "path"\nhistory = "none"\n[nuisance]\nrigid = "pose"\n'
+    header = ("X_mm", "Y_mm", "Z_mm", "dx_um", "dy_um", "dz_um", "pose", "part")
+    return write(folder, machine("w X' Y' b Z t", travels, "3 um"), recording, header, rows)
