@@ -30,6 +30,7 @@ NEVER = (  # forms of the stored table, what setting up may err by, and what noi
 PAIRS = ("C0Y", "B0Z", "A0Z")
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
+SELDOM = {"lost_motion_curve": 0.1}  # a shape that is rarer than the other shape of its family
 MOST_COLUMNS = 120
 NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
 SHAPES = ("follows", "zero")
@@ -226,9 +227,18 @@ def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Eff
     changes: dict[str, Any] = dict(place)
     if kind.name == "gradient_bending":
         changes["carries"] = "workpiece" if place["axis"] in machine.chain.work else "tool"
+    if kind.name == "lost_motion_curve":
+        changes["nodes"] = _ends(problem.run.q(place["axis"]))
     if kind.name == "clamping":
         changes["length"] = max(float(np.abs(problem.run.part_point).max()), 1.0)
     return kind(**changes)
+
+
+def _ends(q: Array) -> Array:
+    """The places between which a curve is fitted: four at least, else a straight line says as much."""
+    if len(np.unique(np.round(q, 6))) < 4:
+        raise UsageError("a curve over the travel needs four places")
+    return np.array([q.min(), q.max()])
 
 
 def _table(component: str, problem: Problem) -> Effect:
@@ -271,9 +281,10 @@ def sensors(run: Run) -> list[str]:
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:
     out = []
+    rare = float(np.log(SELDOM.get(effect.name, 1.0)))
     for start, share in _origins(effect, problem):
         for changes, weight in trials(start, problem.run):
-            option = make_option(replace(start, **changes), problem, weight + share)
+            option = make_option(replace(start, **changes), problem, weight + share + rare)
             if option is not None:
                 out += _taken_up(option, start, problem)
     return out
@@ -341,6 +352,8 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
         return recording.kind in ("displacement", "length", "angle")
     if "tool" in kind.per.split(", ") or kind.name == "workpiece_heating":  # heat of cutting needs a cut
         return not recording.measuring
+    if kind.name == "gravity_flexure":  # without a head that turns its attitude is always the same
+        return any(a in ROTARY for a in problem.machine.chain.tool)
     if "stylus" in kind.per:
         return recording.kind == "probe"
     return True

@@ -55,7 +55,11 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
 
 
 def own_arguments(family: Family) -> set[str]:
-    """The covariate of a change of geometry: a freer curve over the same axis is the same physics, better fitted."""
+    """The covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
+    thermometer is the same physics, better fitted.
+    """
+    if "sensor" in family.where:
+        return {f"temp_{family.where['sensor']}"}
     axis = str(family.where.get("component", ""))[2:]
     return {axis, f"{axis} (periodic)"} if family.name in ("geometric_change", "map_interpolation") else set()
 

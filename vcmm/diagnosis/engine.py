@@ -28,13 +28,16 @@ from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
 from vcmm.diagnosis.select import Selection, Setting, joint
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
+from vcmm.diagnosis.simple_part import simple_part
 from vcmm.diagnosis.verdict import reasons, verdict
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
+from vcmm.indexing import told
 from vcmm.machine import Machine
 from vcmm.recording import Recording
 from vcmm.run import Array
@@ -79,7 +82,9 @@ def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
     if out.any():
         problem = make_problem(fit.recording.take(~out), machine)
     check_belonging(problem, problem.whitener())
-    return problem, (*fit.warnings, *([text] if text else []))
+    moved = told(problem.recording)
+    index = [f"readings moved by their index on the exact chain: {moved}; it stays free"] if moved else []
+    return problem, (*fit.warnings, *index, *([text] if text else []))
 
 
 def _passes(
@@ -125,7 +130,7 @@ def _result(
     setting = setting_of(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
     before = len(selection.terms)
-    selection = _through_the_gate(used, parts, selection, setting)
+    selection = best_road(used, parts, selection, setting, _through_the_gate)
     failed = len(selection.terms) < before
     tell("comparing rivals", 0.85)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
@@ -258,11 +263,20 @@ def _answers(
                 selection.delta(i),
                 largest > SCALES[-1],
                 *fitted(selection, i, problem.machine),
-                remark(term.option.effect, problem.run, problem.recording.kind),
+                _remarks(selection, i, problem, stage),
                 place.contained_in,
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))
+
+
+def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage) -> str:
+    """What must be said beside answer i."""
+    said = (
+        remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
+        simple_part(selection, i, stage.found.families, stage.white),
+    )
+    return "; ".join(s for s in said if s)
 
 
 def _with_mistake(place: Standing, selection: Selection, i: int, tied: Sequence[str]) -> Standing:

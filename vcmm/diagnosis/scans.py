@@ -38,6 +38,7 @@ ARRAYS: dict[tuple[str, str], tuple[int, ...]] = {  # lengths of array parameter
     ("clamping", "coefficients"): (3, 7),
     ("rotary_cyclic", "coefficients"): (2, 4, 8),
     ("geometric_change", "coefficients"): (4, 8),
+    ("lost_motion_curve", "curve"): (1, 3),
 }
 Weighted = list[tuple[dict[str, Any], float]]
 
