@@ -129,29 +129,17 @@ def _result(
     selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
     setting = setting_of(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
-    before = len(selection.terms)
-    selection = best_road(used, parts, selection, setting, _through_the_gate)
-    failed = len(selection.terms) < before
-    tell("comparing rivals", 0.85)
+    tell("comparing rivals", 0.8)
+    held_by = partial(_that_hold, generic=stage.generic)
+    selection, failed = best_road(used, parts, selection, setting, held_by)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    doubtful = [
-        i for i, place in enumerate(places) if beaten(stage.generic, setting, selection, place.evidence, i)
-    ]
-    if doubtful:
-        failed = True
-        kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
-        selection = _still_needed(kept, setting)
-        places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     rest = _rest(used, stage, selection, setting, parts, seed)
     excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
     held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
-    places = [_with_mistake(p, selection, i, chosen.tied) for i, p in enumerate(places)]
-    hidden_shapes = unresolved(used, stage.white) if selection.terms else None
-    if hidden_shapes is not None:
-        places = [with_aliases(p, selection, i, hidden_shapes) for i, p in enumerate(places)]
+    places = _with_other_rivals(places, used, stage, selection, chosen.tied)
     answers = _answers(used, stage, selection, places, mistake, seed)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
@@ -185,6 +173,17 @@ def _result(
     )
 
 
+def _with_other_rivals(
+    places: Sequence[Standing], problem: Problem, stage: Stage, selection: Selection, tied: Sequence[str]
+) -> list[Standing]:
+    """The standings with rivals that are no candidates: a mistake of the table, shapes that the rows do not resolve."""
+    if not selection.terms:
+        return []
+    hidden = unresolved(problem, stage.white)
+    named = [_with_mistake(p, selection, i, tied) for i, p in enumerate(places)]
+    return [with_aliases(p, selection, i, hidden) for i, p in enumerate(named)]
+
+
 def _rest(
     problem: Problem, stage: Stage, selection: Selection, setting: Setting, parts: Sequence[Fold], seed: int
 ) -> Unknown | None:
@@ -199,6 +198,19 @@ def _rest(
 def _once(gone: Sequence[str]) -> tuple[str, ...]:
     """Names and places without repetition; a name says all its places."""
     return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
+
+
+def _that_hold(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, generic: Dictionary
+) -> Selection:
+    """The terms that predict rows held out and that no shape without physics beats."""
+    selection = _through_the_gate(problem, parts, selection, setting)
+    count = range(len(selection.terms))
+    evidence = [standing(selection, setting, i, generic).evidence for i in count]
+    doubtful = [i for i in count if beaten(generic, setting, selection, evidence[i], i)]
+    if not doubtful:
+        return selection
+    return _still_needed(joint([selection.terms[i] for i in count if i not in doubtful], setting), setting)
 
 
 def _through_the_gate(
