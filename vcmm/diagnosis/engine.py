@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -220,19 +221,10 @@ def _result(
     selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
     setting = _setting(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
-    before = len(selection.terms)
-    selection = best_road(used, parts, selection, setting, _through_the_gate)
-    failed = len(selection.terms) < before
+    held_by = partial(_that_hold, generic=stage.generic)
+    selection, failed = best_road(used, parts, selection, setting, held_by)
     tell("comparing rivals", 0.85)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    doubtful = [
-        i for i, place in enumerate(places) if beaten(stage.generic, setting, selection, place.evidence, i)
-    ]
-    if doubtful:
-        failed = True
-        kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
-        selection = _still_needed(kept, setting)
-        places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     rest = _rest(used, stage, selection, setting, parts, seed)
     excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
@@ -283,6 +275,19 @@ def _rest(
 def _once(gone: Sequence[str]) -> tuple[str, ...]:
     """Names and places without repetition; a name says all its places."""
     return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
+
+
+def _that_hold(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, generic: Dictionary
+) -> Selection:
+    """The terms that predict rows held out and that no shape without physics beats."""
+    selection = _through_the_gate(problem, parts, selection, setting)
+    count = range(len(selection.terms))
+    evidence = [standing(selection, setting, i, generic).evidence for i in count]
+    doubtful = [i for i in count if beaten(generic, setting, selection, evidence[i], i)]
+    if not doubtful:
+        return selection
+    return _still_needed(joint([selection.terms[i] for i in count if i not in doubtful], setting), setting)
 
 
 def _through_the_gate(
