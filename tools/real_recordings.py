@@ -26,6 +26,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "recordings"))
 
 import convert  # noqa: E402
+from judged import left, rms, without_nuisance  # noqa: E402
 
 from vcmm.diagnosing import diagnose  # noqa: E402
 from vcmm.diagnosis.problem import Problem, make_problem  # noqa: E402
@@ -136,25 +137,6 @@ def terms(d: Diagnosis) -> str:
         where = " ".join(a.where.values())
         out.append(f"    {a.effect} {where}: {values}; share {a.share:.2f}; {a.probability:.2f}; {a.remark}")
     return "\n".join([*out, *(f"    noise: {f}" for f in d.noise_findings), *(f"    {w}" for w in d.warnings)])
-
-
-def left(problem: Problem, d: Diagnosis) -> np.ndarray:
-    """The residual (m,) without what was named. Terms without a crisp number stay in."""
-    gone = [problem.observer.of_effect(a.fitted) for a in d.answer if a.fitted is not None]
-    own = {e.id: e for e in problem.machine.effects}
-    assert not any(a.fitted.id in own for a in d.answer if a.fitted is not None)  # these machines have no errors
-    return np.asarray(problem.residual - np.sum(gone, axis=0) if gone else problem.residual)
-
-
-def without_nuisance(rest: np.ndarray, problem: Problem, fitted: np.ndarray) -> np.ndarray:
-    """rest (m,) less the nuisance as fitted to the rows `fitted`."""
-    length = np.linalg.norm(problem.nuisance[fitted], axis=0)
-    columns = problem.nuisance / np.where(length > 0, length, 1.0)
-    return np.asarray(rest - columns @ np.linalg.lstsq(columns[fitted], rest[fitted], rcond=1e-9)[0])
-
-
-def rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def raw_rms(problem: Problem, d: Diagnosis) -> tuple[float, float]:
