@@ -72,8 +72,8 @@ def moved(recording: Recording, machine: Machine, step: dict[str, float]) -> Rec
     run, label = recording.run, recording.nuisance["index"]
     position = {a: np.array(q, dtype=float) for a, q in run.position.items()}
     for name, d in step.items():
-        axis, value = name[0], name.partition("=")[2].removesuffix("]")
-        rows = run.labels[label] == value if value else np.ones(run.n, dtype=bool)
+        axis, word = name[0], name.partition("=")[2].removesuffix("]")
+        rows = run.labels[label] == word if word else np.ones(run.n, dtype=bool)
         position[axis][rows] += d
     there = replace(run, position=position)
     if POINTED[0] in run.columns:
@@ -107,7 +107,8 @@ def _check_exact(recording: Recording, total: dict[str, float]) -> None:
 
 def _text(index: dict[str, float]) -> str:
     parts = [
-        f"{name} {np.degrees(v):.4g} deg" if name[0] in "ABC" else f"{name} {v:.4g} mm" for name, v in index.items()
+        f"{name} {np.degrees(v):.4g} deg" if name[0] in "ABC" else f"{name} {v:.4g} mm"
+        for name, v in index.items()
     ]
     return ", ".join(parts) or "none"
 

@@ -2,8 +2,7 @@
 
     rigid, alignment  6 per value   where the artefact (part) lies: shift, and turn about the centroid of its points
     offset            3 per value   tip offset of a stylus; of an angle: how the tool stands in its own frame
-    index             1 per axis    where the counter of the axis is zero: the axis stands at reading + index
-                      and value
+    index             1 per axis    and value: where the counter is zero, the axis stands at reading + index
     radius            1 per value   tip radius, along the outward normal; of a length: a constant (both ends)
     zero              1 per value   the instrument was set to zero anywhere
     slope             1 per value   in proportion to the distance along the line of the points (reference line of a

@@ -149,34 +149,68 @@ def gantry_heating(
     return write(folder, machine("w Y' b Z X t", travels, "2 um"), recording, header, rows)
 
 
-def telescope_mount(source: Path, folder: Path, nuisance: str = 'index = ""\n', u: str = "10 arcsec") -> Path:
+def telescope_mount(
+    source: Path,
+    folder: Path,
+    nuisance: str = 'index = ""\noffset = ""\n',
+    u: str = "10 arcsec",
+    of_date: bool = True,
+) -> Path:
     """Stars sighted through a mount of two rotary axes: encoder readings against the true direction, machine frame x to
     the meridian on the equator, z to the pole. C = - hour angle, B = - declination read; the tube lies along x.
 
     Five lines of header; of the fifth the latitude, temperature and pressure. The air lifts a star by
-    1.02' cot(h + 10.3 / (h + 5.11)) P / 1010 283 / (273 + T) (Saemundsson, Sky and Telescope 72 (1986) 70).
+    1.02' cot(h + 10.3 / (h + 5.11)) P / 1010 283 / (273 + T) (Saemundsson, Sky and Telescope 72 (1986) 70). The file does
+    not state the equinox of its places. of_date: they are taken as they stand, else as J2000 and precessed to the year
+    (Lieske et al., Astronomy and Astrophysics 58 (1977) 1).
     """
     lines = source.read_text().splitlines()
     head = [float(w) for w in lines[4].split()]
     latitude, air = math.radians(head[0] + head[1] / 60 + head[2] / 3600), (head[6], head[7])
     rows = []
-    for number, words in enumerate(line.split() for line in lines[5:]):
+    for words in (line.split() for line in lines[5:]):
         if len(words) < 14:
             continue
         ra, dec, read, tilt = (_sexagesimal(words[i : i + 3]) for i in (0, 3, 6, 9))
         sidereal = 15 * (float(words[12]) + float(words[13]) / 60)
-        star = _lifted(_direction(sidereal - 15 * ra, dec), latitude, *air)
+        ra, dec = (15 * ra, dec) if of_date else _precessed(15 * ra, dec, head[3] + (head[4] - 0.5) / 12)
+        star = _lifted(_direction(sidereal - ra, dec), latitude, *air)
         c = (180.0 - sidereal + 15 * read) % 360 - 180
-        rows.append((f"{c:.7f}", f"{-tilt:.7f}", 1000, 0, 0, *(f"{v:.10f}" for v in star), number))
-    up = f"{-math.cos(latitude):.8f}, 0, {-math.sin(latitude):.8f}"
+        rows.append((f"{c:.7f}", f"{-tilt:.7f}", 1000, 0, 0, *(f"{v:.10f}" for v in star)))
+    down = f"{-math.cos(latitude):.8f}, 0, {-math.sin(latitude):.8f}"
     recording = (
-        f'kind = "angle"\nobserved = "actual - commanded"\nhistory = "none"\ndown = [{up}]\n'
+        f'kind = "angle"\nobserved = "actual - commanded"\nhistory = "none"\ndown = [{down}]\n'
         f'[nuisance]\n{nuisance}[noise]\nu = "{u}"\n'
     )
-    header = ("C_deg", "B_deg", "offset_x_mm", "offset_y_mm", "offset_z_mm", "pointed_x", "pointed_y", "pointed_z")
+    header = (
+        "C_deg",
+        "B_deg",
+        "offset_x_mm",
+        "offset_y_mm",
+        "offset_z_mm",
+        "pointed_x",
+        "pointed_y",
+        "pointed_z",
+    )
     travels = {"C": ("-270 deg", "270 deg"), "B": ("-270 deg", "270 deg")}
     known = machine("w b C B t", travels, "1 um")
-    return write(folder, known, recording, header, [row[:-1] for row in rows])
+    return write(folder, known, recording, header, rows)
+
+
+def _precessed(ra: float, dec: float, year: float) -> tuple[float, float]:
+    """A place of J2000 in degrees, at the mean equinox of the year."""
+    t = (year - 2000.0) / 100.0
+    arc = [
+        (2306.2181 * t + 0.30188 * t**2) / 3600,
+        (2306.2181 * t + 1.09468 * t**2) / 3600,
+        (2004.3109 * t - 0.42665 * t**2) / 3600,
+    ]
+    first, second, tilt = (math.radians(v) for v in arc)
+    a, d = math.radians(ra) + first, math.radians(dec)
+    x = math.cos(tilt) * math.cos(d) * math.cos(a) - math.sin(tilt) * math.sin(d)
+    y = math.cos(d) * math.sin(a)
+    z = math.sin(tilt) * math.cos(d) * math.cos(a) + math.cos(tilt) * math.sin(d)
+    return math.degrees(math.atan2(y, x) + second), math.degrees(math.asin(z))
 
 
 def _sexagesimal(words: Sequence[str]) -> float:

@@ -14,17 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.diagnosis.candidates import (
-    Family,
-    Option,
-    applies,
-    instances,
-    lacking_columns,
-    make_option,
-    where_of,
-)
+from vcmm.diagnosis.candidates import Family, Option, applies, make_option
 from vcmm.diagnosis.confusion import RESOLVED, Standing, rank_of, ranks, separability
 from vcmm.diagnosis.evidence import Dictionary, dictionary, scorer
+from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import refused
 from vcmm.diagnosis.select import MISMATCH, Selection

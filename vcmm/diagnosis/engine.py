@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from vcmm.diagnosis.adequacy import beaten, described, unknown_rest
+from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.aliases import unresolved, with_aliases
 from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import scorer
-from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
+from vcmm.diagnosis.holding import that_hold
+from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, tables_of
@@ -31,7 +33,7 @@ from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
-from vcmm.diagnosis.select import Selection, Setting, joint
+from vcmm.diagnosis.select import Selection, Setting
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.diagnosis.simple_part import simple_part
 from vcmm.diagnosis.verdict import reasons, verdict
@@ -130,7 +132,7 @@ def _result(
     setting = setting_of(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
     tell("comparing rivals", 0.8)
-    held_by = partial(_that_hold, generic=stage.generic)
+    held_by = partial(that_hold, generic=stage.generic)
     selection, failed = best_road(used, parts, selection, setting, held_by)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     rest = _rest(used, stage, selection, setting, parts, seed)
@@ -198,39 +200,6 @@ def _rest(
 def _once(gone: Sequence[str]) -> tuple[str, ...]:
     """Names and places without repetition; a name says all its places."""
     return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
-
-
-def _that_hold(
-    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, generic: Dictionary
-) -> Selection:
-    """The terms that predict rows held out and that no shape without physics beats."""
-    selection = _through_the_gate(problem, parts, selection, setting)
-    count = range(len(selection.terms))
-    evidence = [standing(selection, setting, i, generic).evidence for i in count]
-    doubtful = [i for i in count if beaten(generic, setting, selection, evidence[i], i)]
-    if not doubtful:
-        return selection
-    return _still_needed(joint([selection.terms[i] for i in count if i not in doubtful], setting), setting)
-
-
-def _through_the_gate(
-    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting
-) -> Selection:
-    """Refuse the term that fails worst, refit the others, and look again."""
-    while failed := gate(problem, parts, selection):
-        selection = joint([t for i, t in enumerate(selection.terms) if i != failed[0]], setting)
-    return selection
-
-
-def _still_needed(selection: Selection, setting: Setting) -> Selection:
-    """Without the terms that only helped another which has gone: each must pass the threshold given the others."""
-    while selection.terms:
-        scores = [standing(selection, setting, i).evidence for i in range(len(selection.terms))]
-        worst = int(np.argmin(scores))
-        if scores[worst] > setting.threshold:
-            break
-        selection = joint([t for i, t in enumerate(selection.terms) if i != worst], setting)
-    return selection
 
 
 def _fit(

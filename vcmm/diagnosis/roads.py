@@ -1,7 +1,7 @@
 """Two roads to an answer: everything at once, or one number per name first. Rows held out decide between them.
 
 The evidence of the rows that were fitted favours curves, since nature is never quite straight; what counts is what is
-predicted where conditions go beyond the fit. Where both predict alike, the road with fewer numbers stands.
+predicted where conditions go beyond the fit. Where both predict alike, the evidence of all rows decides.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ Gate = Callable[[Problem, Sequence[Fold], Selection, Setting], Selection]
 
 def best_road(
     problem: Problem, parts: Sequence[Fold], straight: Selection, setting: Setting, gated: Gate
-) -> Selection:
-    """The better of `straight` and the simple road, both after the gate. One term, or the same names: nothing to choose."""
+) -> tuple[Selection, bool]:
+    """The better of `straight` and the simple road, of each what `gated` lets through; whether it held terms back there.
+
+    One term, or the same names: nothing to choose.
+    """
     first = gated(problem, parts, straight, setting)
+    short = len(first.terms) < len(straight.terms)
     if len(straight.terms) < 2:
-        return first
+        return first, short
     simple = select_simply(setting)
     if names(simple) == names(straight):
-        return first
+        return first, short
     second = gated(problem, parts, simple, setting)
     if not second.terms:
-        return first
+        return first, short
     lead = _gain(problem, parts, second, first, setting) - _gain(problem, parts, first, second, setting)
-    fewer = numbers(second) < numbers(first)
-    return second if lead > (-EQUAL if fewer else EQUAL) else first
+    if lead > EQUAL or (lead > -EQUAL and worth(second, setting) > worth(first, setting)):
+        return second, len(second.terms) < len(simple.terms)
+    return first, short
 
 
 def names(selection: Selection) -> set[str]:
     return {t.family.id for t in selection.terms}
-
-
-def numbers(selection: Selection) -> int:
-    """How many free numbers the terms have."""
-    return sum(t.option.freedom for t in selection.terms)
 
 
 def _gain(

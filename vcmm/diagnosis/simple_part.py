@@ -13,6 +13,12 @@ from vcmm.effect import parameter
 from vcmm.gaussian import Whitener
 from vcmm.units import in_unit
 
+SIMPLE = (
+    "scale_factor",
+    "squareness",
+    "rotary_location",
+    "backlash",
+)  # one number, independent of where it is looked at
 MOSTLY = 0.5  # share of the energy of a curve from which it is called by its straight part
 
 
@@ -24,7 +30,7 @@ def simple_part(selection: Selection, i: int, families: tuple[Family, ...], whit
     signal = selection.signal(i)
     best: tuple[float, Family, Option, float] | None = None
     for family in families:
-        if not generalises(term.family.name, family.name):
+        if family.name not in SIMPLE or not generalises(term.family.name, family.name):
             continue
         for option in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
             x = visible(option.columns, white)
