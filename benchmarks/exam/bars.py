@@ -186,7 +186,7 @@ def relative_errors(rows: Sequence[Row]) -> list[float]:
 
 
 def folds_left(rows: Sequence[Row], at_least: float) -> list[Mapping[str, Any]]:
-    """Folds of A (right name) and D (exact pair), delta 10 or more, in which the truth has `at_least` this strength."""
+    """Folds of A (right name) and D (exact pair), delta 10 or more, in which, and outside of which, the truth is that strong."""
     good = [
         r
         for r in visible(rows)
@@ -197,5 +197,5 @@ def folds_left(rows: Sequence[Row], at_least: float) -> list[Mapping[str, Any]]:
         {**f, "case": f"{r['block']} {r['seed']} {r['case']}", "effect": r["concealed"][0]["effect"]}
         for r in good
         for f in r.get("folds", [])
-        if f["strength"] >= at_least
+        if min(f["strength"], f["known"]) >= at_least
     ]

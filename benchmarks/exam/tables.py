@@ -26,7 +26,9 @@ def sample(rows: Sequence[Row]) -> str:
     seeds = ", ".join(str(s) for s in sorted({r["seed"] for r in rows}))
     wrong = [r for r in rows if r.get("error")]
     text = f"{len(rows)} cases, seed {seeds}; {len(wrong)} failed to run."
-    return text + "".join(f"\nfailed: {r['block']} {r['case']}: {r['error'][:200]}" for r in wrong)
+    text += "".join(f"\nfailed: {r['block']} {r['case']}: {r['error'][:200]}" for r in wrong)
+    parts = [(r, k, v) for r in rows for k, v in r.get("not_done", {}).items()]
+    return text + "".join(f"\nnot done: {r['block']} {r['case']}, {k}: {v[:200]}" for r, k, v in parts)
 
 
 def bars_table(rows: Sequence[Row]) -> str:
