@@ -183,6 +183,23 @@ def confusion_table(rows: Sequence[Row]) -> str:
     return "\n\n".join(out)
 
 
+def family_lines(rows: Sequence[Row]) -> str:
+    """Block A at delta 10: how many families reach 0.85, and the rate per kind of recording."""
+    ten = [r for r in bars.visible(rows) if r["block"] == "A" and r["delta_asked"] == 10]
+    if not ten:
+        return ""
+    per: dict[str, list[bool]] = {}
+    kinds: dict[str, list[bool]] = {}
+    for r in ten:
+        per.setdefault(r["concealed"][0]["effect"], []).append(bool(r["right"]))
+        kinds.setdefault(r["design"], []).append(bool(r["right"]))
+    short = {n: v for n, v in per.items() if np.mean(v) < 0.85}
+    said = ", ".join(f"`{n}` {sum(v)} of {len(v)}" for n, v in sorted(short.items()))
+    body = [[k, f"{sum(v)} of {len(v)}"] for k, v in sorted(kinds.items(), key=lambda kv: -len(kv[1]))]
+    text = f"Families with a right name in at least 0.85 of their cases: {len(per) - len(short)} of {len(per)}; below: {said or 'none'}."
+    return text + "\n\n" + markdown(["recording", "right name first"], body)
+
+
 def alias_lines(rows: Sequence[Row]) -> str:
     """Names counted as right that are not the concealed one, and names that stood in a set beside the truth."""
     other, beside = Counter[str](), Counter[str]()
@@ -244,7 +261,7 @@ def size_lines(rows: Sequence[Row]) -> str:
 def pages(rows: Sequence[Row]) -> str:
     """Everything, with headings."""
     parts = (
-        ("Sample", sample), ("Bars", bars_table), ("Sets", set_table), ("Intervals", interval_lines), ("Held out", held_out_lines),
+        ("Sample", sample), ("Bars", bars_table), ("Sets", set_table), ("Families", family_lines), ("Intervals", interval_lines), ("Held out", held_out_lines),
         ("Probabilities", calibration_lines), ("Next measurement", next_lines), ("Cost", cost_lines),
         ("Plain methods", baseline_table), ("Answers against the truth", confusion_table), ("Names", alias_lines),
         ("What failed", failures), ("Sizes", size_lines),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,16 @@ def _row(block: str = "A", case: int = 0, **more):
         "intervals": [{"inside": True, "ratio": 1.05}], "stale": 1.0, "stale_delta": 0.0, "invisible": False,
     }  # fmt: skip
     return row | more
+
+
+def test_the_exam_knows_the_product_by_its_command_only() -> None:
+    allowed = {
+        "asking.py": {"vcmm.cli"},
+        "heldout.py": {"vcmm.files.machine", "vcmm.files.recording", "vcmm.observe"},
+    }
+    for path in Path(calibration.__file__).parent.glob("*.py"):
+        named = set(re.findall(r"^\s*(?:from|import) (vcmm[\w.]*)", path.read_text(), re.MULTILINE))
+        assert named == allowed.get(path.name, set()), path.name
 
 
 def test_calibration_error_by_hand() -> None:
