@@ -29,7 +29,7 @@ class Claim:
 
 def claims(rows: Iterable[Mapping[str, Any]]) -> list[Claim]:
     """Names of nulls and of physics without a name are wrong; in C the names of a changed geometry are right; a name in D
-    is right when it is either of the two."""
+    is right when it is either of the two; a mistake of the table has to be exact."""
     out = []
     for r in rows:
         if r.get("error"):
@@ -38,7 +38,8 @@ def claims(rows: Iterable[Mapping[str, Any]]) -> list[Claim]:
         good = STALE if r["block"] == "C" else set() if r["block"] in "BE" else good
         for name, p in zip(r["answered"], r["probabilities"]):
             if p is not None:
-                out.append(Claim(float(p), name in good, r["block"]))
+                right = bool(r.get("right")) if name == "map_mistake" else name in good
+                out.append(Claim(float(p), right and r["block"] not in "BE", r["block"]))
     return out
 
 

@@ -6,6 +6,7 @@ Starting the same command again skips the cases that the file holds. Files of se
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,18 @@ def key_of(row: Mapping[str, Any]) -> Key:
 
 def append(path: Path, row: Mapping[str, Any]) -> None:
     with path.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(row, allow_nan=False, default=str) + "\n")
+        file.write(json.dumps(_short(row), allow_nan=False, default=str) + "\n")
+
+
+def _short(value: Any) -> Any:
+    """Numbers to seven digits, what is not finite as null."""
+    if isinstance(value, Mapping):
+        return {k: _short(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_short(v) for v in value]
+    if isinstance(value, float):
+        return float(f"{value:.7g}") if math.isfinite(value) else None
+    return value
 
 
 def read(paths: Sequence[Path]) -> list[Row]:

@@ -179,7 +179,15 @@ def confusion_table(rows: Sequence[Row]) -> str:
         for name, inner in sorted(confusion(mine).items()):
             answers = sorted(inner.items(), key=lambda kv: (-kv[1], kv[0]))
             body.append([f"`{name}`", sum(inner.values()), ", ".join(f"`{k}` {v}" for k, v in answers)])
-        out += [f"Block {block}, delta {delta:g}", markdown(["concealed", "cases", "answered first"], body)]
+        what = {
+            "B": " (nothing concealed)",
+            "C": " (concealed: a stale calibration)",
+            "D": " (the first of two)",
+        }.get(block, "")
+        out += [
+            f"Block {block}{what}, delta {delta:g}",
+            markdown(["concealed", "cases", "answered first"], body),
+        ]
     return "\n\n".join(out)
 
 
