@@ -275,8 +275,23 @@ def _options(effect: Effect, problem: Problem) -> list[Option]:
         for changes, weight in trials(start, problem.run):
             option = make_option(replace(start, **changes), problem, weight + share)
             if option is not None:
-                out.append(option)
+                out += _taken_up(option, start, problem)
     return out
+
+
+def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
+    """A play of some um is taken up within as much travel: rows nearer to a reversal than a typical gap still stand on the
+    side they came from, and each of them counts with twice the gap. Both readings of such rows are options.
+    """
+    since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
+    if effect.name != "backlash" or since is None:
+        return [option]
+    near = problem.of_rows(since < typical(effect, "gap"))
+    if not near.any():
+        return [option]
+    half = option.log_prior + float(np.log(0.5))
+    turned = option.columns * np.where(near, -1.0, 1.0)[:, None]
+    return [replace(option, log_prior=half), replace(option, columns=turned, log_prior=half)]
 
 
 def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:

@@ -20,6 +20,7 @@ from vcmm.observe import baseline
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.recording import Recording
 from vcmm.run import Array
+from vcmm.units import plain
 
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
@@ -31,7 +32,10 @@ VERDICT = {
 
 def sentences(d: Diagnosis) -> list[str]:
     """The verdict in plain words."""
-    out = [VERDICT[d.verdict]]
+    out = [
+        VERDICT[d.verdict],
+        *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
+    ]
     if d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
     for a in d.answer:
@@ -67,7 +71,7 @@ def _name(a: Answer) -> str:
 
 def _values(a: Answer) -> str:
     return (
-        ", ".join(f"{n} = {e.value:.3g} ± {e.u:.2g} {e.unit}" for n, e in a.parameters.items())
+        ", ".join(f"{n} = {plain(e.value)} ± {plain(e.u, 2)} {e.unit}" for n, e in a.parameters.items())
         or "no free parameter"
     )
 
