@@ -286,7 +286,7 @@ def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
     since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
     if effect.name != "backlash" or since is None:
         return [option]
-    near = problem.of_rows(since < typical(effect, "gap"))
+    near = problem.of_rows(since) < typical(effect, "gap")
     if not near.any():
         return [option]
     half = option.log_prior + float(np.log(0.5))

@@ -124,29 +124,15 @@ def _result(
     selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
     setting = setting_of(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
-    before = len(selection.terms)
-    selection = _through_the_gate(used, parts, selection, setting)
-    failed = len(selection.terms) < before
-    tell("comparing rivals", 0.85)
-    places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    doubtful = [
-        i for i, place in enumerate(places) if beaten(stage.generic, setting, selection, place.evidence, i)
-    ]
-    if doubtful:
-        failed = True
-        kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
-        selection = _still_needed(kept, setting)
-        places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
+    tell("comparing rivals", 0.8)
+    selection, places, failed = _holding(used, parts, selection, setting, stage)
     rest = _rest(used, stage, selection, setting, parts, seed)
     excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
     held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
-    places = [_with_mistake(p, selection, i, chosen.tied) for i, p in enumerate(places)]
-    hidden_shapes = unresolved(used, stage.white) if selection.terms else None
-    if hidden_shapes is not None:
-        places = [with_aliases(p, selection, i, hidden_shapes) for i, p in enumerate(places)]
+    places = _with_other_rivals(places, used, stage, selection, chosen.tied)
     answers = _answers(used, stage, selection, places, mistake, seed)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
@@ -178,6 +164,39 @@ def _result(
         chance=stage.generic_threshold,
         reasons=against,
     )
+
+
+def _holding(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, stage: Stage
+) -> tuple[Selection, list[Standing], bool]:
+    """The terms that hold on other rows and against shapes without physics, their standings, and whether one did not."""
+    before = len(selection.terms)
+    selection = _through_the_gate(problem, parts, selection, setting)
+    failed = len(selection.terms) < before
+    places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
+    doubtful = [
+        i for i, place in enumerate(places) if beaten(stage.generic, setting, selection, place.evidence, i)
+    ]
+    if not doubtful:
+        return selection, places, failed
+    kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
+    selection = _still_needed(kept, setting)
+    return (
+        selection,
+        [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))],
+        True,
+    )
+
+
+def _with_other_rivals(
+    places: Sequence[Standing], problem: Problem, stage: Stage, selection: Selection, tied: Sequence[str]
+) -> list[Standing]:
+    """The standings with rivals that are no candidates: a mistake of the table, shapes that the rows do not resolve."""
+    if not selection.terms:
+        return []
+    hidden = unresolved(problem, stage.white)
+    named = [_with_mistake(p, selection, i, tied) for i, p in enumerate(places)]
+    return [with_aliases(p, selection, i, hidden) for i, p in enumerate(named)]
 
 
 def _rest(
