@@ -27,6 +27,7 @@ GROWTH, COARSE = (
     1e-3,
 )  # a ray that grazes a sweep walks with growing steps, at most so many mm: thinner gaps may be missed there
 NONE, ROUND = 1e300, 2e-15
+NEWTON, SURE = 12, 1e-13  # steps on ramps; mm within which an entry must be proven to be taken
 EDGE = 1e-6  # fraction of an arc next to its ends
 SMALL, THIN = (
     1e-5,
@@ -298,6 +299,53 @@ def lower_end(
 
 
 @njit(cache=True, nogil=True)
+def steep(item: Array, tool: Array, p: Array, n: Array, s: float, cut: float, out: Array) -> tuple[int, float, float]:
+    """Entry of a ray into a tool swept along a line, from s outside, by Newton's method for s and u at once.
+
+    H(s, u) = G(p + s n - c(u)) is convex in both, so each tangent plane lies below it: the plane says how low the entry can
+    be at best, and where that agrees with the place found, the place is proven. Every step stays on the plane and thus
+    outside. Returns (0: no entry up to cut, 1: entry found, 2: not decided), s, u; out: gradient.
+    """
+    vx, vy, vz = item[3] - item[0], item[4] - item[1], item[5] - item[2]
+    scale = ROUND * (abs(p[0]) + abs(p[1]) + abs(p[2]) + abs(item[0]) + abs(item[1]) + abs(item[2]) + 1.0)
+    u = 0.5
+    for k in range(NEWTON):
+        x, y = p[0] + s * n[0] - item[0] - u * vx, p[1] + s * n[1] - item[1] - u * vy
+        h = p[2] + s * n[2] - item[2] - u * vz
+        rho = math.sqrt(x * x + y * y)
+        if rho == 0.0:
+            return 2, s, u
+        g, by_rho, by_h = implicit(rho, h, tool)
+        ex, ey = x / rho, y / rho
+        nr, vr = ex * n[0] + ey * n[1], ex * vx + ey * vy
+        hs, hu = by_rho * nr + by_h * n[2], -by_rho * vr - by_h * vz
+        if hs >= 0.0:
+            return 2, s, u
+        fall = hu * u if hu > 0.0 else -hu * (1.0 - u)  # most that H can still lose by u
+        if s + (g - fall - SURE) / -hs > cut:
+            return 0, s, u
+        if g <= scale and fall <= -hs * SURE:
+            out[0], out[1], out[2] = by_rho * ex, by_rho * ey, by_h
+            return (1 if g >= -scale else 2), s, u
+        # second derivatives: round the axis, and round the corner
+        nt, vt = ex * n[1] - ey * n[0], ex * vy - ey * vx
+        huu, hus = by_rho * vt * vt / rho, -by_rho * nt * vt / rho
+        if by_rho > 0.0 and by_h < 0.0 and tool[0] != CONE:
+            ns, vs = n[2] * by_rho - nr * by_h, vz * by_rho - vr * by_h
+            huu += vs * vs / (g + tool[2])
+            hus -= ns * vs / (g + tool[2])
+        det = hs * huu - hu * hus
+        du = NONE if hu < 0.0 else -NONE
+        if det < 0.0 and huu > 0.0:
+            du = hs * (g * hus / hs - hu) / det
+        elif hu == 0.0:
+            du = 0.0
+        du = min(max(du, -u), 1.0 - u)
+        u, s = min(max(u + du, 0.0), 1.0), s - (g + hu * du) / hs
+    return 2, s, u
+
+
+@njit(cache=True, nogil=True)
 def straight(
     item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
 ) -> int:
@@ -309,9 +357,11 @@ def straight(
         if found and a > cut:
             return 0
     if not found:
-        f = inside_at(item, tool, p, n, cut, grad, q)
-        if f > 0.0 and grad[0] * n[0] + grad[1] * n[1] + grad[2] * n[2] < 0.0:
+        answer, a, u = steep(item, tool, p, n, -depth, cut, grad)
+        if answer == 0:
             return 0
+        found = answer == 1 and a >= -depth  # an entry further down is none of this search
+    if not found:
         found, a, u = first_contact(item, tool, p, n, 1.0, -depth, cut, grad, q)
         if not found:
             return 0

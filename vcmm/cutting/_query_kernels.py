@@ -5,6 +5,7 @@ Private; used by vcmm.cutting.envelope. Delete numba's cache of this file after 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -17,15 +18,28 @@ Array = NDArray[Any]
 BELOW = 64  # stretches below nominal that are kept for the question whether they connect
 NEAR = 0.05  # mm, half width of the window that is tried first
 TOUCH = 1e-9  # mm, gap that still counts as connected
+SLACK = 1e-12  # mm, for the rounding of bounds
 
 
 @njit(cache=True, nogil=True)
-def bound(box: Array, tool: Array, x: float, y: float, z: float) -> float:
-    """At most F at a point, for all paths in a box: the tool at the nearest place, at the lowest height."""
-    dx = max(box[0] - x, 0.0, x - box[3])
-    dy = max(box[1] - y, 0.0, y - box[4])
-    g, _, _ = implicit(np.sqrt(dx * dx + dy * dy), z - box[2], tool)
-    return g
+def least_entry(
+    boxes: Array, node: int, tool: Array, x: float, y: float, z: float, nx: float, ny: float, nz: float
+) -> float:
+    """Lower bound of the way from a point along n to the first entry into any tool with its tip in a box; NONE: no entry.
+
+    The tool swept through the whole box, and on upwards, is convex: its implicit function along the ray lies above its
+    tangent at the point, so the ray cannot enter before the tangent does.
+    """
+    ex = x - min(max(x, boxes[node, 0]), boxes[node, 3])
+    ey = y - min(max(y, boxes[node, 1]), boxes[node, 4])
+    rho = math.sqrt(ex * ex + ey * ey)
+    g, by_rho, by_h = implicit(rho, z - boxes[node, 2], tool)
+    if g <= SLACK:
+        return 0.0
+    rate = by_h * nz
+    if rho > 0.0:
+        rate += by_rho * (ex * nx + ey * ny) / rho
+    return (g - SLACK) / -rate if rate < 0.0 else NONE
 
 
 @njit(cache=True, nogil=True)
@@ -104,10 +118,13 @@ def search_ray(
     lists: tuple,
     work: tuple,
 ) -> tuple[int, int]:
-    """All moves that may meet one ray between -depth and height. Stretches found below, exact tests made."""
+    """All moves that may meet one ray between -depth and height. Stretches found below, exact tests made.
+
+    Nodes are taken in the order of the least entry that they allow, and left out when it lies above the contacts known.
+    """
     frames, roots, group_tool, boxes, child, items, tools, shells = trees
     s, _, _, _ = lists
-    stack, below, p, n, scratch = work
+    stack, least, below, p, n, scratch = work
     count, tests, last = 0, 0, s.shape[0] - 1
     for group in range(roots.shape[0]):
         for i in range(3):
@@ -115,29 +132,32 @@ def search_ray(
             p[i] = f[0] * point[0] + f[1] * point[1] + f[2] * point[2]
             n[i] = f[0] * normal[0] + f[1] * normal[1] + f[2] * normal[2]
         tool, shell = tools[group_tool[group]], shells[group_tool[group]]
-        stack[0], top = roots[group], 1
+        x, y, z = p[0] - depth * n[0], p[1] - depth * n[1], p[2] - depth * n[2]
+        stack[0], least[0], top = roots[group], -depth, 1
         while top > 0:
             top -= 1
-            node = stack[top]
-            cut = min(height, s[0] + band, s[last])
-            mid, half = 0.5 * (cut - depth), 0.5 * (cut + depth)
-            x, y, z = p[0] + mid * n[0], p[1] + mid * n[1], p[2] + mid * n[2]
-            if half < 0.0 or bound(boxes[node], shell, x, y, z) > half:
+            node, cut = stack[top], min(height, s[0] + band, s[last])
+            if least[top] > cut:
                 continue
             if n[2] > 0.0 and boxes[node, 2] - p[2] >= (s[last] - 1e-12) * n[2]:
                 continue  # the lowest tip is no lower than the contacts known
-            if child[node, 0] < 0:
-                first = -child[node, 0] - 1
-                for i in range(first, first + child[node, 1]):
+            left, right = child[node, 0], child[node, 1]
+            if left < 0:
+                for i in range(-left - 1, right - left - 1):
                     cut = min(height, s[0] + band, s[last])
                     count = test_item(i, items[i], tool, p, n, depth, cut, lists, below, count, scratch)
-                tests += child[node, 1]
-            else:
-                left, right = child[node, 0], child[node, 1]
-                if bound(boxes[left], shell, x, y, z) < bound(boxes[right], shell, x, y, z):
-                    left, right = right, left
-                stack[top], stack[top + 1] = left, right
-                top += 2
+                tests += right
+                continue
+            a = least_entry(boxes, left, shell, x, y, z, n[0], n[1], n[2]) - depth
+            b = least_entry(boxes, right, shell, x, y, z, n[0], n[1], n[2]) - depth
+            if a < b:
+                left, right, a, b = right, left, b, a
+            if a <= cut:
+                stack[top], least[top] = left, a
+                top += 1
+            if b <= cut:
+                stack[top], least[top] = right, b
+                top += 1
     return count, tests
 
 
@@ -167,7 +187,14 @@ def search(
     """
     depth, height, band = limits[0], limits[1], limits[2]
     over = 0
-    work = (np.empty(128, np.int64), np.empty((BELOW, 7)), np.empty(3), np.empty(3), np.empty((3, 6)))
+    work = (
+        np.empty(128, np.int64),
+        np.empty(128),
+        np.empty((BELOW, 7)),
+        np.empty(3),
+        np.empty(3),
+        np.empty((3, 6)),
+    )
     shells = tools.copy()
     shells[:, 6] = NONE
     trees = (frames, roots, group_tool, boxes, child, items, tools, shells)
@@ -180,7 +207,7 @@ def search(
             count, done = search_ray(points[row], normals[row], trees, near, far, band, lists, work)
             tests[row] += done
             if s[row, 0] <= 0.0 and count > 0:
-                connect(lists, work[1], min(count, BELOW))
+                connect(lists, work[2], min(count, BELOW))
             if stage == 1:
                 over += 1 if count > BELOW else 0
             elif -near < s[row, 0] <= far - band and count <= BELOW:
