@@ -35,7 +35,7 @@ SMALL, THIN = (
 )  # mm: from where Newton is trusted on arcs, and the thinnest stretch surely found on them
 
 
-@njit(cache=True, nogil=True, inline="never")
+@njit(cache=True, nogil=True, error_model="numpy")
 def implicit(rho: float, h: float, tool: Array) -> tuple[float, float, float]:
     """G and its derivatives by radius and height: the twin of vcmm.cutting.tools.implicit."""
     g, by_rho, by_h = rho - tool[1], 1.0, 0.0
@@ -223,7 +223,7 @@ def first_contact(
     return bracket < NONE, bracket, u
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple[bool, float, float]:
     """First contact of the whole ray with a ball swept along a line, in closed form: (found, s, u); out: unit normal."""
     wx, wy, wz = p[0] - item[0], p[1] - item[1], p[2] - item[2] - radius
@@ -277,6 +277,13 @@ def inside_at(item: Array, tool: Array, p: Array, n: Array, s: float, out: Array
 
 
 @njit(cache=True, nogil=True)
+def at_line(item: Array, tool: Array, p: Array, u: float) -> float:
+    """G of p against the tool at u of a straight move."""
+    x, y = p[0] - item[0] - u * (item[3] - item[0]), p[1] - item[1] - u * (item[4] - item[1])
+    return implicit(math.sqrt(x * x + y * y), p[2] - item[2] - u * (item[5] - item[2]), tool)[0]
+
+
+@njit(cache=True, nogil=True)
 def lower_end(
     item: Array, tool: Array, p: Array, n: Array, s: float, depth: float, out: Array, q: Array
 ) -> tuple[float, float]:
@@ -298,7 +305,7 @@ def lower_end(
     return -depth, u
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def steep(item: Array, tool: Array, p: Array, n: Array, s: float, cut: float, out: Array) -> tuple[int, float, float]:
     """Entry of a ray into a tool swept along a line, from s outside, by Newton's method for s and u at once.
 
@@ -322,7 +329,7 @@ def steep(item: Array, tool: Array, p: Array, n: Array, s: float, cut: float, ou
         if hs >= 0.0:
             return 2, s, u
         fall = hu * u if hu > 0.0 else -hu * (1.0 - u)  # most that H can still lose by u
-        if s + (g - fall - SURE) / -hs > cut:
+        if g - fall - SURE > (s - cut) * hs:
             return 0, s, u
         if g <= scale and fall <= -hs * SURE:
             out[0], out[1], out[2] = by_rho * ex, by_rho * ey, by_h
@@ -340,16 +347,24 @@ def steep(item: Array, tool: Array, p: Array, n: Array, s: float, cut: float, ou
             du = hs * (g * hus / hs - hu) / det
         elif hu == 0.0:
             du = 0.0
-        du = min(max(du, -u), 1.0 - u)
-        u, s = min(max(u + du, 0.0), 1.0), s - (g + hu * du) / hs
+        after = u + du
+        if after < 0.0:
+            after = 0.0
+        elif after > 1.0:
+            after = 1.0
+        s -= (g + hu * (after - u)) / hs
+        u = after
     return 2, s, u
 
 
 @njit(cache=True, nogil=True)
 def straight(
-    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
+    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, other: Array, out: Array, q: Array
 ) -> int:
-    """Removed stretch of one straight move. out: lower end, upper end if below, u. 0 nothing, 1 main, 2 below nominal."""
+    """Removed stretch of one straight move. 0 nothing, 1 main: out 0 and 2 hold lower end and u, grad the gradient.
+
+    2: the whole stretch lies below nominal, out 3:6 hold lower end, upper end and u, other the gradient.
+    """
     found = False
     if tool[0] == BALL:
         found, a, u = capsule(item, tool[1], p, n, grad)
@@ -357,10 +372,11 @@ def straight(
         if found and a > cut:
             return 0
     if not found:
-        answer, a, u = steep(item, tool, p, n, -depth, cut, grad)
-        if answer == 0:
-            return 0
-        found = answer == 1 and a >= -depth  # an entry further down is none of this search
+        if item[2] != item[5]:
+            answer, a, u = steep(item, tool, p, n, -depth, cut, grad)
+            if answer == 0:
+                return 0
+            found = answer == 1 and a >= -depth  # an entry further down is none of this search
     if not found:
         found, a, u = first_contact(item, tool, p, n, 1.0, -depth, cut, grad, q)
         if not found:
@@ -368,11 +384,14 @@ def straight(
     out[0], out[1], out[2] = a, 0.0, u
     if a >= 0.0:
         return 1
-    other = grad[3:]
+    if at_line(item, tool, p, u) <= 1e-12:
+        return 1
     if inside_at(item, tool, p, n, 0.0, other, q) <= 1e-12:
         return 1
-    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other, q)
-    out[1] = -b
+    found, b, _ = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other, q)
+    out[3], out[4], out[5] = a, -b, u
+    for i in range(3):
+        other[i] = grad[i]
     return 2 if found else 0
 
 
@@ -389,9 +408,9 @@ def beside(item: Array, tool: Array, p: Array, n: Array) -> bool:
 
 @njit(cache=True, nogil=True)
 def curved(
-    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
+    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, other: Array, out: Array, q: Array
 ) -> int:
-    """The same for an arc; 3: one stretch below nominal (in out 3:6, gradient of it in grad 3:6) and one above it."""
+    """The same for an arc; 3: one stretch below nominal (in out 3:6, gradient of it in other) and one above it."""
     if beside(item, tool, p, n):
         return 0
     f = inside_at(item, tool, p, n, 0.0, grad, q)
@@ -404,9 +423,9 @@ def curved(
         if found:
             out[0], out[1], out[2] = a, 0.0, u
             result = 1
-    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, grad[3:], q)
+    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, other, q)
     if found:
-        out[3], out[5] = lower_end(item, tool, p, n, -b - 1e-9, depth, grad[3:], q)
+        out[3], out[5] = lower_end(item, tool, p, n, -b - 1e-9, depth, other, q)
         out[4] = -b
         result += 2
     return result

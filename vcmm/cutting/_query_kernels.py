@@ -21,7 +21,7 @@ TOUCH = 1e-9  # mm, gap that still counts as connected
 SLACK = 1e-12  # mm, for the rounding of bounds
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def least_entry(
     boxes: Array, node: int, tool: Array, x: float, y: float, z: float, nx: float, ny: float, nz: float
 ) -> float:
@@ -30,8 +30,15 @@ def least_entry(
     The tool swept through the whole box, and on upwards, is convex: its implicit function along the ray lies above its
     tangent at the point, so the ray cannot enter before the tangent does.
     """
-    ex = x - min(max(x, boxes[node, 0]), boxes[node, 3])
-    ey = y - min(max(y, boxes[node, 1]), boxes[node, 4])
+    ex, ey = x - boxes[node, 0], y - boxes[node, 1]  # from the nearest place in the box; min() and max() are slow here
+    if ex > 0.0:
+        ex = x - boxes[node, 3]
+        if ex < 0.0:
+            ex = 0.0
+    if ey > 0.0:
+        ey = y - boxes[node, 4]
+        if ey < 0.0:
+            ey = 0.0
     rho = math.sqrt(ex * ex + ey * ey)
     g, by_rho, by_h = implicit(rho, z - boxes[node, 2], tool)
     if g <= SLACK:
@@ -40,6 +47,15 @@ def least_entry(
     if rho > 0.0:
         rate += by_rho * (ex * nx + ey * ny) / rho
     return (g - SLACK) / -rate if rate < 0.0 else NONE
+
+
+@njit(cache=True, nogil=True)
+def reach(s: Array, height: float, band: float) -> float:
+    """Height above which no contact counts any more."""
+    cut, last = s[0] + band, s[s.shape[0] - 1]
+    if last < cut:
+        cut = last
+    return height if height < cut else cut
 
 
 @njit(cache=True, nogil=True)
@@ -60,35 +76,42 @@ def insert(a: float, item: int, u: float, g: Array, s: Array, which: Array, t: A
 
 
 @njit(cache=True, nogil=True)
+def listed(i: int, which: Array) -> bool:
+    """Whether a move is among the contacts already."""
+    for k in range(which.shape[0]):  # noqa: SIM110 - numba compiles no any()
+        if which[k] == i:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def test_item(
-    i: int,
-    item: Array,
-    tool: Array,
-    p: Array,
-    n: Array,
-    depth: float,
-    cut: float,
-    lists: tuple,
-    below: Array,
-    count: int,
-    scratch: Array,
-) -> int:
-    """One move against one ray; returns the number of stretches found below so far."""
-    s, which, t, normal = lists
-    grad, out, q = scratch[0], scratch[1], scratch[2]
-    if item[21] == 0.0:
-        kind = straight(item, tool, p, n, depth, cut, grad, out, q)
-        if kind == 2:
-            out[3], out[4], out[5] = out[0], out[1], out[2]
-            grad[3], grad[4], grad[5] = grad[0], grad[1], grad[2]
+    i: int, items: Array, tool: Array, p: Array, n: Array, depth: float, cut: float,
+    s: Array, which: Array, t: Array, normal: Array, below: Array, count: int,
+    item: Array, grad: Array, other: Array, out: Array, q: Array,
+) -> int:  # fmt: skip
+    """One move against one ray; returns the number of stretches found below so far.
+
+    Arrays come one by one and the move is copied into `item`: views and tuples of arrays cost more here than the geometry,
+    since each counts its references.
+    """
+    if items[i, 21] == 0.0:
+        if listed(i, which):
+            return count
+        for j in range(6):
+            item[j] = items[i, j]
+        item[21] = 0.0
+        kind = straight(item, tool, p, n, depth, cut, grad, other, out, q)
     else:
-        kind = curved(item, tool, p, n, depth, cut, grad, out, q)
-    if kind & 1 and out[0] <= cut:
+        for j in range(item.shape[0]):
+            item[j] = items[i, j]
+        kind = curved(item, tool, p, n, depth, cut, grad, other, out, q)
+    if kind & 1 and out[0] <= cut and not listed(i, which):
         insert(out[0], i, out[2], grad, s, which, t, normal)
     if kind & 2:
         if count < BELOW:
             below[count, 0], below[count, 1], below[count, 2], below[count, 3] = out[3], out[4], i, out[5]
-            below[count, 4], below[count, 5], below[count, 6] = grad[3], grad[4], grad[5]
+            below[count, 4], below[count, 5], below[count, 6] = other[0], other[1], other[2]
         count += 1
     return count
 
@@ -108,6 +131,33 @@ def connect(lists: tuple, below: Array, count: int) -> None:
 
 
 @njit(cache=True, nogil=True)
+def begin_with(
+    point: Array, normal: Array, first: Array, trees: tuple, depth: float, height: float, band: float, lists: tuple, work: tuple
+) -> None:
+    """Contacts with the moves that cut the point before: its neighbour as a rule, so that little is left to look for."""
+    frames, roots, group_tool, boxes, child, items, tools, shells, groups = trees
+    s, which, t, normals = lists
+    stack, least, below, p, n, item, grad, other, out, q = work
+    for k in range(first.shape[0]):
+        if first[k] < 0 or listed(first[k], which):
+            continue
+        group = groups[first[k]]
+        turn(frames, group, point, normal, p, n)
+        cut, tool = reach(s, height, band), tools[group_tool[group]]
+        test_item(
+            first[k], items, tool, p, n, depth, cut, s, which, t, normals, below, BELOW, item, grad, other, out, q
+        )
+
+
+@njit(cache=True, nogil=True)
+def turn(frames: Array, group: int, point: Array, normal: Array, p: Array, n: Array) -> None:
+    """Ray as seen from the frame of a tree."""
+    for i in range(3):
+        p[i] = frames[group, i, 0] * point[0] + frames[group, i, 1] * point[1] + frames[group, i, 2] * point[2]
+        n[i] = frames[group, i, 0] * normal[0] + frames[group, i, 1] * normal[1] + frames[group, i, 2] * normal[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def search_ray(
     point: Array,
     normal: Array,
@@ -122,21 +172,18 @@ def search_ray(
 
     Nodes are taken in the order of the least entry that they allow, and left out when it lies above the contacts known.
     """
-    frames, roots, group_tool, boxes, child, items, tools, shells = trees
-    s, _, _, _ = lists
-    stack, least, below, p, n, scratch = work
+    frames, roots, group_tool, boxes, child, items, tools, shells, _ = trees
+    s, which, t, normals = lists
+    stack, least, below, p, n, item, grad, other, out, q = work
     count, tests, last = 0, 0, s.shape[0] - 1
     for group in range(roots.shape[0]):
-        for i in range(3):
-            f = frames[group, i]
-            p[i] = f[0] * point[0] + f[1] * point[1] + f[2] * point[2]
-            n[i] = f[0] * normal[0] + f[1] * normal[1] + f[2] * normal[2]
+        turn(frames, group, point, normal, p, n)
         tool, shell = tools[group_tool[group]], shells[group_tool[group]]
         x, y, z = p[0] - depth * n[0], p[1] - depth * n[1], p[2] - depth * n[2]
         stack[0], least[0], top = roots[group], -depth, 1
         while top > 0:
             top -= 1
-            node, cut = stack[top], min(height, s[0] + band, s[last])
+            node, cut = stack[top], reach(s, height, band)
             if least[top] > cut:
                 continue
             if n[2] > 0.0 and boxes[node, 2] - p[2] >= (s[last] - 1e-12) * n[2]:
@@ -144,8 +191,10 @@ def search_ray(
             left, right = child[node, 0], child[node, 1]
             if left < 0:
                 for i in range(-left - 1, right - left - 1):
-                    cut = min(height, s[0] + band, s[last])
-                    count = test_item(i, items[i], tool, p, n, depth, cut, lists, below, count, scratch)
+                    cut = reach(s, height, band)
+                    count = test_item(
+                        i, items, tool, p, n, depth, cut, s, which, t, normals, below, count, item, grad, other, out, q
+                    )
                 tests += right
                 continue
             a = least_entry(boxes, left, shell, x, y, z, n[0], n[1], n[2]) - depth
@@ -172,6 +221,7 @@ def search(
     child: Array,
     items: Array,
     tools: Array,
+    groups: Array,
     limits: Array,
     s: Array,
     which: Array,
@@ -193,17 +243,23 @@ def search(
         np.empty((BELOW, 7)),
         np.empty(3),
         np.empty(3),
-        np.empty((3, 6)),
+        np.empty(items.shape[1]),
+        np.empty(3),
+        np.empty(3),
+        np.empty(6),
+        np.empty(3),
     )
     shells = tools.copy()
     shells[:, 6] = NONE
-    trees = (frames, roots, group_tool, boxes, child, items, tools, shells)
+    trees = (frames, roots, group_tool, boxes, child, items, tools, shells, groups)
+    first = np.full(s.shape[1], -1)
     for row in range(points.shape[0]):
         lists = (s[row], which[row], t[row], contact[row])
         for stage in range(2):
             near, far = min(depth, NEAR), min(height, band + NEAR)
             if stage == 1:
                 near, far = depth, height
+            begin_with(points[row], normals[row], first, trees, near, far, band, lists, work)
             count, done = search_ray(points[row], normals[row], trees, near, far, band, lists, work)
             tests[row] += done
             if s[row, 0] <= 0.0 and count > 0:
@@ -214,4 +270,5 @@ def search(
                 break
             else:
                 s[row, :], which[row, :] = np.inf, -1
+        first[:] = which[row]
     return over
