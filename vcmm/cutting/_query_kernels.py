@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vcmm.cutting._envelope_kernels import NONE, curved, implicit, straight
+from vcmm.cutting._envelope_kernels import NONE, PLAIN, curved, implicit, straight
 
 Array = NDArray[Any]
 BELOW = 64  # stretches below nominal that are kept for the question whether they connect
@@ -30,7 +30,10 @@ def least_entry(
     The tool swept through the whole box, and on upwards, is convex: its implicit function along the ray lies above its
     tangent at the point, so the ray cannot enter before the tangent does.
     """
-    ex, ey = x - boxes[node, 0], y - boxes[node, 1]  # from the nearest place in the box; min() and max() are slow here
+    ex, ey = (
+        x - boxes[node, 0],
+        y - boxes[node, 1],
+    )  # from the nearest place in the box; min() and max() are slow here
     if ex > 0.0:
         ex = x - boxes[node, 3]
         if ex < 0.0:
@@ -49,7 +52,7 @@ def least_entry(
     return (g - SLACK) / -rate if rate < 0.0 else NONE
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def reach(s: Array, height: float, band: float) -> float:
     """Height above which no contact counts any more."""
     cut, last = s[0] + band, s[s.shape[0] - 1]
@@ -58,7 +61,7 @@ def reach(s: Array, height: float, band: float) -> float:
     return height if height < cut else cut
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def insert(a: float, item: int, u: float, g: Array, s: Array, which: Array, t: Array, normal: Array) -> None:
     """Put a contact into the sorted list of the K lowest."""
     k = s.shape[0] - 1
@@ -75,7 +78,7 @@ def insert(a: float, item: int, u: float, g: Array, s: Array, which: Array, t: A
         normal[k, i] = g[i] / length if length > 0.0 else np.nan
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def listed(i: int, which: Array) -> bool:
     """Whether a move is among the contacts already."""
     for k in range(which.shape[0]):  # noqa: SIM110 - numba compiles no any()
@@ -84,7 +87,7 @@ def listed(i: int, which: Array) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**PLAIN)
 def test_item(
     i: int, items: Array, tool: Array, p: Array, n: Array, depth: float, cut: float,
     s: Array, which: Array, t: Array, normal: Array, below: Array, count: int,
@@ -132,7 +135,15 @@ def connect(lists: tuple, below: Array, count: int) -> None:
 
 @njit(cache=True, nogil=True)
 def begin_with(
-    point: Array, normal: Array, first: Array, trees: tuple, depth: float, height: float, band: float, lists: tuple, work: tuple
+    point: Array,
+    normal: Array,
+    first: Array,
+    trees: tuple,
+    depth: float,
+    height: float,
+    band: float,
+    lists: tuple,
+    work: tuple,
 ) -> None:
     """Contacts with the moves that cut the point before: its neighbour as a rule, so that little is left to look for."""
     frames, roots, group_tool, boxes, child, items, tools, shells, groups = trees
@@ -145,19 +156,42 @@ def begin_with(
         turn(frames, group, point, normal, p, n)
         cut, tool = reach(s, height, band), tools[group_tool[group]]
         test_item(
-            first[k], items, tool, p, n, depth, cut, s, which, t, normals, below, BELOW, item, grad, other, out, q
+            first[k],
+            items,
+            tool,
+            p,
+            n,
+            depth,
+            cut,
+            s,
+            which,
+            t,
+            normals,
+            below,
+            BELOW,
+            item,
+            grad,
+            other,
+            out,
+            q,
         )
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def turn(frames: Array, group: int, point: Array, normal: Array, p: Array, n: Array) -> None:
     """Ray as seen from the frame of a tree."""
     for i in range(3):
-        p[i] = frames[group, i, 0] * point[0] + frames[group, i, 1] * point[1] + frames[group, i, 2] * point[2]
-        n[i] = frames[group, i, 0] * normal[0] + frames[group, i, 1] * normal[1] + frames[group, i, 2] * normal[2]
+        p[i] = (
+            frames[group, i, 0] * point[0] + frames[group, i, 1] * point[1] + frames[group, i, 2] * point[2]
+        )
+        n[i] = (
+            frames[group, i, 0] * normal[0]
+            + frames[group, i, 1] * normal[1]
+            + frames[group, i, 2] * normal[2]
+        )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**PLAIN)
 def search_ray(
     point: Array,
     normal: Array,
@@ -193,7 +227,24 @@ def search_ray(
                 for i in range(-left - 1, right - left - 1):
                     cut = reach(s, height, band)
                     count = test_item(
-                        i, items, tool, p, n, depth, cut, s, which, t, normals, below, count, item, grad, other, out, q
+                        i,
+                        items,
+                        tool,
+                        p,
+                        n,
+                        depth,
+                        cut,
+                        s,
+                        which,
+                        t,
+                        normals,
+                        below,
+                        count,
+                        item,
+                        grad,
+                        other,
+                        out,
+                        q,
                     )
                 tests += right
                 continue
