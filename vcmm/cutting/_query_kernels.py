@@ -1,6 +1,6 @@
 """Search of all moves for each inspection point, compiled: tree of boxes, K lowest contacts, connected stretches.
 
-Private; used by vcmm.cutting.envelope. Delete numba's cache of this file after a change in _envelope_kernels.
+Private; used by vcmm.cutting.envelope. Delete numba's cache of this folder after a change in the kernels it imports.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vcmm.cutting._envelope_kernels import NONE, PLAIN, curved, implicit, straight
+from vcmm.cutting._envelope_kernels import curved, straight
+from vcmm.cutting._tool_kernels import NONE, PLAIN, implicit
 
 Array = NDArray[Any]
 BELOW = 64  # stretches below nominal that are kept for the question whether they connect
@@ -146,9 +147,9 @@ def begin_with(
     work: tuple,
 ) -> None:
     """Contacts with the moves that cut the point before: its neighbour as a rule, so that little is left to look for."""
-    frames, roots, group_tool, boxes, child, items, tools, shells, groups = trees
+    frames, _, group_tool, _, _, items, tools, _, groups = trees
     s, which, t, normals = lists
-    stack, least, below, p, n, item, grad, other, out, q = work
+    _, _, below, p, n, item, grad, other, out, q = work
     for k in range(first.shape[0]):
         if first[k] < 0 or listed(first[k], which):
             continue
@@ -193,15 +194,9 @@ def turn(frames: Array, group: int, point: Array, normal: Array, p: Array, n: Ar
 
 @njit(**PLAIN)
 def search_ray(
-    point: Array,
-    normal: Array,
-    trees: tuple,
-    depth: float,
-    height: float,
-    band: float,
-    lists: tuple,
+    point: Array, normal: Array, trees: tuple, depth: float, height: float, band: float, lists: tuple,
     work: tuple,
-) -> tuple[int, int]:
+) -> tuple[int, int]:  # fmt: skip
     """All moves that may meet one ray between -depth and height. Stretches found below, exact tests made.
 
     Nodes are taken in the order of the least entry that they allow, and left out when it lies above the contacts known.
@@ -263,23 +258,10 @@ def search_ray(
 
 @njit(cache=True, nogil=True)
 def search(
-    points: Array,
-    normals: Array,
-    frames: Array,
-    roots: Array,
-    group_tool: Array,
-    boxes: Array,
-    child: Array,
-    items: Array,
-    tools: Array,
-    groups: Array,
-    limits: Array,
-    s: Array,
-    which: Array,
-    t: Array,
-    contact: Array,
-    tests: Array,
-) -> int:
+    points: Array, normals: Array, frames: Array, roots: Array, group_tool: Array, boxes: Array,
+    child: Array, items: Array, tools: Array, groups: Array, limits: Array, s: Array, which: Array, t: Array,
+    contact: Array, tests: Array,
+) -> int:  # fmt: skip
     """Fill s, which, t (n, K) and contact (n, K, 3) for rays (n, 3); returns how many lists of stretches ran over.
 
     frames (G, 3, 3): rows are the axes of the frame of each tree; child (nodes, 2): two nodes, or -first - 1 and count.

@@ -11,7 +11,7 @@ from vcmm.cutting.tools import parameters
 from vcmm.laws import Array
 
 LEAF = 2  # pieces in a leaf of a tree
-COLUMNS = 23  # of `items`, see vcmm/cutting/_envelope_kernels.py
+COLUMNS = 23  # of `items`, see vcmm/cutting/_tool_kernels.py
 QUARTER = np.pi / 2
 _SAME = 1e-12  # mm: rise below which a move is level
 

@@ -10,7 +10,7 @@ The reference point is the tip: the lowest point of the tool on its axis. Radius
             radius r whose "axis" points out of the work (see vcmm.cutting.turning)
 
 All of them are implicit functions G(radius, h) that are convex, grow by at most 1 per mm, and are negative inside; the
-kernels in vcmm/cutting/_envelope_kernels.py hold the compiled twin of `implicit`.
+kernels in vcmm/cutting/_tool_kernels.py hold the compiled twin of `implicit`.
 """
 
 from __future__ import annotations
