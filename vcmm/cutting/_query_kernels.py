@@ -204,7 +204,7 @@ def search_ray(
     frames, roots, group_tool, boxes, child, items, tools, shells, _ = trees
     s, which, t, normals = lists
     stack, least, below, p, n, item, grad, other, out, q = work
-    count, tests, last = 0, 0, s.shape[0] - 1
+    count, tests = 0, 0
     for group in range(roots.shape[0]):
         turn(frames, group, point, normal, p, n)
         tool, shell = tools[group_tool[group]], shells[group_tool[group]]
@@ -213,9 +213,7 @@ def search_ray(
         while top > 0:
             top -= 1
             node, cut = stack[top], reach(s, height, band)
-            if least[top] > cut:
-                continue
-            if n[2] > 0.0 and boxes[node, 2] - p[2] >= (s[last] - 1e-12) * n[2]:
+            if least[top] > cut or (n[2] > 0.0 and boxes[node, 2] - p[2] >= (s[-1] - 1e-12) * n[2]):
                 continue  # the lowest tip is no lower than the contacts known
             left, right = child[node, 0], child[node, 1]
             if left < 0:

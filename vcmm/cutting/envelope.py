@@ -47,6 +47,10 @@ class CutSurface:
         """Deviation (n,) mm of the surface along n; nan where status is UNCUT."""
         return self.contact_s[:, 0]
 
+    def take(self, rows: Array) -> CutSurface:
+        """Some of the points."""
+        return CutSurface(*(getattr(self, name)[rows] for name in CutSurface.__annotations__))
+
     def counts(self) -> dict[str, int]:
         """How many points have which status."""
         return {name: int(np.sum(self.status == k)) for k, name in enumerate(STATUS)}

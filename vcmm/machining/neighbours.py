@@ -4,10 +4,14 @@ A perfect machine touches a point at one place of the path. With errors another 
 the disc of a flat cutter over a length of path, a wall is passed within d^2 / 2R for a distance d on either side, and at a
 corner of the path the rounding of the control moves the corner itself but not what lies beside it. Each neighbour is the
 tool standing at that place, met by the ray along the normal; its height and the normal of the cutter there are exact.
+
+Where the nominal motion leaves the programmed path by an amount that changes along it (`Known`), the deepest cut lies between
+such steps. It is looked for there by closer and closer steps, down to nanometres of path, and is one more neighbour.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +24,17 @@ from vcmm.run import Array
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 SOURCES = 2  # contacts of a point whose neighbours are asked
+ROUNDS, ACROSS = (
+    7,
+    9,
+)  # of the search between steps: the bracket shrinks to a quarter in each, 0.3 mm to 0.02 um
+TURNS = 1e-6  # mm: a motion that leaves its path by no more than this differently, from step to step, is not searched
+LOWER = 1e-7  # mm: a place found between steps is a neighbour if it is so much deeper than they
 BAND = 0.05  # mm: a neighbour that lies further above the contact than any error is none
+
+
+Known = Callable[[Ints, Array, Array], Array]
+"""How far the nominal motion stands off the programmed path (n, 3) mm at rows (n,), shares (n,), tips (n, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +51,11 @@ class Candidates:
     share: Array
 
 
-def candidates(surface: CutSurface, sweep: Sweep, tips: Array) -> Candidates:
-    """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts."""
+def candidates(surface: CutSurface, sweep: Sweep, tips: Array, off: Known | None = None) -> Candidates:
+    """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
+
+    off: where given, the deepest cut under it is looked for between the steps too.
+    """
     known = surface.row >= 0
     own = Candidates(
         np.where(known, surface.contact_s, np.inf),
@@ -52,21 +69,23 @@ def candidates(surface: CutSurface, sweep: Sweep, tips: Array) -> Candidates:
         points = np.flatnonzero(known[:, k])
         if len(points):
             parts += [
-                _beside(surface, sweep, points, k, sign * offset) for offset in OFFSETS for sign in (-1, 1)
+                _beside(surface, sweep, points, k, np.full(len(points), sign * offset))
+                for offset in OFFSETS
+                for sign in (-1, 1)
             ]
+            if off is not None:
+                deepest, at = _between(surface, sweep, points, k, off)
+                if len(deepest):
+                    parts.append(_beside(surface, sweep, deepest, k, at))
     return Candidates(
         *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in Candidates.__annotations__)
     )
 
 
-def _beside(surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: float) -> Candidates:
-    """The tool `offset` radii further along the path than the k-th contact of each of the points."""
+def _beside(surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: Array) -> Candidates:
+    """The tool `offset` (n,) radii further along the path than the k-th contact of each of the points."""
     count = len(surface.points)
-    radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
-    row, share = _walk(
-        sweep, surface.row[points, k], surface.t[points, k], offset * radius[surface.row[points, k]]
-    )
-    tip = position(sweep.take(row), share)
+    row, share, tip = _further(surface, sweep, points, k, offset)
     height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
     for number, tool in enumerate(sweep.tools):
         mine = np.flatnonzero(sweep.tool[row] == number)
@@ -88,6 +107,52 @@ def _beside(surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: flo
     out.height[at, 0], out.cutter[at, 0], out.tip[at, 0] = height[good], cutter[good], tip[good]
     out.row[at, 0], out.share[at, 0] = row[good], share[good]
     return out
+
+
+def _further(
+    surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: Array
+) -> tuple[Ints, Array, Array]:
+    """Row, share and tip (n,) of the tool `offset` radii further along the path than the k-th contact of the points."""
+    radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
+    from_ = surface.row[points, k]
+    row, share = _walk(sweep, from_, surface.t[points, k], offset * radius[from_])
+    return row, share, position(sweep.take(row), share)
+
+
+def _between(surface: CutSurface, sweep: Sweep, points: Ints, k: int, off: Known) -> tuple[Ints, Array]:
+    """Points (m,) whose deepest cut, with the tool moved by `off`, lies between two steps, and where, in radii of path."""
+
+    def heights(which: Ints, at: Array) -> tuple[Array, Array]:
+        """(n, m) height of the moved tool over points (n,) at offsets (n, m), and by how much it is moved (n, m, 3)."""
+        flat = np.repeat(which, at.shape[1])
+        row, share, tip = _further(surface, sweep, flat, k, at.ravel())
+        moved = off(row, share, tip)
+        s = np.full(len(flat), np.inf)
+        for number in np.unique(sweep.tool[row]):
+            mine = np.flatnonzero(sweep.tool[row] == number)
+            arm = surface.points[flat[mine]] - tip[mine] - moved[mine]
+            s[mine] = entry(sweep.tools[int(number)], arm, surface.normals[flat[mine]])
+        s[sweep.tool[row] != sweep.tool[surface.row[flat, k]]] = np.inf
+        return s.reshape(at.shape), moved.reshape(*at.shape, 3)
+
+    steps = np.concatenate([-OFFSETS[::-1], [0.0], OFFSETS])
+    s, moved = heights(points, np.broadcast_to(steps, (len(points), len(steps))))
+    best = np.clip(np.argmin(s, axis=1), 1, len(steps) - 2)
+    rows = np.arange(len(points))
+    beside = moved[rows[:, None], best[:, None] + [-1, 1]] - moved[rows, best][:, None]
+    open_ = np.flatnonzero((np.linalg.norm(beside, axis=2).max(axis=1) > TURNS) & np.isfinite(s.min(axis=1)))
+    at, reach = steps[best[open_]], 0.5 * (steps[best[open_] + 1] - steps[best[open_] - 1])
+    middle = 0.5 * (steps[best[open_] + 1] + steps[best[open_] - 1])
+    before = low = s[open_].min(axis=1)
+    for _ in range(ROUNDS if len(open_) else 0):
+        tried = middle[:, None] + reach[:, None] * np.linspace(-1.0, 1.0, ACROSS)
+        s, _ = heights(points[open_], tried)
+        pick = np.argmin(s, axis=1)
+        found, place = s[np.arange(len(open_)), pick], tried[np.arange(len(open_)), pick]
+        at, low, middle = np.where(found < low, place, at), np.minimum(found, low), place
+        reach = reach * 2.0 / (ACROSS - 1)
+    deeper = low < before - LOWER
+    return points[open_][deeper], at[deeper]
 
 
 def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Array]:
