@@ -19,17 +19,13 @@ import numpy as np
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing import entry
 from vcmm.cutting.sweeps import Sweep, lengths, position
+from vcmm.machining.between import Heights, deepest_between
 from vcmm.machining.contacts import Ints
 from vcmm.run import Array
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 SOURCES = 2  # contacts of a point whose neighbours are asked
-ROUNDS, ACROSS = (
-    7,
-    9,
-)  # of the search between steps: the bracket shrinks to a quarter in each, 0.3 mm to 0.02 um
-TURNS = 1e-6  # mm: a motion that leaves its path by no more than this differently, from step to step, is not searched
-LOWER = 1e-7  # mm: a place found between steps is a neighbour if it is so much deeper than they
+STEPS = np.concatenate([-OFFSETS[::-1], [0.0], OFFSETS])
 BAND = 0.05  # mm: a neighbour that lies further above the contact than any error is none
 
 
@@ -74,9 +70,10 @@ def candidates(surface: CutSurface, sweep: Sweep, tips: Array, off: Known | None
                 for sign in (-1, 1)
             ]
             if off is not None:
-                deepest, at = _between(surface, sweep, points, k, off)
-                if len(deepest):
-                    parts.append(_beside(surface, sweep, deepest, k, at))
+                heights = _moved_heights(surface, sweep, points, k, off)
+                deeper, at = deepest_between(heights, len(points), STEPS)
+                if len(deeper):
+                    parts.append(_beside(surface, sweep, points[deeper], k, at))
     return Candidates(
         *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in Candidates.__annotations__)
     )
@@ -119,12 +116,11 @@ def _further(
     return row, share, position(sweep.take(row), share)
 
 
-def _between(surface: CutSurface, sweep: Sweep, points: Ints, k: int, off: Known) -> tuple[Ints, Array]:
-    """Points (m,) whose deepest cut, with the tool moved by `off`, lies between two steps, and where, in radii of path."""
+def _moved_heights(surface: CutSurface, sweep: Sweep, points: Ints, k: int, off: Known) -> Heights:
+    """Heights of points (n,) of `points` cut by the tool `at` radii from their k-th contact and moved by `off`."""
 
     def heights(which: Ints, at: Array) -> tuple[Array, Array]:
-        """(n, m) height of the moved tool over points (n,) at offsets (n, m), and by how much it is moved (n, m, 3)."""
-        flat = np.repeat(which, at.shape[1])
+        flat = np.repeat(points[which], at.shape[1])
         row, share, tip = _further(surface, sweep, flat, k, at.ravel())
         moved = off(row, share, tip)
         s = np.full(len(flat), np.inf)
@@ -135,24 +131,7 @@ def _between(surface: CutSurface, sweep: Sweep, points: Ints, k: int, off: Known
         s[sweep.tool[row] != sweep.tool[surface.row[flat, k]]] = np.inf
         return s.reshape(at.shape), moved.reshape(*at.shape, 3)
 
-    steps = np.concatenate([-OFFSETS[::-1], [0.0], OFFSETS])
-    s, moved = heights(points, np.broadcast_to(steps, (len(points), len(steps))))
-    best = np.clip(np.argmin(s, axis=1), 1, len(steps) - 2)
-    rows = np.arange(len(points))
-    beside = moved[rows[:, None], best[:, None] + [-1, 1]] - moved[rows, best][:, None]
-    open_ = np.flatnonzero((np.linalg.norm(beside, axis=2).max(axis=1) > TURNS) & np.isfinite(s.min(axis=1)))
-    at, reach = steps[best[open_]], 0.5 * (steps[best[open_] + 1] - steps[best[open_] - 1])
-    middle = 0.5 * (steps[best[open_] + 1] + steps[best[open_] - 1])
-    before = low = s[open_].min(axis=1)
-    for _ in range(ROUNDS if len(open_) else 0):
-        tried = middle[:, None] + reach[:, None] * np.linspace(-1.0, 1.0, ACROSS)
-        s, _ = heights(points[open_], tried)
-        pick = np.argmin(s, axis=1)
-        found, place = s[np.arange(len(open_)), pick], tried[np.arange(len(open_)), pick]
-        at, low, middle = np.where(found < low, place, at), np.minimum(found, low), place
-        reach = reach * 2.0 / (ACROSS - 1)
-    deeper = low < before - LOWER
-    return points[open_][deeper], at[deeper]
+    return heights
 
 
 def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Array]:
