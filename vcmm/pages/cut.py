@@ -137,7 +137,7 @@ def picture(found: CutResult) -> str:
     )
 
 
-MOST_NODES = 100  # along the longer side, in the picture of the stock
+MOST_FACES = 24_000  # of the picture of the stock: the scene refuses more than 30 000
 
 
 def stock_picture(found: CutResult) -> list[str]:
@@ -145,13 +145,21 @@ def stock_picture(found: CutResult) -> list[str]:
     if found.blank is None:
         return []
     after = found.blank.after
-    every = max(1, max(after.height.shape) // MOST_NODES)
+    every = _thinning(*after.height.shape)
     coarse = replace(after, height=after.height[::every, ::every], cell=after.cell * every)
     vertices, faces = triangles(coarse)
     removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; workpiece axes of the machine."
     return [
         r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
     ]
+
+
+def _thinning(nx: int, ny: int) -> int:
+    """Every which node of a map of heights is drawn, so that top and bottom (2 triangles per cell each) and sides can be."""
+    every = max(1, int(np.sqrt(4.0 * nx * ny / MOST_FACES)))
+    while 4 * (-(-nx // every)) * (-(-ny // every)) > MOST_FACES:
+        every += 1
+    return every
 
 
 def maps(found: CutResult) -> list[str]:
