@@ -42,7 +42,7 @@ def cut_command(
 
     folder = output_folder(out) if out else None
     loaded = load_cut(scenario)
-    with progress() as report, about(scenario):
+    with progress() as report, about(scenario, "cut"):
         found = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
     files = [*sources(scenario), loaded.program]
     content = document(

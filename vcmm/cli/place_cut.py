@@ -13,7 +13,7 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
     from vcmm.machining.placement import place_cut
 
     loaded = load_cut(scenario)
-    with progress() as report, about(scenario):
+    with progress() as report, about(scenario, "placement"):
         found = place_cut(loaded, progress=report, **options)
     files = [*sources(scenario), loaded.program]
     content = document(
