@@ -103,9 +103,9 @@ def surface_table(found: CutResult) -> str:
     rows = [
         ["largest departure", f"{s.max_um:.2f} µm"],
         ["rms departure", f"{s.rms_um:.2f} µm"],
-        ["points looked at", f"{s.points:,}"],
-        ["left uncut", f"{s.uncut:,}"],
-        [f"gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["points looked at, on nets over all features", f"{s.points:,}"],
+        ["of these left uncut", f"{s.uncut:,}"],
+        [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
         ["contacts against displaced tools", f"{found.recut.largest * 1e3:.3f} µm" if found.recut else "–"],
         ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
     ]
