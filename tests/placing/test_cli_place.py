@@ -70,7 +70,10 @@ def test_folder_with_a_scenario_that_reads_back(source, tmp_path, capsys):
 
 def test_round_numbers_stand_in_a_comment(tmp_path):
     source = written(tmp_path)
-    found, rounded = np.array([101.237, 120.5, -300.0, 0.0, 0.0, 0.5]), np.array([100.0, 120, -300, 0, 0, 0.5])
+    found, rounded = (
+        np.array([101.237, 120.5, -300.0, 0.0, 0.0, 0.5]),
+        np.array([100.0, 120, -300, 0, 0, 0.5]),
+    )
     target = tmp_path / "placed.toml"
     target.write_text(placed_text(source, target, found, convenient=rounded))
     assert 'nearly as good: shift = "100 120 -300 mm"' in target.read_text()
@@ -172,7 +175,6 @@ def test_what_the_fixture_forbids_is_said_of_the_fixture(tmp_path, capsys):
     assert run(["place", str(path), *FAST]) == 2
     line = path.read_text().splitlines().index("[placement]") + 1
     assert f"{path.name}:{line}: no pose of the fixture" in capsys.readouterr().err
-
 
 
 @pytest.mark.parametrize(

@@ -25,9 +25,7 @@ def show_placement(folder: Path | None, draws: int, options: dict[str, Any], jso
         reductions = twin.reduction(scenario, min(draws, 100), seed=options.get("seed", 1), progress=report)
         optima = [twin.optimum(scenario, redraw, report, **options) for redraw in ("touch", "run")]
     seed = options.get("seed", scenario.settings.seed)
-    content = document(
-        "vcmm.place/1", body(rankings, optima, reductions, draws), seed=seed, files=[source]
-    )
+    content = document("vcmm.place/1", body(rankings, optima, reductions, draws), seed=seed, files=[source])
     if folder:
         import json as _json
 

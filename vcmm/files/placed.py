@@ -36,7 +36,9 @@ def placed_text(
         lines = _edited(lines, first, shift, turn, source)
     if convenient is not None:
         round_shift, round_turn = _pair(convenient)
-        lines.insert(first, f"# in round numbers and nearly as good: shift = {round_shift}, turn = {round_turn}")
+        lines.insert(
+            first, f"# in round numbers and nearly as good: shift = {round_shift}, turn = {round_turn}"
+        )
     moved = _moved("\n".join(lines) + "\n", source.parent, target.parent)
     if machine is None:
         return moved

@@ -74,7 +74,7 @@ def _check_lengths(scenario: CutScenario, program: Program) -> None:
             if not any(move.tool_offset):
                 raise UsageError(
                     f"line {move.source.line} of the program cuts with tool {move.tool} while no tool length is in force: the tool "
-                    f"would cut {tools[move.tool].length:g} mm too deep; add G43 H{move.tool}, or state length = \"0 mm\" in "
+                    f'would cut {tools[move.tool].length:g} mm too deep; add G43 H{move.tool}, or state length = "0 mm" in '
                     f"[tools.{move.tool}] of the set-up where the work offset was set with this tool"
                 )
 

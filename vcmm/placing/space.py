@@ -96,7 +96,9 @@ def unreachable(
     if not lost:
         return []
     why = "; ".join(f"{b.label} ({_why_not(b)})" for b in lost[:4]) + ("; ..." if len(lost) > 4 else "")
-    return [f"{len(lost)} of {len(lost) + len(kept)} choices of the fixture cannot be reached and were left out: {why}"]
+    return [
+        f"{len(lost)} of {len(lost) + len(kept)} choices of the fixture cannot be reached and were left out: {why}"
+    ]
 
 
 def _why_not(box: Box) -> str:

@@ -155,7 +155,10 @@ def _lacking(
     rows = rows[np.argsort(-amount[rows], kind="stable")]
     return [
         Problem(
-            constraint, f"{names[i]}: {said[i]} ({amount[i]:.4g} mm too near); {fix}", names[i], float(amount[i])
+            constraint,
+            f"{names[i]}: {said[i]} ({amount[i]:.4g} mm too near); {fix}",
+            names[i],
+            float(amount[i]),
         )
         for i in rows
     ]
