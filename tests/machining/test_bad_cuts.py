@@ -55,7 +55,7 @@ def test_exchange_of_the_unit(text, dialect, other):
 
 def test_a_tool_length_that_is_not_in_force_is_refused(tmp_path):
     path = shop.write(tmp_path, program=shop.PROGRAM.replace("G43 H1 ", ""))
-    with pytest.raises(UsageError, match="line 8 .*would cut 100 mm too deep; add G43 H1"):
+    with pytest.raises(UsageError, match=r"line 8 .*would cut 100 mm too deep; add G43 H1"):
         cut(vcmm.load_cut(path))
 
 

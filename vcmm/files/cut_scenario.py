@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from vcmm.effect import Effect
 from vcmm.cutting.force import bending
+from vcmm.effect import Effect
 from vcmm.effects.cutting import ToolBending
 from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
 from vcmm.errors import choose_from

@@ -70,13 +70,13 @@ def _check_lengths(scenario: CutScenario, program: Program) -> None:
     """A tool whose length the program does not take into account would cut too deep by that length."""
     tools = scenario.setup.tools
     for move in program.moves:
-        if move.kind in ("line", "arc") and move.tool in tools and tools[move.tool].length:
-            if not any(move.tool_offset):
-                raise UsageError(
-                    f"line {move.source.line} of the program cuts with tool {move.tool} while no tool length is in force: the tool "
-                    f'would cut {tools[move.tool].length:g} mm too deep; add G43 H{move.tool}, or state length = "0 mm" in '
-                    f"[tools.{move.tool}] of the set-up where the work offset was set with this tool"
-                )
+        cuts = move.kind in ("line", "arc") and move.tool in tools
+        if cuts and tools[move.tool].length and not any(move.tool_offset):
+            raise UsageError(
+                f"line {move.source.line} of the program cuts with tool {move.tool} while no tool length is in force: the tool "
+                f'would cut {tools[move.tool].length:g} mm too deep; add G43 H{move.tool}, or state length = "0 mm" in '
+                f"[tools.{move.tool}] of the set-up where the work offset was set with this tool"
+            )
 
 
 def _check_forces(scenario: CutScenario) -> None:
