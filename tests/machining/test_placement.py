@@ -10,7 +10,7 @@ import shop
 
 import vcmm
 from vcmm.cli import run as command
-from vcmm.errors import VcmmError
+from vcmm.errors import UsageError, VcmmError
 from vcmm.machining.placement import place_cut
 
 # straightness of X in Y: 100 um/m^2 x X^2, so a plane along X is turned by 200 um/m^2 x X: least at the smallest X
@@ -21,7 +21,7 @@ STRETCHED = '[[effects]]\neffect = "component_polynomial"\ncomponent = "EXX"\nco
 
 def test_the_objective_is_what_cutting_there_gives(tmp_path):
     scenario = vcmm.load_cut(shop.write(tmp_path, BENT + SCATTER))
-    found = place_cut(scenario, evaluations=300, scanned=128, trials=2000)
+    found = vcmm.place(scenario, evaluations=300, scanned=128, trials=2000)  # place_cut, as the scenario cuts
     for at, full in ((found.present, found.before), (found.best, found.after)):
         values = [c.value - c.nominal for c in full.characteristics]
         assert at.deviations == pytest.approx(values, abs=2e-7)
@@ -47,6 +47,12 @@ def test_document_of_the_contract(tmp_path, capsys):
     assert document["schema"] == "vcmm.place/1"
     assert {"pose", "objective", "present", "median", "worst", "certificate", "map"} <= set(document)
     assert np.isfinite(document["objective"]["value"])
+
+
+@pytest.mark.parametrize("job", [vcmm.measure, vcmm.uncertainty])
+def test_a_job_of_measuring_points_to_cut(tmp_path, job):
+    with pytest.raises(UsageError, match=r"use vcmm\.cut"):
+        job(vcmm.load_cut(shop.write(tmp_path)))
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,6 @@ def place_command(
     """
     from vcmm.cli.common import output_folder
 
-    twin = str(scenario) == "gaska2014" and not scenario.exists()
     search = {"--evaluations": evaluations, "--scan": scan, "--trials": trials}
     if plan:
         _refuse("--plan chooses points at one pose", {**search, "--machines": machines, "--draws": draws})
@@ -65,13 +64,20 @@ def place_command(
     folder = output_folder(out) if out else None
     options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
     options = {name: value for name, value in options.items() if value is not None}
-    if twin:
-        from vcmm.cli.gaska_placement import show_placement
-
-        _refuse("the twin has machines of its own", {"--machines": machines})
-        return show_placement(folder, draws or 200, options, json)
+    if str(scenario) == "gaska2014" and not scenario.exists():
+        return _twin(machines, draws, options, json, folder)
     _refuse("only gaska2014 draws machines", {"--draws": draws})
     return _any(scenario, machines, options, json, folder)
+
+
+def _twin(
+    machines: list[Path] | None, draws: int | None, options: dict[str, Any], json: bool, folder: Path | None
+) -> int:
+    """The twin of the published study."""
+    from vcmm.cli.gaska_placement import show_placement
+
+    _refuse("the twin has machines of its own", {"--machines": machines})
+    return show_placement(folder, draws or 200, options, json)
 
 
 def _refuse(why: str, given: dict[str, Any]) -> None:
