@@ -50,6 +50,7 @@ def test_a_stated_compliance_takes_the_place_of_the_rod_and_has_its_uncertainty(
     found = cut(vcmm.load_cut(path))
     assert "tool_deflection[1].compliance" in [line.input for line in found.characteristics[0].budget]
     assert found.shares["diameter"]["tool"] > 0.9
+    assert found.recut is not None  # forces jump from move to move; the rest is cut again all the same
 
 
 def test_an_effect_of_the_machine_file_is_not_doubled(tmp_path):

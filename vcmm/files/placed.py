@@ -39,7 +39,7 @@ def placed_text(
         lines.insert(
             first, f"# in round numbers and nearly as good: shift = {round_shift}, turn = {round_turn}"
         )
-    moved = _moved("\n".join(lines) + "\n", source.parent, target.parent)
+    moved = moved_names("\n".join(lines) + "\n", source.parent, target.parent)
     if machine is None:
         return moved
     return _with_machine(moved, os.path.relpath(machine, target.parent), source)
@@ -47,8 +47,8 @@ def placed_text(
 
 def _pair(pose: Array) -> tuple[str, str]:
     """Shift and turn of a pose (6,) as values of a file."""
-    turns = " ".join(_number(v, 9) for v in np.degrees(pose[3:]))
-    return f'"{" ".join(_number(v, 6) for v in pose[:3])} mm"', f'"{turns} deg"'
+    turns = " ".join(number_text(v, 9) for v in np.degrees(pose[3:]))
+    return f'"{" ".join(number_text(v, 6) for v in pose[:3])} mm"', f'"{turns} deg"'
 
 
 def _with_machine(text: str, name: str, source: Path) -> str:
@@ -78,7 +78,7 @@ def _with_machine(text: str, name: str, source: Path) -> str:
     return "\n".join([*kept[:after], f'machine = "{name}"', *kept[after:]]) + "\n"
 
 
-def _number(value: float, digits: int) -> str:
+def number_text(value: float, digits: int) -> str:
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -114,7 +114,7 @@ def _with_value(line: str, value: str, where: str) -> str:
     return f"{found[1]}{value}{found[3]}"
 
 
-def _moved(text: str, old: Path, new: Path) -> str:
+def moved_names(text: str, old: Path, new: Path) -> str:
     """Names of files, seen from the new folder."""
 
     def moved(match: re.Match[str]) -> str:

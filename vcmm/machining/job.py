@@ -87,7 +87,11 @@ def _again(shop: Shop, task: Task) -> Recut | None:
         return None
     names = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
     kept = replace(found, **{n: getattr(found, n)[sound] for n in names})
-    return recut(shop.path, shop.sweep, shop.machine, kept, dict(shop.scenario.constants))
+    smooth = tuple(
+        e for e in shop.machine.effects if e.name != "tool_deflection"
+    )  # forces jump from move to move
+    machine = replace(shop.machine, effects=smooth)
+    return recut(shop.path, shop.sweep, machine, kept, dict(shop.scenario.constants))
 
 
 def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
