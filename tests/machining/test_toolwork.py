@@ -7,7 +7,7 @@ import pytest
 import shop
 
 import vcmm
-from vcmm.machining.atcut import later_in_batch
+from vcmm.machining.batch import later_in_batch
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.shop import set_up
 
@@ -34,6 +34,19 @@ def test_a_tool_that_sticks_out_bends_by_its_forces(tmp_path):
     # 216 000 / (3 x 580 000 x 3216.99) = 3.8588e-5 mm/N across, nothing along the tool
     assert moved[:, :2] == pytest.approx(3.8588e-5 * force[:, :2], rel=1e-4)
     assert np.abs(moved[:, 2]).max() == 0.0
+
+
+def test_round_a_circle_the_force_turns_with_the_feed(tmp_path):
+    # the boss is cut by one full circle: the force seen along the feed and across it is the same all round
+    force, _ = bent(shop.write(tmp_path, setup=SLENDER + STOCK))
+    _, world, _ = finished_part(set_up(vcmm.load_cut(tmp_path / "boss.toml")))
+    rows = world.contacts.row[:, 0]
+    normal = world.measuring.task.touches.run.normal
+    out, along = np.einsum("pi,pi->p", force[rows], normal), force[rows] @ np.diag([1.0, 1.0, 0.0])
+    across = np.cross(normal, along)[:, 2]
+    assert np.ptp(out) < 1e-3 * np.abs(force).max()
+    assert np.ptp(across) < 1e-3 * np.abs(force).max()
+    assert np.abs(out).min() > 1.0  # pushed away from the boss or pulled to it, but not both
 
 
 def test_without_a_stick_out_nothing_bends(tmp_path):

@@ -7,13 +7,14 @@ import numpy as np
 from vcmm.cutting.envelope import CutSurface, tips
 from vcmm.errors import ModelLimit
 from vcmm.inputs import Input
+from vcmm.machining.batch import later_in_batch
 from vcmm.machining.contacts import Contacts, Ints
+from vcmm.machining.forces_at import forces_at
 from vcmm.machining.neighbours import candidates
 from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_rows, settings_of
 from vcmm.machining.shop import Shop, zeros
 from vcmm.machining.states import states_at
 from vcmm.machining.toolside import ToolSide
-from vcmm.nc.toolpath import Toolpath
 from vcmm.run import Run
 
 
@@ -27,7 +28,7 @@ def tool_side(
     states, known = states_at(shop.path, shop.sweep.move[row], found.share[point, candidate], at)
     states = later_in_batch(states, shop.path, shop.scenario.batch_part)
     if shop.blank is not None and shop.blank.forces is not None:
-        force = shop.blank.forces[row]
+        force = forces_at(shop.blank.forces, shop.sweep, row, found.share[point, candidate])
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
     run = cut_run(
         states, surface, found, point, candidate, touch, feature, shop.pose, shop.scenario.constants
@@ -35,32 +36,6 @@ def tool_side(
     full, setting = _with_setting(shop, run)
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
     return ToolSide(shop.machine, _prepared(shop, full), setting, known, inputs), contacts
-
-
-def later_in_batch(states: Run, path: Toolpath, number: int) -> Run:
-    """The same states while the `number`-th part in a row is cut: time, cut length of each tool and travel have gone on.
-
-    The parts follow one another without a pause, and the spindle does not cool while tools are changed. Tools and work
-    offset were set before the first part.
-    """
-    if number == 1:
-        return states
-    before = float(number - 1)
-    going_on = {"time_s": path.seconds} | {
-        name: float(values[-1]) for name, values in path.columns.items() if name.startswith("travel_")
-    }
-    columns = {name: states.column(name) + before * amount for name, amount in going_on.items()}
-    on = states.column("spindle_on_s")
-    columns["spindle_on_s"] = np.where(on > 0.0, on + before * path.seconds, on)
-    fed = {
-        t: float(path.columns["cut_length_mm"][path.labels["tool"] == t].max())
-        for t in set(path.labels["tool"])
-    }
-    tools = states.labels["tool"]
-    columns["cut_length_mm"] = states.column("cut_length_mm") + before * np.array(
-        [fed.get(t, 0.0) for t in tools]
-    )
-    return states.with_columns(columns)
 
 
 def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
