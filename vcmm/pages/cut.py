@@ -101,9 +101,9 @@ def surface_table(found: CutResult) -> str:
     rows = [
         ["largest departure", f"{s.max_um:.2f} µm"],
         ["rms departure", f"{s.rms_um:.2f} µm"],
-        ["points looked at", f"{s.points:,}"],
-        ["left uncut", f"{s.uncut:,}"],
-        [f"gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["points looked at, on nets over all features", f"{s.points:,}"],
+        ["of these left uncut", f"{s.uncut:,}"],
+        [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
         ["contacts against displaced tools", f"{found.recut.largest * 1e3:.3f} µm" if found.recut else "–"],
         ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
     ]
@@ -135,14 +135,14 @@ def picture(found: CutResult) -> str:
     )
 
 
-MOST_NODES = 100  # along the longer side, in the picture of the stock
+MOST_FACES = 24_000  # of the picture of the stock: the scene refuses more than 30 000
 
 
 def stock_picture(found: CutResult) -> list[str]:
     """What is left of the blank; of a map of heights every few nodes."""
     if found.blank is None:
         return []
-    vertices, faces = stock_mesh(found.blank.after, MOST_NODES)
+    vertices, faces = stock_mesh(found.blank.after, MOST_FACES)
     removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; kept as {found.blank.kept_as}, workpiece axes of the machine."
     return [
         r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
