@@ -187,8 +187,12 @@ def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> 
     write_files(folder, texts)
     if found.blank is not None:
         from vcmm.cutting.solid import write_stl
+        from vcmm.machining.turned_blank import TurnedBlank, write_turned_stl
 
-        write_stl(found.blank.after, folder / "stock.stl")
+        if isinstance(found.blank, TurnedBlank):
+            write_turned_stl(found.blank.after, folder / "stock.stl")
+        else:
+            write_stl(found.blank.after, folder / "stock.stl")
     say(f"wrote {folder}/report.html, cut.json, surface.csv{', stock.stl' if found.blank else ''}")
 
 

@@ -25,7 +25,8 @@ def picture(stock: Stock | Dexels, most: int) -> tuple[Array, Array]:
         while len((found := surface(sparser(stock, every)))[1]) > most:
             every += 2
         return found
-    every = thinning(*stock.height.shape, most)
+    nx, ny = stock.height.shape
+    every = thinning(nx, ny, most)
     return _of_heights(replace(stock, height=stock.height[::every, ::every], cell=stock.cell * every))
 
 

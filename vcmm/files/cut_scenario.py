@@ -12,7 +12,7 @@ from pydantic import Field
 from vcmm.cutting.force import bending
 from vcmm.effect import Effect
 from vcmm.effects.cutting import ToolBending
-from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
+from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.errors import choose_from
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
@@ -56,10 +56,15 @@ class OffsetTable(Table):
 
 
 class ToolKnowledge(Table):
-    """compliance: of the tool across its axis; where it is not said, that of a rod of the stick-out of the set-up."""
+    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning tools.
+
+    compliance: of the tool across its axis; where it is not said, that of a rod of the stick-out of the set-up.
+    """
 
     u_length: Spread = 0.0
     u_radius: Spread = 0.0
+    u_offset_x: Spread = 0.0
+    u_offset_y: Spread = 0.0
     compliance: Compliance | None = None
     u_compliance: Compliance = 0.0
 
@@ -200,6 +205,11 @@ def _known(
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
             )
+        elif setup.tools[int(name)].shape != "turning":
+            for key in ("u_offset_x", "u_offset_y"):
+                if getattr(cut.tools[name], key):
+                    text = f"{key} belongs to a turning tool; tool {name} is {setup.tools[int(name)].shape}"
+                    problems.add(("cut", "tools", name, key), text)
     if problems.found:
         return None
     effects, inputs = setting_knowledge(setup, cut)
@@ -215,12 +225,19 @@ def _known(
 
 
 def setting_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[Input]]:
-    """Effects of setting up, at zero, and Inputs where an uncertainty is stated."""
-    effects: list[Effect] = [WorkOffset(d) for d in "xyz"]
+    """Effects of setting up, at zero, and Inputs where an uncertainty is stated.
+
+    On a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.
+    """
+    turned = any(tool.shape == "turning" for tool in setup.tools.values())
+    directions = "z" if turned else "xyz"
+    effects: list[Effect] = [WorkOffset(d) for d in directions]
     inputs = []
     if cut.work_offset.u:
         law = Normal(cut.work_offset.u)
-        inputs = [Input("work_offset", d, "shift", law, "setup", "setting of the work offset") for d in "xyz"]
+        inputs = [
+            Input("work_offset", d, "shift", law, "setup", "setting of the work offset") for d in directions
+        ]
     for number in setup.tools:
         name, said = str(number), cut.tools.get(str(number), ToolKnowledge())
         effects += [ToolLength(name), ToolRadius(name)]
@@ -228,6 +245,11 @@ def setting_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
             inputs.append(Input("tool_length", name, "dl", Normal(said.u_length), "setup", "tool setter"))
         if said.u_radius:
             inputs.append(Input("tool_radius", name, "dr", Normal(said.u_radius), "setup", "tool setter"))
+        if setup.tools[number].shape == "turning":
+            effects += [ToolOffset(name, d) for d in "xy"]
+        for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
+            if u:
+                inputs.append(Input("tool_offset", f"{name},{d}", "shift", Normal(u), "setup", "tool setter"))
     return effects, inputs
 
 

@@ -15,6 +15,8 @@ from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_row
 from vcmm.machining.shop import Shop, zeros
 from vcmm.machining.states import states_at
 from vcmm.machining.toolside import ToolSide
+from vcmm.machining.turned import TurnedSurface
+from vcmm.machining.turned_side import turned_side
 from vcmm.run import Array, Run
 
 
@@ -22,6 +24,8 @@ def tool_side(
     shop: Shop, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
+    if isinstance(surface, TurnedSurface):
+        return turned_side(shop, surface, touch, feature, inputs)
 
     def off(row: Ints, share: Array, at: Array) -> Array:
         return states_at(shop.path, shop.sweep.move[row], share, at)[1]

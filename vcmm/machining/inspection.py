@@ -85,7 +85,11 @@ def measuring_world(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
     if not same:
         own = [replace(i, owner=machine.name) for i in (*machine.inputs, *qualified)]
         return Measuring(Task(machine, scenario.part, plan, placed, tuple(own), empty))
-    given = [i for i in (*machine.inputs, *scenario.inputs) if i.effect not in ("tool_length", "tool_radius")]
+    given = [
+        i
+        for i in (*machine.inputs, *scenario.inputs)
+        if i.effect not in ("tool_length", "tool_radius", "tool_offset")
+    ]
     shared = [
         i if i.redraw == "machine" or i.effect == "work_offset" else replace(i, owner="probing")
         for i in given

@@ -22,6 +22,8 @@ from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, CutScenario
 from vcmm.machining.shop import GOUGE, Shop, look, remarks, set_up
+from vcmm.machining.turned import TurnedSurface, backs
+from vcmm.machining.turned_recut import lifted, recut_turned
 from vcmm.machining.world import Cutting
 from vcmm.run import Array
 from vcmm.sampling import Progress
@@ -59,6 +61,12 @@ def cut(
     )  # fmt: skip
 
 
+def _cut_again(shop: Shop, surface: CutSurface) -> Recut | None:
+    if isinstance(surface, TurnedSurface):
+        return recut_turned(shop, surface)
+    return recut(shop.path, shop.sweep, shop.machine, surface, dict(shop.scenario.constants))
+
+
 def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     """The task of inspecting the part, the world it was cut in, and what is to be said about points left out."""
     scenario = shop.scenario
@@ -71,6 +79,8 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     inputs = (*shop.machine.inputs, *scenario.inputs)
     measuring = measuring_world(shop, plan)
     touch, feature = (measuring.task.touches.run.labels[name] for name in ("touch", "feature"))
+    if isinstance(surface, TurnedSurface) and shop.turning is not None:
+        notes = (*notes, *backs(shop.turning, surface, feature))
     tool, contacts = tool_side(shop, surface, touch, feature, inputs)
     world = Cutting(measuring, tool, contacts)
     form = world.level + _lifted(shop, surface, measuring.task.touches.tip_radius)
@@ -82,6 +92,8 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
 def _again(shop: Shop, task: Task) -> Recut | None:
     """Points cut again with displaced tools; those in the side of a gouge by the program itself move by more than any error."""
     found = look(shop, task.touches.points, task.touches.normals)
+    if isinstance(found, TurnedSurface):
+        return recut_turned(shop, found)
     sound = np.flatnonzero(found.contact_s[:, 0] >= -GOUGE)
     if not len(sound):
         return None
@@ -97,8 +109,13 @@ def _again(shop: Shop, task: Task) -> Recut | None:
 def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
     """How much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
     out = np.zeros(len(surface.points))
+    turning = shop.turning
     for r in np.unique(radius[radius > 0]):
         mine = np.flatnonzero(radius == r)
+        if turning is not None:
+            assert isinstance(surface, TurnedSurface)
+            out[mine] = lifted(turning, surface, mine, float(r))
+            continue
         found = rolled(surface.points[mine], surface.normals[mine], float(r), shop.index)
         out[mine] = np.where(np.isfinite(found.s), np.maximum(found.s - surface.contact_s[mine, 0], 0.0), 0.0)
     return out

@@ -9,6 +9,7 @@ from vcmm import report as r
 from vcmm.cutting.solid import picture as stock_mesh
 from vcmm.machining.result import CutResult, Patch, expected
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.turned_blank import TurnedBlank, mesh
 from vcmm.pages.uncertainty import STATE, characteristic_blocks, computed_table, large, small, span
 from vcmm.result import CharacteristicResult
 
@@ -142,11 +143,19 @@ def stock_picture(found: CutResult) -> list[str]:
     """What is left of the blank; of a map of heights every few nodes."""
     if found.blank is None:
         return []
+    if isinstance(found.blank, TurnedBlank):
+        return [_turned_picture(found.blank)]
     vertices, faces = stock_mesh(found.blank.after, MOST_FACES)
     removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; kept as {found.blank.kept_as}, workpiece axes of the machine."
     return [
         r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
     ]
+
+
+def _turned_picture(blank: TurnedBlank) -> str:
+    vertices, faces = mesh(blank.after, max(1, len(blank.after.z) // 300))
+    removed = f"{blank.removed / 1e3:.1f} cm³ removed; machine axes."
+    return r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the bar", caption=removed)
 
 
 def maps(found: CutResult) -> list[str]:
