@@ -42,7 +42,7 @@ def cut_command(
 
     folder = output_folder(out) if out else None
     loaded = load_cut(scenario)
-    with progress() as report, about(scenario):
+    with progress() as report, about(scenario, "cut"):
         found = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
     files = [*sources(scenario), loaded.program]
     content = document(
@@ -84,7 +84,9 @@ def cut_json(found: Any) -> dict[str, Any]:
         "time_s": found.seconds,
         "stock": None if found.blank is None else {
             "removed_mm3": found.blank.removed,
+            "kept_as": found.blank.kept_as,
             "collisions": [{"line": line, "depth_mm": depth} for line, depth in found.blank.collisions],
+            "shanks": [{"line": line, "tool": tool, "depth_mm": depth} for line, tool, depth in found.blank.shanks],
         },
     }  # fmt: skip
 
@@ -115,14 +117,15 @@ def show(found: Any) -> None:
     s = found.surface
     minutes, seconds = divmod(found.seconds, 60)
     print(
-        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points; "
-        f"{s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
+        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
+        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
         f"{_recut_text(found.recut)}"
         f"cycle time: {minutes:.0f} min {seconds:.1f} s"
     )
     if found.blank is not None:
         print(
-            f"stock: {found.blank.removed / 1e3:.1f} cm³ removed, {len(found.blank.collisions)} rapids through material"
+            f"stock ({found.blank.kept_as}): {found.blank.removed / 1e3:.1f} cm³ removed, "
+            f"{len(found.blank.collisions)} rapids through material"
         )
     for warning in found.warnings:
         say(f"note: {warning}")
@@ -131,7 +134,7 @@ def show(found: Any) -> None:
 def _recut_text(found: Any) -> str:
     if found is None:
         return ""
-    return f"cut again with the tools really displaced: {found.points} points agree within {found.largest * 1e3:.3f} um\n"
+    return f"cut again with the tools really displaced: {found.points} points differ from the result by {found.largest * 1e3:.3f} um at most\n"
 
 
 def _show_owners(found: Any) -> None:

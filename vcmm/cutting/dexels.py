@@ -44,11 +44,22 @@ def carve(low: Array, high: Array, cell: float, sweep: Sweep | Index) -> Dexels:
         raise UsageError(
             "carve: the upper corner must lie above the lower one, and the cell must be positive"
         )
-    index = sweep if isinstance(sweep, Index) else build(sweep)
     nodes = np.maximum(np.ceil((high - low) / cell - 1e-9), 2).astype(int)
     size = (high - low) / nodes
+    if isinstance(sweep, Sweep) and not len(sweep):
+        x, y, z = (_whole(high - low, nodes, d) for d in range(3))
+        return Dexels(low, high, size, nodes, (x, y, z))
+    index = sweep if isinstance(sweep, Index) else build(sweep)
     x, y, z = (_bundle(index, low, high, size, nodes, d) for d in range(3))
     return Dexels(low, high, size, nodes, (x, y, z))
+
+
+def _whole(size: Array, nodes: Array, axis: int) -> Array:
+    """Rays that nothing has cut."""
+    first, second = (d for d in range(3) if d != axis)
+    out = np.full((int(nodes[first]), int(nodes[second]), ROOM, 2), np.nan)
+    out[:, :, 0] = 0.0, size[axis]
+    return out
 
 
 def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, axis: int) -> Array:
@@ -72,6 +83,17 @@ def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, ax
             f"carve: a ray along {'XYZ'[axis]} has {counts.max()} pieces of material, more than {ROOM}"
         )
     return out.reshape(*shape, ROOM, 2)
+
+
+def sparser(dexels: Dexels, every: int) -> Dexels:
+    """Only the middle one of `every` rays (an odd number) in both directions, for pictures; the last strip may stand over."""
+    if every == 1:
+        return dexels
+    nodes = -(-dexels.nodes // every)
+    kept = [np.minimum(every * np.arange(n) + every // 2, old - 1) for n, old in zip(nodes, dexels.nodes)]
+    size = dexels.cell * every
+    x, y, z = (dexels.ends[d][np.ix_(*(kept[o] for o in range(3) if o != d))] for d in range(3))
+    return Dexels(dexels.low, dexels.low + nodes * size, size, nodes, (x, y, z))
 
 
 def inside(dexels: Dexels) -> Array:

@@ -48,11 +48,11 @@ def cut(
     shop = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)
     task, world, notes = finished_part(shop)
-    again = _cut_again(shop, _inspected(shop, task))
+    again = _again(shop, task)
     found = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
     patches = surface_map(shop)
-    warnings = (*remarks(shop), *notes, *_beyond_contacts(again), *found.warnings)
+    warnings = (*remarks(shop), *notes, *_beyond_contacts(again, notes), *found.warnings)
     found = replace(found, warnings=warnings, characteristics=with_uncut(found, task, shop))
     halves = {c.name: batch(c) for c in found.characteristics}
     return CutResult(
@@ -89,8 +89,21 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     return task, replace(world, measuring=measuring), notes
 
 
-def _inspected(shop: Shop, task: Task) -> CutSurface:
-    return look(shop, task.touches.points, task.touches.normals)
+def _again(shop: Shop, task: Task) -> Recut | None:
+    """Points cut again with displaced tools; those in the side of a gouge by the program itself move by more than any error."""
+    found = look(shop, task.touches.points, task.touches.normals)
+    if isinstance(found, TurnedSurface):
+        return recut_turned(shop, found)
+    sound = np.flatnonzero(found.contact_s[:, 0] >= -GOUGE)
+    if not len(sound):
+        return None
+    names = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
+    kept = replace(found, **{n: getattr(found, n)[sound] for n in names})
+    smooth = tuple(
+        e for e in shop.machine.effects if e.name != "tool_deflection"
+    )  # forces jump from move to move
+    machine = replace(shop.machine, effects=smooth)
+    return recut(shop.path, shop.sweep, machine, kept, dict(shop.scenario.constants))
 
 
 def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
@@ -108,7 +121,9 @@ def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
     return out
 
 
-def _beyond_contacts(again: Recut | None) -> list[str]:
+def _beyond_contacts(again: Recut | None, notes: tuple[str, ...]) -> list[str]:
+    if again is None and any("gouges" in note for note in notes):
+        return []  # of points that are all gouged there is nothing to cut again
     if again is None:
         return [
             "the errors change too fast along the path to cut some points again as a check of the contacts"

@@ -58,6 +58,7 @@ class TurnedBlank:
     collisions: tuple[tuple[int, float], ...]
     forces: Array | None
     said: tuple[str, ...] = ()
+    shanks: tuple[tuple[int, int, float], ...] = ()  # as of Blank; shanks of turning tools are not looked at
 
 
 def turned_blank(setup: Setup, program: Program, turning: Turning, zero: float) -> TurnedBlank | None:
