@@ -208,7 +208,8 @@ def test_what_is_left_and_what_is_gouged(tmp_path):
         cut(vcmm.load_cut(high))
     deep = plain(tmp_path, program=PLAIN.replace("X40.", "X39.9"))
     _, _, notes = finished_part(set_up(vcmm.load_cut(deep)))
-    assert "seat: the program itself gouges 72 points, by 0.050 mm at most (line 10)" in notes[0]
+    assert "seat: the program itself gouges 72 of its 72" in notes[0]
+    assert "by 0.050 mm at most (line 10)" in notes[0]
 
 
 def test_a_rapid_through_the_part_is_a_gouge(tmp_path):

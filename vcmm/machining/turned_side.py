@@ -18,8 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.cutting import nose
+from vcmm.cutting.sweeps import Sweep, position
 from vcmm.influence import Influence, Product
 from vcmm.inputs import Input
+from vcmm.machining.batch import later_in_batch
 from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.rows import GRAZING, Words, joined, setting_rows, settings_of
 from vcmm.machining.setting import without_setting
@@ -30,6 +32,7 @@ from vcmm.machining.turning_states import states_when
 from vcmm.run import Array, Run
 from vcmm.trials import Draws
 
+STEP = 1e-3  # of a move, to either side, for its direction
 ANGLES = 12  # of the spindle, over which the errors at the place of setting are averaged
 
 
@@ -168,7 +171,8 @@ def _cut_run(
     contact = contact + np.array([*turning.centre, 0.0])
     states, known = states_when(turning, surface.time[point, candidate], turning.sweep.move[row], tip, phi)
     columns = _columns(shop, turning, n, contact, turning.to_tip[row], phi)
-    force = turning_forces(shop, row, phi if turning.rotary else np.zeros(len(phi)))
+    states = later_in_batch(states, turning.path, shop.scenario.batch_part)
+    force = turning_forces(shop, row, share, phi if turning.rotary else np.zeros(len(phi)))
     offset = states.offset + contact - tip
     full = Run(states.position, offset, {**states.columns, **columns, **force}, states.labels, states.series)
     return full, known, phi
@@ -195,12 +199,26 @@ def _columns(
     return out | {name: np.full(len(phi), value) for name, value in shop.scenario.constants.items()}
 
 
-def turning_forces(shop: Shop, row: Ints, turn: Array) -> dict[str, Array]:
-    """force_x_N ... of every row, workpiece axes; nothing where the set-up states no material."""
+def turning_forces(shop: Shop, row: Ints, share: Array, turn: Array) -> dict[str, Array]:
+    """force_x_N ... at shares (k,) of rows (k,), workpiece axes; nothing where the set-up states no material.
+
+    The force of a move is stated for the direction of feed in its middle; along an arc it turns with the feed.
+    """
     if shop.blank is None or shop.blank.forces is None:
         return {}
-    force = turned_by(shop.blank.forces[row], turn)
+    assert shop.turning is not None
+    part = shop.turning.sweep.take(row)
+    lean = _slope(part, np.clip(share, STEP, 1.0 - STEP)) - _slope(part, np.full(len(row), 0.5))
+    x, y, z = shop.blank.forces[row].T
+    c, s = np.cos(lean), np.sin(lean)
+    force = turned_by(np.stack([c * x - s * z, y, s * x + c * z], axis=1), turn)
     return {f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")}
+
+
+def _slope(sweep: Sweep, share: Array) -> Array:
+    """Angle (k,) of the direction of feed in the meridian, from x to z, rad."""
+    way = position(sweep, share + STEP) - position(sweep, share - STEP)
+    return np.arctan2(way[:, 2], way[:, 0])
 
 
 def _with_setting(shop: Shop, turning: Turning, run: Run, phi: Array) -> tuple[Run, Ints, Array, int]:
