@@ -88,7 +88,9 @@ def _fitted(recording: Recording) -> np.ndarray:
 def test_an_index_of_its_own_for_every_setup():
     recording = sightings(c=1.0 * DEG)
     labels = {"setup": np.array(["a", "b"] * 30)}
-    q = recording.run.q("C") - np.where(labels["setup"] == "b", 2.0 * DEG, 0.0)  # b reads 2 deg less: index 3 deg
+    q = recording.run.q("C") - np.where(
+        labels["setup"] == "b", 2.0 * DEG, 0.0
+    )  # b reads 2 deg less: index 3 deg
     run = replace(recording.run, position={**recording.run.position, "C": q}, labels=labels)
     value, direction = pointing_observations(run, MOUNT, 1.0)
     recording = replace(recording, run=run, value=value, direction=direction, nuisance={"index": "setup"})
@@ -171,7 +173,12 @@ def test_a_file_of_pointed_directions(tmp_path):
     )
     head = "C_deg,B_deg,offset_x_mm,offset_y_mm,offset_z_mm,pointed_x,pointed_y,pointed_z"
     table = np.column_stack(
-        [made.run.q("C") / DEG, made.run.q("B") / DEG, made.run.offset, made.run.vector("pointed_x", "pointed_y", "pointed_z")]
+        [
+            made.run.q("C") / DEG,
+            made.run.q("B") / DEG,
+            made.run.offset,
+            made.run.vector("pointed_x", "pointed_y", "pointed_z"),
+        ]
     )
     rows = [",".join(f"{v:.12f}" for v in row) for row in table]
     (tmp_path / "data.csv").write_text("\n".join([head, *rows]) + "\n")

@@ -136,7 +136,9 @@ def terms(d: Diagnosis) -> str:
         values = ", ".join(f"{k} {e.value:.4g} +- {e.u:.2g} {e.unit}" for k, e in a.parameters.items())
         where = " ".join(a.where.values())
         out.append(f"    {a.effect} {where}: {values}; share {a.share:.2f}; {a.probability:.2f}; {a.remark}")
-    return "\n".join([*out, *(f"    noise: {f}" for f in d.noise_findings), *(f"    {w}" for w in d.warnings)])
+    return "\n".join(
+        [*out, *(f"    noise: {f}" for f in d.noise_findings), *(f"    {w}" for w in d.warnings)]
+    )
 
 
 def raw_rms(problem: Problem, d: Diagnosis) -> tuple[float, float]:

@@ -107,7 +107,8 @@ def _check_exact(recording: Recording, total: dict[str, float]) -> None:
 
 def _text(index: dict[str, float]) -> str:
     parts = [
-        f"{name} {np.degrees(v):.4g} deg" if name[0] in "ABC" else f"{name} {v:.4g} mm" for name, v in index.items()
+        f"{name} {np.degrees(v):.4g} deg" if name[0] in "ABC" else f"{name} {v:.4g} mm"
+        for name, v in index.items()
     ]
     return ", ".join(parts) or "none"
 

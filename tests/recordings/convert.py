@@ -182,7 +182,16 @@ def telescope_mount(
         f'kind = "angle"\nobserved = "actual - commanded"\nhistory = "none"\ndown = [{down}]\n'
         f'[nuisance]\n{nuisance}[noise]\nu = "{u}"\n'
     )
-    header = ("C_deg", "B_deg", "offset_x_mm", "offset_y_mm", "offset_z_mm", "pointed_x", "pointed_y", "pointed_z")
+    header = (
+        "C_deg",
+        "B_deg",
+        "offset_x_mm",
+        "offset_y_mm",
+        "offset_z_mm",
+        "pointed_x",
+        "pointed_y",
+        "pointed_z",
+    )
     travels = {"C": ("-270 deg", "270 deg"), "B": ("-270 deg", "270 deg")}
     known = machine("w b C B t", travels, "1 um")
     return write(folder, known, recording, header, rows)

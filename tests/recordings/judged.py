@@ -12,7 +12,9 @@ def left(problem: Problem, d: Diagnosis) -> np.ndarray:
     """The residual (m,) without what was named. Terms without a crisp number stay in."""
     gone = [problem.observer.of_effect(a.fitted) for a in d.answer if a.fitted is not None]
     own = {e.id: e for e in problem.machine.effects}
-    assert not any(a.fitted.id in own for a in d.answer if a.fitted is not None)  # these machines have no errors
+    assert not any(
+        a.fitted.id in own for a in d.answer if a.fitted is not None
+    )  # these machines have no errors
     return np.asarray(problem.residual - np.sum(gone, axis=0) if gone else problem.residual)
 
 

@@ -195,7 +195,10 @@ def test_cool_down_is_predicted_from_the_heating(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "of_date", "base", "index_only", "left_over"),
-    [("cgx-l-data", True, {"A0C": 14.9}, 1957.2, 200.0), ("warp-astron", False, {"B0C": 2.8, "A0C": -1.0}, 1486.9, 65.0)],
+    [
+        ("cgx-l-data", True, {"A0C": 14.9}, 1957.2, 200.0),
+        ("warp-astron", False, {"B0C": 2.8, "A0C": -1.0}, 1486.9, 65.0),
+    ],
 )
 def test_mounts_stand_askew(name, of_date, base, index_only, left_over, tmp_path):
     """Exact chains fitted by least squares (arcsec on the sky): index only 1957 and 1487; with collimation, axis and base
@@ -203,11 +206,15 @@ def test_mounts_stand_askew(name, of_date, base, index_only, left_over, tmp_path
     """
     arcsec = 3600 * 180 / math.pi
     source = data_file(f"data/recordings/gem_pointing_rotary_chain/{name}.dat")
-    alone, _ = load_recording(telescope_mount(source, tmp_path / "i", nuisance='index = ""\n', of_date=of_date))
+    alone, _ = load_recording(
+        telescope_mount(source, tmp_path / "i", nuisance='index = ""\n', of_date=of_date)
+    )
     assert math.sqrt(2) * rms(alone.value) * arcsec == pytest.approx(index_only, abs=0.2)
     recording, machine = load_recording(telescope_mount(source, tmp_path, of_date=of_date))
     found = diagnose(recording, machine, seed=1)
-    tilts = {a.where["component"]: a.parameters["tilt"] for a in found.answer if a.effect == "rotary_location"}
+    tilts = {
+        a.where["component"]: a.parameters["tilt"] for a in found.answer if a.effect == "rotary_location"
+    }
     for component, size in base.items():
         assert tilts[component].value == pytest.approx(1e3 * size, rel=0.15)
     problem = make_problem(recording, machine)

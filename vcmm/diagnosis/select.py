@@ -143,9 +143,7 @@ def _forward(
     return state
 
 
-def _best_addition(
-    state: Selection, setting: Setting, allowed: Callable[[Family], bool]
-) -> Term | None:
+def _best_addition(state: Selection, setting: Setting, allowed: Callable[[Family], bool]) -> Term | None:
     options = _conditional(state.terms, state, setting)
     scores = _scores(setting.found, options)
     taken = {t.family.id for t in state.terms}

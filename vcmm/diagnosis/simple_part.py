@@ -13,7 +13,12 @@ from vcmm.effect import parameter
 from vcmm.gaussian import Whitener
 from vcmm.units import in_unit
 
-SIMPLE = ("scale_factor", "squareness", "rotary_location", "backlash")  # one number, independent of where it is looked at
+SIMPLE = (
+    "scale_factor",
+    "squareness",
+    "rotary_location",
+    "backlash",
+)  # one number, independent of where it is looked at
 MOSTLY = 0.5  # share of the energy of a curve from which it is called by its straight part
 
 

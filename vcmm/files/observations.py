@@ -143,7 +143,9 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
     return Recording(name, sense.kind, run, value, sense.measuring, row, direction, other, u, lines=lines)
 
 
-def _pointed(run: Run, machine: Machine, sense: Sense, sheet: Sheet) -> tuple[Array, Ints, Array, Array | None]:
+def _pointed(
+    run: Run, machine: Machine, sense: Sense, sheet: Sheet
+) -> tuple[Array, Ints, Array, Array | None]:
     """Two small rotations per pointed direction (see vcmm.pointing)."""
     size = np.linalg.norm(run.vector(*POINTED), axis=1)
     wrong = np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
