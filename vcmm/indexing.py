@@ -72,9 +72,9 @@ def moved(recording: Recording, machine: Machine, step: dict[str, float]) -> Rec
     run, label = recording.run, recording.nuisance["index"]
     position = {a: np.array(q, dtype=float) for a, q in run.position.items()}
     for name, d in step.items():
-        group = name.partition("=")[2].removesuffix("]")
-        rows = run.labels[label] == group if group else np.ones(run.n, dtype=bool)
-        position[name[0]][rows] += d
+        axis, word = name[0], name.partition("=")[2].removesuffix("]")
+        rows = run.labels[label] == word if word else np.ones(run.n, dtype=bool)
+        position[axis][rows] += d
     there = replace(run, position=position)
     if POINTED[0] in run.columns:
         value, direction = pointing_observations(there, machine, recording.sign)
