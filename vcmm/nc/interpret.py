@@ -15,7 +15,7 @@ from vcmm.nc.blocks import Block
 from vcmm.nc.codes import Words
 from vcmm.nc.compensation import resolve_compensation
 from vcmm.nc.control import IDENTITY, Affine, Control, new_control
-from vcmm.nc.dialects import FRONT_ENDS, G_CODE, Dialect, check_name
+from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect, check_name
 from vcmm.nc.execute import execute
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.flow import Runner, call_program, end_program, macro, macro_call, modal_call, o_word
@@ -59,7 +59,7 @@ def interpret(
         chosen, why = guess(text, Path(name))
     check_name(chosen)
     if chosen in FRONT_ENDS:
-        program = FRONT_ENDS[chosen](text, name, setup)
+        program = (TRACED if trace and chosen in TRACED else FRONT_ENDS)[chosen](text, name, setup)
     else:
         program = _run(text, _adapted(G_CODE[chosen], setup), setup, name, trace)
     return replace(program, dialect_reason=why) if why else program
