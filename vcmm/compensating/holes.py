@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.fitting import Fit
+from vcmm.compensating.frame import AXES, Frame, frame_of
 from vcmm.compensating.numbers import SAME, nearest, written
-from vcmm.compensating.writer import AXES, Frame, Writer, frame_of
+from vcmm.compensating.writer import Writer
 from vcmm.errors import DataError
 from vcmm.nc.cycles import CYCLES
 from vcmm.nc.moves import PLANES

@@ -14,6 +14,7 @@ import numpy as np
 
 from vcmm.compensating.contours import length_of
 from vcmm.compensating.field import Field, Known, field_of, known_errors_of
+from vcmm.compensating.frame import AXES, CENTRES
 from vcmm.compensating.header import digest, file_parts, header, machine_parts, place
 from vcmm.compensating.holes import drill
 from vcmm.compensating.loading import loaded
@@ -41,7 +42,7 @@ from vcmm.compensating.refusals import (
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
 from vcmm.compensating.source import SourceText
 from vcmm.compensating.targets import Targets, moves_of, targets
-from vcmm.compensating.writer import AXES, CENTRES, SHORT, Writer
+from vcmm.compensating.writer import SHORT, Writer
 from vcmm.errors import DataError, ModelLimit, UsageError
 from vcmm.machine import Machine
 from vcmm.nc.dialects import G_CODE, Dialect

@@ -92,6 +92,13 @@ def code_of(line: str) -> str:
     return _COMMENT.sub(lambda m: " " * len(m[0]), line)
 
 
+def semicolon_code(line: str) -> str:
+    """The same where only `;` begins a comment, and brackets belong to the words."""
+    at = re.match(r'(?:[^;"]|"[^"]*"?)*', line)
+    code = at[0] if at else line
+    return code + " " * (len(line) - len(code))
+
+
 def separator(source: SourceText) -> str:
     """What stands between two words of the program: a blank, or nothing where words are written without."""
     code = [code_of(line) for line, _ in source.lines]

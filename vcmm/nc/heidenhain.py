@@ -20,6 +20,7 @@ from vcmm.nc.heidenhain_words import read_words
 from vcmm.nc.moves import Program, Source
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
+from vcmm.nc.trace import WordAt
 from vcmm.nc.tracing import Tracer, lines_with_ends, modal_of
 
 __all__ = ["read", "tokenize"]
@@ -58,6 +59,7 @@ class _Runner:
     returns: list[int] = field(default_factory=list)
     left: dict[int, int] = field(default_factory=dict)  # repetitions left, by block
     at: int = 0
+    pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
 
     def run(self) -> None:
         self.find_labels()
@@ -89,7 +91,10 @@ class _Runner:
         over = self.block(reader)
         after = modal_of(self.recorder, None, paths.unit, True, self.recorder.side.side, False)
         tracer.step(line.number, line.tokens[-1].line, call, cuts_of(reader))
-        tracer.note(self.recorder, made, before, after, words_of(reader, tracer), line.number, call)
+        words = words_of(reader, tracer)
+        if words["path"].text == "CC":
+            self.pole = {f"CC {k}": w for k, w in words.items()}
+        tracer.note(self.recorder, made, before, after, {**words, **self.pole}, line.number, call)
         return over
 
     def unset(self, name: str) -> None:

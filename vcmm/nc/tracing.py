@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from vcmm.nc.control import Affine, Compensation, Modal
-from vcmm.nc.moves import Point
+from vcmm.nc.moves import Move, Point
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.rounding import planar
 from vcmm.nc.trace import Cut, Step, Trace, WordAt
@@ -94,11 +94,16 @@ class Tracer:
         guards = _guards(r)
         found = [
             self.traces[i]._replace(
-                runs=self.runs.get(self.traces[i].line, 1), guard=guards.get(i, (0.0, 0.0)), contour=r.moves[i]
+                runs=self.runs.get(self.traces[i].line, 1), guard=guards.get(i, (0.0, 0.0)), contour=_shown(r.moves[i])
             )
             for i in sorted(self.traces)
         ]
         return tuple(found), tuple(self.steps)
+
+
+def _shown(move: Move) -> Move:
+    """An approach as the line to its first point."""
+    return move._replace(kind="line", seconds=0.0) if move.kind == "approach" else move
 
 
 def _guards(r: Recorder) -> dict[int, tuple[float, float]]:
