@@ -81,8 +81,8 @@ class Edit(NamedTuple):
 
 
 def edited(line: str, edits: Sequence[Edit]) -> str:
-    """A line with its edits made; those at one place stay in their order."""
-    for edit in sorted(edits, key=lambda e: e.first)[::-1]:
+    """A line with its edits made; those at one place stay in their order, insertions before what goes."""
+    for edit in sorted(edits, key=lambda e: (e.first, e.last))[::-1]:
         line = line[: edit.first - 1] + edit.text + line[edit.last - 1 :]
     return line
 

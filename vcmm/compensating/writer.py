@@ -32,6 +32,7 @@ class Writer(Wording):
     """Where the new program stands, block by block."""
 
     first_share: float = 1.0  # of the piece that stands in the block itself
+    part: float = 1.0  # share of the move that the block being written covers
 
     def relative(self, trace: Trace, frame: Frame, i: int, first: bool) -> bool:
         """Whether a number counts from where the tool stands. first: in the block itself, not in one added behind it."""
@@ -56,7 +57,8 @@ class Writer(Wording):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             named = tuple(a in trace.words for a in AXES) if k == 0 else (False,) * 3
             whole = m.kind == "arc" and len(fit.pieces) == 1 and _is_whole(trace)
-            part = (shares[k + 1] - shares[k]) * length_of(m)
+            self.part = shares[k + 1] - shares[k]
+            part = self.part * length_of(m)
             new = self._settled(trace, frame, piece, cur, named, part, whole)
             feed = self._feed(trace, fit, k, shares)
             if k == 0:
