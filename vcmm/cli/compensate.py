@@ -18,6 +18,7 @@ def compensate_command(
     set_on: str = "this machine",
     carry: Annotated[bool, Parameter(name="--carry-rounding")] = True,
     growth: float = 20.0,
+    inline: float = 200.0,
     out: Path | None = None,
     offset_only: bool = False,
     diff: bool = False,
@@ -47,6 +48,9 @@ def compensate_command(
         Carry the rounding error along chains of short blocks; --no-carry-rounding rounds every number by itself.
     growth
         How many times as many blocks there may be before the tolerance is relaxed.
+    inline
+        Subprograms, loops and macros are written out where blocks are executed several times, up to so many blocks for each line
+        of the program; 0 refuses such programs.
     out
         File (for --table: folder) of the result; default: PROGRAM-compensated in the current folder.
     offset_only
@@ -65,13 +69,25 @@ def compensate_command(
 
         return machine_form(program, points, table, out, json)
     return _program(
-        program, setup, dialect, tolerance, decimals, set_on, carry, growth, out, offset_only, diff, json
+        program,
+        setup,
+        dialect,
+        tolerance,
+        decimals,
+        set_on,
+        carry,
+        growth,
+        inline,
+        out,
+        offset_only,
+        diff,
+        json,
     )
 
 
 def _program(
     program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
-    carry: bool, growth: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
+    carry: bool, growth: float, inline: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
 ) -> int:  # fmt: skip
     from vcmm.cli.common import document, print_json, progress, say
     from vcmm.compensating.job import compensate
@@ -110,7 +126,7 @@ def _program(
     with progress() as report:
         found = compensate(
             program, given, machine, dialect=dialect, tolerance=limit, decimals=decimals, set_here=here,
-            carry=carry, growth=growth, constants=constants, progress=report,
+            carry=carry, growth=growth, inline=inline, constants=constants, progress=report,
         )  # fmt: skip
     write_source(target, found.data)
     say(f"wrote {target}")

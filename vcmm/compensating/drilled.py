@@ -78,7 +78,12 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | Non
         )
     down = _down(writer, first, frame, block, float(shift))
     top = fits[0] or fit
-    mean = (top.pieces[-1].end - np.array(first.contour.end) + fit.pieces[-1].end - np.array(traces[k].contour.end)) / 2
+    mean = (
+        top.pieces[-1].end
+        - np.array(first.contour.end)
+        + fit.pieces[-1].end
+        - np.array(traces[k].contour.end)
+    ) / 2
     off = writer.q - frame.offset - np.array(first.contour.end) - mean
     off[normal] = (down - float(shift)) / float(frame.scale[1])
     writer.rounding.append(off)
@@ -109,11 +114,10 @@ def _values(writer: Writer, trace: Trace, down: float) -> list[tuple[WordAt, str
     out = []
     inch = trace.after.unit > 1.0
     names = HEIGHTS[writer.dialect.name]
-    reference = trace.words.get("RFP")
-    over = trace.words.get("RTP")
-    if reference is not None and over is not None and reference.plain and over.plain:
-        if value_of(over) < value_of(reference) + down:  # the retract plane may not lie below
-            names = (*names, "RTP")
+    reference, over = trace.words.get("RFP"), trace.words.get("RTP")
+    known = reference is not None and over is not None and reference.plain and over.plain
+    if known and value_of(over) < value_of(reference) + down:  # type: ignore[arg-type]
+        names = (*names, "RTP")  # the retract plane may not lie below the reference plane
     for name in names:
         word = trace.words.get(name)
         if word is None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.fitting import Fit
-from vcmm.compensating.frame import AXES, Frame, frame_of
+from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
 from vcmm.compensating.numbers import SAME, nearest, written
 from vcmm.compensating.writer import Writer
 from vcmm.errors import DataError
@@ -46,6 +46,8 @@ def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -
         blocks = blocks[:1]
         repeat = None
     _write(writer, first, frame, normal, blocks)
+    if first.cycle == "G87" and writer.dialect.words == "o":
+        _back_bore(writer, traces, fits, frame, normal, blocks)
     if repeat is not None:
         writer.drop(first.line - 1, first.words[repeat])
     _arrive(writer, traces[-1], frame, normal, r, bottom, holes, blocks)
@@ -173,6 +175,24 @@ def _write(
             more.insert(0, "X" + written(words["X"], writer.decimals[frame.inch]))
         if more:
             writer.insert(index, more)
+
+
+def _back_bore(
+    writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], frame: Frame, normal: int,
+    blocks: Sequence[dict[str, float]],
+) -> None:  # fmt: skip
+    """I, J or K of G87: where the bore ends, with the correction there; from the bottom on where the program counts steps."""
+    first, letter = traces[0], CENTRES[normal]
+    word = first.words.get(letter)
+    feeds = [i for i, t in enumerate(traces) if t.contour.kind == "line" and fits[i] is not None]
+    if word is None or not feeds or len(blocks) > 1:
+        return
+    end, fit = np.array(traces[feeds[0]].contour.end), fits[feeds[0]]
+    assert fit is not None
+    up = nearest(float(frame.ways(fit.pieces[-1].end - end)[normal]), writer.step(frame.inch))
+    old = _said(writer, first, letter, frame.inch) if word.plain else float(frame.numbers(end)[normal])
+    value = old + up - (0.0 if frame.absolute else blocks[0]["down"])
+    writer.word(first.line - 1, first, letter, value, old, frame.inch)
 
 
 def _arrive(

@@ -34,7 +34,9 @@ def must_be_written_out(traces: Sequence[Trace], name: str) -> Trace | None:
     for t in traces:
         if not t.contour.rewritable or t.contour.kind == "dwell":
             continue
-        computed = t.cycle and t.cycle[0] == "C" and any(not w.plain for k, w in t.words.items() if k in _HEIGHTS)
+        computed = (
+            t.cycle and t.cycle[0] == "C" and any(not w.plain for k, w in t.words.items() if k in _HEIGHTS)
+        )
         if t.runs > 1 or t.file != name or computed:
             return t
     return None
@@ -75,6 +77,10 @@ class _Sheet:
     passes: Counter[tuple[str, int]] = field(default_factory=Counter)
     last: Step | None = None
     texts: dict[str, list[str]] = field(default_factory=dict)
+    pending: str = (
+        ""  # a comment that stands before the next block, and whether it announces a pass of a loop
+    )
+    again: bool = False
 
     def text(self, file: str) -> list[str]:
         if file not in self.texts:
@@ -86,6 +92,10 @@ class _Sheet:
         return (semicolon_code(line) if self.dialect.name in SEMICOLON else code_of(line)).strip()
 
     def put(self, body: str, origin: int) -> None:
+        if self.pending:
+            self.lines.append((self.pending, self.source.end))
+            self.origin.append(origin)
+            self.pending = ""
         self.lines.append((body, self.source.end))
         self.origin.append(origin)
 
@@ -123,6 +133,10 @@ class _Sheet:
         last = self.last
         if last is None:
             return
+        body = self.text(step.file)
+        if self.again and any(self.code(body[n - 1]) for n in range(last.last + 1, step.line)):
+            self.pending = ""  # the loop has ended instead
+        self.again = False if not self.pending else self.again
         if step.call > last.call:
             said = f"FROM LINE {step.line}, CALLED IN LINE {last.line}"
         elif step.call < last.call:
@@ -131,7 +145,7 @@ class _Sheet:
             said = f"FROM LINE {step.line} AGAIN, PASS {self.passes[(step.file, step.line)]}"
         else:
             return
-        self.put(comment(said, self.dialect), step.line)
+        self.pending, self.again = comment(said, self.dialect), "AGAIN" in said
 
     def numbered(self, line: str) -> str:
         """A block number stays where it is the first of its kind."""

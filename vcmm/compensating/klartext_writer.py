@@ -114,20 +114,22 @@ class KlartextWriter(Writer):
         return off < STILL
 
     def _turn(self, trace: Trace, frame: Frame, index: int) -> None:
-        """LP -> L; CT, CTP -> C; CP stays CP and gets a new angle."""
+        """LP -> L, CT and CTP -> C; arcs get their name in `_named`, once it is known whether they climb."""
+        if self.path in ("CT", "CTP"):
+            self.path = "C"
+        if self.path == "LP":
+            self.path = "L"
+            self._named(trace, index, "L")
+
+    def _named(self, trace: Trace, index: int, name: str) -> None:
+        """The path function that the block has now; polar words go."""
         word = trace.words["path"]
-        new = {"LP": "L", "CT": "C", "CTP": "C"}.get(self.path)
-        if new is None:
-            return
-        self.turned.add(index)
-        self.edits.setdefault(word.line - 1, []).append(Edit(word.first, word.last, new))
+        if word.text != name:
+            self.turned.add(index)
+            self.edits.setdefault(word.line - 1, []).append(Edit(word.first, word.last, name))
         for key in POLAR:
             if key in trace.words:
                 self._drop(index, trace.words[key])
-        self.path = new
-        if new == "C":
-            at = self._behind(trace)
-            self.edits.setdefault(at[0], []).append(Edit(at[1], at[1], f" {_sense(trace)}"))
 
     def _behind(self, trace: Trace) -> tuple[int, int]:
         """Index of the line and column behind the last axis word, else behind the path function."""
@@ -193,45 +195,52 @@ class KlartextWriter(Writer):
         if trace.contour.kind != "arc":
             super()._first(trace, frame, piece, cur, new, nominal, feed, whole, split)
             return
+        self._named(trace, index, "CP" if self.helix else "C" if self.path == "CP" else self.path)
         if self.helix:
             self._as_helix(trace, frame, new, index)
             self._place(index, trace, self.centre, frame, first=True)
+            self._directed(trace)
             return
-        if self.path == "CP":
-            self._planar(trace, index)
         flat = tuple(AXES[i] for i in PLANES[trace.contour.plane][:2])
         whole_block = whole and self.path == "C" and not any(k in trace.words for k in flat)
-        for letter in () if whole_block else flat:  # the block names its whole end, so that it says what it means
+        for letter in (
+            () if whole_block else flat
+        ):  # the block names its whole end, so that it says what it means
             i = AXES.index(letter)
             steps = self.relative(trace, frame, i, True)
             value = float(new[i] - cur[i] if steps else new[i])
-            if letter in trace.words or split or self.path != "C" or abs(new[i] - cur[i]) > SAME * self.step(frame.inch):
+            if (
+                letter in trace.words
+                or split
+                or self.path != "C"
+                or abs(new[i] - cur[i]) > SAME * self.step(frame.inch)
+            ):
                 self.word(index, trace, letter, value, _old(nominal, i, steps), frame.inch)
         n = PLANES[trace.contour.plane][2]
         if AXES[n] in trace.words:
             steps = self.relative(trace, frame, n, True)
             self.word(
-                index, trace, AXES[n], float(new[n] - cur[n] if steps else new[n]), _old(nominal, n, steps), frame.inch
+                index,
+                trace,
+                AXES[n],
+                float(new[n] - cur[n] if steps else new[n]),
+                _old(nominal, n, steps),
+                frame.inch,
             )
+        self._directed(trace)
         self._centre(trace, frame, piece, cur, new, index, split)
 
-    def _planar(self, trace: Trace, index: int) -> None:
-        """CP in the plane -> C."""
-        word = trace.words["path"]
-        self.turned.add(index)
-        self.edits.setdefault(word.line - 1, []).append(Edit(word.first, word.last, "C"))
-        for key in POLAR:
-            if key in trace.words:
-                self._drop(index, trace.words[key])
+    def _directed(self, trace: Trace) -> None:
+        """The sense of rotation, which CT and CTP do not say."""
+        if trace.words["path"].text in ("CT", "CTP"):
+            index, column = self._behind(trace)
+            self.edits.setdefault(index, []).append(Edit(column, column, f" {_sense(trace)}"))
 
     def _as_helix(self, trace: Trace, frame: Frame, new: Array, index: int) -> None:
         """C X.. Y.. -> CP IPA.. Z.."""
         a, b, n = PLANES[trace.contour.plane]
         word = trace.words["path"]
-        if word.text != "CP":
-            self.edits.setdefault(word.line - 1, []).append(Edit(word.first, word.last, "CP"))
-            self.turned.add(index)
-        for key in (AXES[a], AXES[b], "R", *POLAR):
+        for key in (AXES[a], AXES[b], "R"):
             if key in trace.words:
                 self._drop(index, trace.words[key])
         at = word.last
@@ -266,9 +275,7 @@ class KlartextWriter(Writer):
             radius = self._centre_words(trace, frame, piece, cur, new, share)["R"]
             words = ["CR", *ends, "R" + self.number(radius, places, like), _sense(trace)]
         else:
-            self._place(
-                index, trace, self._rounded_centre(trace, frame, piece, cur, new), frame, first=False
-            )
+            self._place(index, trace, self._rounded_centre(trace, frame, piece, cur, new), frame, first=False)
             words = ["C", *ends, _sense(trace)]
         self.insert(index, words)
 
@@ -294,7 +301,9 @@ class KlartextWriter(Writer):
                 word: WordAt = trace.words[f"CC {letter}"]
                 self.replace(index, word, self.number(value, places, word.text))
         else:
-            text = " ".join(["CC", *(k + self.number(v, places, self._like(trace)) for k, v in zip(letters, centre))])
+            text = " ".join(
+                ["CC", *(k + self.number(v, places, self._like(trace)) for k, v in zip(letters, centre))]
+            )
             (self.before if first else self.added).setdefault(index, []).append(text)
         self.pole, self.pole_free, self.pole_moved = centre, False, True
 

@@ -21,5 +21,3 @@ def writer_of(dialect: Dialect) -> type[Writer]:
 
         return KlartextWriter
     return Writer
-
-

@@ -127,7 +127,11 @@ def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | No
     holes = [i for i, t in enumerate(traces) if t.cycle]
     last = fits[own[-1]] if own else None
     if own and last is not None:
-        if isinstance(writer, KlartextWriter) and "path" in traces[0].words and traces[0].words["path"].text == "DEP":
+        if (
+            isinstance(writer, KlartextWriter)
+            and "path" in traces[0].words
+            and traces[0].words["path"].text == "DEP"
+        ):
             writer.leave([traces[i] for i in own], last)
         elif len(own) == 1:
             writer.move(traces[own[0]], last)

@@ -130,8 +130,10 @@ class SinumerikWriter(Writer):
                 for i in (-1, 0, 1)
                 for j in (-1, 0, 1)
             ),
-            key=lambda p: abs(math.hypot(p[0] - centre[a], p[1] - centre[b]) - size)
-            + 0.1 * math.hypot(p[0] - wanted[a], p[1] - wanted[b]),
+            key=lambda p: (
+                abs(math.hypot(p[0] - centre[a], p[1] - centre[b]) - size)
+                + 0.1 * math.hypot(p[0] - wanted[a], p[1] - wanted[b])
+            ),
         )
         out = {}
         for i, value in zip((a, b), best):

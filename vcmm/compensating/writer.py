@@ -162,7 +162,9 @@ class Writer(Wording):
         for i, letter in enumerate(AXES):
             if abs(new[i] - cur[i]) > SAME * step or i in kept:
                 value = float(new[i] - cur[i] if self.relative(trace, frame, i, False) else new[i])
-                words.append(self.spelt(letter, self.number(value, self.decimals[frame.inch], self._like(trace))))
+                words.append(
+                    self.spelt(letter, self.number(value, self.decimals[frame.inch], self._like(trace)))
+                )
         if not words:
             return
         if m.kind == "arc":
@@ -184,7 +186,11 @@ class Writer(Wording):
         nominal = self._nominal_centre(trace, frame)
         for letter, value in self._centre_words(trace, frame, piece, cur, new, share).items():
             present, step = letter in trace.words, self.step(frame.inch)
-            if present or abs(value) > SAME * step or self.centre_absolute(trace, frame, CENTRES.find(letter)):
+            if (
+                present
+                or abs(value) > SAME * step
+                or self.centre_absolute(trace, frame, CENTRES.find(letter))
+            ):
                 self.word(index, trace, letter, value, math.inf if split else nominal[letter], frame.inch)
 
     def _nominal_centre(self, trace: Trace, frame: Frame) -> dict[str, float]:

@@ -82,7 +82,9 @@ class Reader(Cursor):
     ) -> None:
         super().__init__(tokens)
         self.parameters, self.unset = parameters, unset
-        self.spans: dict[str, tuple[int, int, int]] = {}  # address -> tokens: its own, first and past last of its value
+        self.spans: dict[
+            str, tuple[int, int, int]
+        ] = {}  # address -> tokens: its own, first and past last of its value
         self.computed: list[tuple[int, int, float]] = []  # values that are no plain numbers: tokens, value
 
     def rest(self) -> str:

@@ -87,7 +87,9 @@ def _run(text: str, dialect: Dialect, setup: Setup, name: str, trace: bool) -> P
     if any(c.sides):
         moves = resolve_compensation(moves, c.sides, dialect.words, name)
     traces = _with_runs(runner, tracer) if tracer is not None else ()
-    return Program(dialect.name, tuple(moves), tuple(c.remarks), dict(c.called), traces, tuple(runner.steps or ()))
+    return Program(
+        dialect.name, tuple(moves), tuple(c.remarks), dict(c.called), traces, tuple(runner.steps or ())
+    )
 
 
 def _blocks(r: Runner, tracer: list[Any] | None) -> None:

@@ -115,4 +115,8 @@ def _arguments(runner: Runner, item: Item, line: str) -> tuple[int, int, str] | 
     if all(not t or plain(t) for t in texts):
         return None
     values = ["" if a is None else written_out(a(runner)) for a in item.arguments or ()]
-    return item.first, item.last, f"{line[item.first - 1 : line.index('(', item.first - 1)]}({','.join(values)})"
+    return (
+        item.first,
+        item.last,
+        f"{line[item.first - 1 : line.index('(', item.first - 1)]}({','.join(values)})",
+    )

@@ -42,12 +42,21 @@ def _cuts(r: Runner, block: Block, line: int, called: set[str]) -> list[Cut]:
             out.append(Cut(line, found.start() + 1, found.end() + 1, ""))
     gone = _gone(r, called)
     for word in block.words:
-        name = word.letter if word.letter not in "GM" or callable(word.value) else f"{word.letter}{word.value:g}"
+        name = (
+            word.letter if word.letter not in "GM" or callable(word.value) else f"{word.letter}{word.value:g}"
+        )
         if gone == "all" or name in gone:
             out.append(Cut(line, word.first, word.last, ""))
         elif callable(word.value):
             value = r.compute(word.value, word.first)
-            out.append(Cut(line, word.first, word.last, "" if value is None else word.letter + _text(value, word.letter)))
+            out.append(
+                Cut(
+                    line,
+                    word.first,
+                    word.last,
+                    "" if value is None else word.letter + _text(value, word.letter),
+                )
+            )
     return out
 
 

@@ -94,7 +94,9 @@ class Tracer:
         guards = _guards(r)
         found = [
             self.traces[i]._replace(
-                runs=self.runs.get(self.traces[i].line, 1), guard=guards.get(i, (0.0, 0.0)), contour=_shown(r.moves[i])
+                runs=self.runs.get(self.traces[i].line, 1),
+                guard=guards.get(i, (0.0, 0.0)),
+                contour=_shown(r.moves[i]),
             )
             for i in sorted(self.traces)
         ]
