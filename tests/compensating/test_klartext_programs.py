@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from mill import SETUP, body, mill, rough, run, scale
+from mill import SETUP, body, mill, rough, run, scale, wavy
 
 from vcmm.effects.squareness import Squareness
 from vcmm.nc.interpret import interpret
@@ -72,7 +72,7 @@ def test_a_pole_of_two_arcs_is_not_moved_for_both(tmp_path):
 
 def test_polar_and_tangential_blocks_become_plain_ones(tmp_path):
     text = "2 L X+0 Y+0 R0 F500\n3 CC X+100 Y+0\n4 LP PR+100 PA+90\n5 CT X+150 Y+120\n6 L X+200\n"
-    found = go(tmp_path, text, rough())
+    found = go(tmp_path, text, mill(Squareness("C0Y", 60e-6), wavy("EYX", 4.0, 300.0)))
     assert found.met
     lines = body(found)
     assert lines[4].startswith("4 L X+")

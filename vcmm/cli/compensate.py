@@ -9,23 +9,11 @@ from cyclopts import Parameter
 
 
 def compensate_command(
-    program: Path,
-    *,
-    setup: Path | None = None,
-    dialect: str | None = None,
-    tolerance: str = "1 um",
-    decimals: int | None = None,
-    set_on: str = "this machine",
-    carry: Annotated[bool, Parameter(name="--carry-rounding")] = True,
-    growth: float = 20.0,
-    inline: float = 200.0,
-    out: Path | None = None,
-    offset_only: bool = False,
-    diff: bool = False,
-    points: Path | None = None,
-    table: str | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
-) -> int:
+    program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: int | None = None,
+    set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
+    inline: float = 200.0, out: Path | None = None, offset_only: bool = False, diff: bool = False, points: Path | None = None,
+    table: str | None = None, json: Annotated[bool, Parameter(name="--json")] = False,
+) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
     Other forms: MACHINE --points measured.csv, MACHINE --table FORMAT. Exit code 1: the tolerance is not met everywhere.
@@ -49,8 +37,7 @@ def compensate_command(
     growth
         How many times as many blocks there may be before the tolerance is relaxed.
     inline
-        Subprograms, loops and macros are written out where blocks are executed several times, up to so many blocks for each line
-        of the program; 0 refuses such programs.
+        Most blocks for each line of the program when subprograms and loops are written out; 0 refuses such programs.
     out
         File (for --table: folder) of the result; default: PROGRAM-compensated in the current folder.
     offset_only
@@ -69,20 +56,8 @@ def compensate_command(
 
         return machine_form(program, points, table, out, json)
     return _program(
-        program,
-        setup,
-        dialect,
-        tolerance,
-        decimals,
-        set_on,
-        carry,
-        growth,
-        inline,
-        out,
-        offset_only,
-        diff,
-        json,
-    )
+        program, setup, dialect, tolerance, decimals, set_on, carry, growth, inline, out, offset_only, diff, json
+    )  # fmt: skip
 
 
 def _program(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from vcmm.nc.heidenhain_text import Reader
-from vcmm.nc.trace import Cut, WordAt
-from vcmm.nc.tracing import Tracer, word_at, written_out
+from vcmm.nc.trace import Cut, Tracing, WordAt
+from vcmm.nc.tracing import word_at, written_out
 
 FLOW = ("LBL", "CALL", "FN")
 
 
-def words_of(reader: Reader, tracer: Tracer) -> dict[str, WordAt]:
+def words_of(reader: Reader, tracer: Tracing) -> dict[str, WordAt]:
     """Words by address: IX is "X" with the mode IC; "path" is the word that the block begins with."""
     out: dict[str, WordAt] = {}
     if not reader.tokens:

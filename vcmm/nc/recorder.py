@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn
 
 from vcmm.nc.faults import ProgramFault
 from vcmm.nc.frames import ZERO, Frame, in_plane, rotation, translation
@@ -19,9 +19,7 @@ from vcmm.nc.moves import NO_ROTARY, PLANES, Move, Point, Program, Remark, Sourc
 from vcmm.nc.radius import SINUMERIK, Style, centre_path
 from vcmm.nc.rounding import Corner, round_corners
 from vcmm.nc.setup import Setup, Tool
-
-if TYPE_CHECKING:
-    from vcmm.nc.tracing import Tracer
+from vcmm.nc.trace import Tracing
 
 LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
 NO_TOOL = Tool(0)
@@ -77,7 +75,7 @@ class Recorder:
     finishes: list[Finish] = field(default_factory=list)
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
-    tracer: Tracer | None = None
+    tracer: Tracing | None = None
 
     def __post_init__(self) -> None:
         self.refresh()

@@ -13,7 +13,7 @@ from vcmm.nc.recorder import Recorder
 from vcmm.nc.sinumerik_blocks import Block, Flow, Item, parse_block
 from vcmm.nc.sinumerik_text import Expr, lines_of
 from vcmm.nc.sinumerik_traces import cuts_of
-from vcmm.nc.tracing import Tracer
+from vcmm.nc.trace import Tracing
 
 LONGEST = 5_000_000  # blocks executed before a program counts as endless
 DEEPEST = 16  # nested subprograms, as on the control
@@ -134,7 +134,7 @@ class Runner:
             return at + 1, True
         return self._flow(section, at, block.flow), False
 
-    def _note(self, tracer: Tracer, block: Block) -> None:
+    def _note(self, tracer: Tracing, block: Block) -> None:
         """The block as it is executed now, for whoever writes the program out."""
         call = len(self.scopes) - 1
         cuts = cuts_of(self, block, tracer.lines[block.line - 1], call)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 from vcmm.nc.sinumerik_blocks import Block, Item
+from vcmm.nc.sinumerik_text import Environment
 from vcmm.nc.trace import Cut, WordAt
 from vcmm.nc.tracing import plain, word_at, written_out
-
-if TYPE_CHECKING:
-    from vcmm.nc.sinumerik_flow import Runner
 
 _HEAD = re.compile(r"[ \t]*/?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _WORD = re.compile(
@@ -21,6 +19,15 @@ _WORD = re.compile(
 ARGUMENTS = ("RTP", "RFP", "SDIS", "DP", "DPR")
 DEEP = (*ARGUMENTS, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI")
 _KEYS = {"CR": "R"}
+
+
+class Running(Environment, Protocol):
+    """What is asked of a program under way."""
+
+    @property
+    def sections(self) -> Mapping[str, Any]: ...
+
+    def defined(self, name: str) -> bool: ...
 
 
 def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
@@ -75,7 +82,7 @@ def cycle_words(item: Item, line: str, number: int) -> dict[str, WordAt]:
     return found | {"cycle": WordAt("cycle", item.first, item.last, item.name, False, None, line=number)}
 
 
-def cuts_of(runner: Runner, block: Block, line: str, call: int) -> list[Cut]:
+def cuts_of(runner: Running, block: Block, line: str, call: int) -> list[Cut]:
     """What changes when the block is written out where it is executed."""
     out: list[Cut] = []
     for item in block.items:
@@ -93,7 +100,7 @@ def cuts_of(runner: Runner, block: Block, line: str, call: int) -> list[Cut]:
     return out
 
 
-def _written(runner: Runner, item: Item, line: str, call: int) -> tuple[int, int, str] | None:
+def _written(runner: Running, item: Item, line: str, call: int) -> tuple[int, int, str] | None:
     """Columns and text of an item that does not stay."""
     if item.name == "R" or (item.value is not None and runner.defined(item.name)):
         return item.first, item.last, ""
@@ -109,7 +116,7 @@ def _written(runner: Runner, item: Item, line: str, call: int) -> tuple[int, int
     return found[0], found[1], written_out(item.value(runner))
 
 
-def _arguments(runner: Runner, item: Item, line: str) -> tuple[int, int, str] | None:
+def _arguments(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:
     spans: Sequence[tuple[int, int]] = argument_spans(item, line)
     texts = [line[a - 1 : b - 1] for a, b in spans]
     if all(not t or plain(t) for t in texts):

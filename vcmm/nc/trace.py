@@ -6,8 +6,8 @@ outside corners are added and the two are no longer parallel: the traces are tho
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
 
 from vcmm.nc.control import Affine, Compensation, Modal
 from vcmm.nc.moves import Move
@@ -74,3 +74,18 @@ class Step(NamedTuple):
     last: int
     call: int
     cuts: tuple[Cut, ...]
+
+
+class Tracing(Protocol):
+    """Who notes what every block does (vcmm.nc.tracing.Tracer), as the recorder and the front-ends see it. r: the recorder."""
+
+    lines: Sequence[str]
+    cycle: Mapping[str, WordAt]
+
+    def step(self, line: int, last: int, call: int, cuts: Sequence[Cut]) -> None: ...
+
+    def note(
+        self, r: Any, made: int, before: Modal, after: Modal, words: Mapping[str, WordAt], line: int, call: int
+    ) -> None: ...  # fmt: skip
+
+    def result(self, r: Any) -> tuple[tuple[Trace, ...], tuple[Step, ...]]: ...
