@@ -111,9 +111,9 @@ def test_a_scenario_without_the_state_of_its_control(tmp_path, capsys):
     assert "setup.toml" in capsys.readouterr().err
 
 
-READ = 22  # programs of the corpus that are read and fit into the machine
-FEED_OUT = (
-    "nist_appC3_canned_cycles_3planes.ngc"  # straight holes of G83 to G89 in a field that bends along them
+READ = 24  # programs of the corpus that are read and fit into the machine
+HOLES = (
+    "nist_appC3_canned_cycles_3planes.ngc"  # straight holes, R and bottom moved together, in a strong field
 )
 
 
@@ -142,8 +142,8 @@ def test_the_corpus():
         check_again(found, setup)
     assert len(done) >= READ
     assert [n for n, why in refused.items() if n not in why] == []
-    assert {name for name, met in done.items() if not met} <= {FEED_OUT}
-    assert left.get(FEED_OUT, 0.0) < 0.0067
+    assert {name for name, met in done.items() if not met} <= {HOLES}
+    assert left.get(HOLES, 0.0) < 0.0040
 
 
 def check_again(found, setup) -> None:
