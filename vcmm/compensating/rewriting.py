@@ -74,7 +74,7 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
         to = at + 1
         while to < len(traces) and traces[to].line == traces[at].line and to - at < len(traces):
             to += 1
-        following = traces[to].contour if to < len(traces) else None
+        following = next((t.contour for t in traces[to:] if t.contour.kind != "dwell"), None)
         cuts = following is not None and following.kind in ("line", "arc")
         writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
         writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT

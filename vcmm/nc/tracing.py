@@ -135,7 +135,8 @@ def modal_of(
     r: Recorder, motion: str | None, unit: float, absolute: bool, side: str | None, diameter: bool
 ) -> Modal:
     """The modal state of a recorder and of the front-end that feeds it."""
+    feed = 0.0 if r.feed_mode == "G93" else r.feed or 0.0  # inverse time is that of each block
     return Modal(
-        motion, r.plane, unit, absolute, False, r.feed_mode, r.feed or 0.0, "G96" if r.surface else "G97", r.speed, r.offset, side,
+        motion, r.plane, unit, absolute, False, r.feed_mode, feed, "G96" if r.surface else "G97", r.speed, r.offset, side,
         "", r.tool, r.tool_offset, r.exact_stop, r.tolerance, diameter,
     )  # fmt: skip
