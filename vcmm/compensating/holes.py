@@ -22,7 +22,10 @@ from vcmm.nc.trace import Trace
 from vcmm.run import Array
 
 NEAR = 1e-6  # mm
-FEED_OUT = ("G85", "G89")  # they cut on the way out as well, and have no pecks: R gets a correction of its own
+FEED_OUT = (
+    "G85",
+    "G89",
+)  # they cut on the way out as well, and have no pecks: R gets a correction of its own
 
 
 @dataclass(frozen=True, eq=False)
