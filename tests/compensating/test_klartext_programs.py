@@ -8,6 +8,7 @@ import pytest
 from mill import SETUP, body, mill, rough, run, scale, wavy
 
 from vcmm.effects.squareness import Squareness
+from vcmm.errors import DataError
 from vcmm.nc.interpret import interpret
 
 TNC = replace(SETUP, dialect="heidenhain")
@@ -129,3 +130,19 @@ def test_machine_positions_and_inch(tmp_path):
     # 4 in = 101.6 mm: 10.16 um too far = 0.0004 in
     text = "0 BEGIN PGM A INCH\n1 L X+4 F50\n2 END PGM A INCH\n"
     assert body(run(tmp_path, text, scale(100.0), TNC))[1] == "1 L X+3.9996 F50\n"
+
+
+def test_modal_calls(tmp_path):
+    """M89 calls the cycle after every positioning: no block is added there."""
+    text = (
+        CYCLE
+        + "3 L X+0 Y+0 Z+50 R0 FMAX\n4 L X+100 FMAX M89\n5 L X+200 F500\n6 L X+300 FMAX M99\n7 L Z+60 FMAX M30\n"
+    )
+    lines = body(go(tmp_path, text, scale(100.0)))
+    assert lines[12:15] == ["4 L X+99.990 FMAX M89\n", "5 L X+199.980 F500\n", "6 L X+299.970 FMAX M99\n"]
+
+
+def test_a_compensated_program_is_refused(tmp_path):
+    done = go(tmp_path, "2 L X+100 F500\n", scale(100.0)).text
+    with pytest.raises(DataError, match="compensated already"):
+        run(tmp_path, done, scale(100.0), TNC)

@@ -118,3 +118,30 @@ def test_a_cycle_with_expressions_is_written_out(tmp_path):
     assert "CYCLE81(50,0.015,2,-14.985)" in found.text
     with pytest.raises(DataError, match="expression"):
         go(tmp_path, text, scale(1000.0, "Z"), inline=0)
+
+
+def test_diameters(tmp_path):
+    # DIAMON: X200 is 100 mm from the axis, cut 10 um too far: the diameter must be 20 um less; steps are diameters too
+    text = "G54 G90 G18 DIAMON\nG0 X0 Z0\nG1 X200 F200\nX=IC(20)\nM30\n"
+    assert body(go(tmp_path, text, scale(100.0)))[2:4] == ["G1 X199.980 F200\n", "X=IC(19.998)\n"]
+
+
+def test_a_compensated_program_is_refused(tmp_path):
+    done = go(tmp_path, "G54 G90\nG1 X100 F500\nM30\n", scale(100.0)).text
+    with pytest.raises(DataError, match="compensated already"):
+        go(tmp_path, done, scale(100.0))
+
+
+def test_a_dwell_between_rapid_and_cut(tmp_path):
+    """A rapid corrects the axes that it does not name where a cut follows, also behind a dwell."""
+    # 200 urad: at X 100 the tip is 20 um off in Y where the cut begins, at X 200 40 um
+    found = go(tmp_path, "G54 G90\nG0 X100\nG4 F1\nG1 X200 F500\nM30\n", mill(Squareness("C0X", 200e-6)))
+    assert found.before.largest == pytest.approx(0.040, rel=1e-3)
+    assert found.met
+
+
+def test_inverse_time_is_shared_out(tmp_path):
+    found = go(tmp_path, "G54 G90\nG93\nG1 X300 F2\nG94\nM30\n", rough())
+    feeds = [m.feed for m in interpret(found.text, "sinumerik", SIEMENS).moves]
+    assert len(feeds) > 1
+    assert feeds == pytest.approx([600.0] * len(feeds), rel=1e-3)  # 300 mm in 1/2 min

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from mill import SETUP, body, run, scale
 
-from vcmm.errors import DataError
+from vcmm.errors import DataError, ModelLimit
 from vcmm.nc.interpret import interpret
 
 HEAD = "%\nO1\nG21 G90 G54\n"
@@ -144,3 +144,16 @@ def test_a_subprogram_in_a_file_of_its_own(tmp_path):
     (tmp_path / "O0002.nc").write_text("O2\nG1 X100. F500\nM99\n")
     found = go(tmp_path, HEAD + "M98 P2\nM30\n%\n")
     assert "G1 X99.990 F500" in code(found)
+
+
+def test_what_cannot_be_written_out_is_refused_with_its_line(tmp_path):
+    """G92 in a subprogram sets the frame where the tool stands: after a correction that is elsewhere."""
+    text = HEAD + "G0 X0\nM98 P2 L2\nM30\nO2\nG1 X100. F500\nG92 X0\nM99\n%\n"
+    with pytest.raises(ModelLimit, match=r"part\.nc:\d+.*G92"):
+        go(tmp_path, text)
+
+
+def test_conditions_that_only_the_machine_knows(tmp_path):
+    text = HEAD + "#1=0\nWHILE[#1 LT 3]DO1\nG31 X100. F500\n#1=#5061\nEND1\nM30\n%\n"
+    with pytest.raises(DataError, match=r"part\.nc:6.*G31"):
+        go(tmp_path, text)
