@@ -13,14 +13,18 @@ from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_row
 from vcmm.machining.shop import Shop, zeros
 from vcmm.machining.states import states_at
 from vcmm.machining.toolside import ToolSide
-from vcmm.run import Run
+from vcmm.run import Array, Run
 
 
 def tool_side(
     shop: Shop, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
-    found = candidates(surface, shop.sweep, tips(surface, shop.sweep))
+
+    def off(row: Ints, share: Array, at: Array) -> Array:
+        return states_at(shop.path, shop.sweep.move[row], share, at)[1]
+
+    found = candidates(surface, shop.sweep, tips(surface, shop.sweep), off)
     contacts, point, candidate = contacts_of(surface, found, shop.sweep)
     row, at = found.row[point, candidate], found.tip[point, candidate]
     states, known = states_at(shop.path, shop.sweep.move[row], found.share[point, candidate], at)

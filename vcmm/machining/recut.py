@@ -1,6 +1,6 @@
 """Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
 
-The contacts keep up to four cuts per point and move the surface by (N . e) / (N . n). Here the sweeps themselves are
+The contacts move the surface by (N . e) / (N . n). In vcmm.cutting.contactmap.audit the sweeps themselves are
 displaced by the errors along their way and asked again. Left out of both sides: effects that depend on the normal of the
 surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole tool; and what jumps or
 starts like a root from rest: reversal, speed and acceleration, rounded corners.
@@ -12,13 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.cutting.displaced import displaced
-from vcmm.cutting.envelope import CutSurface, surface_left, tips
-from vcmm.cutting.index import build
+from vcmm.cutting.contactmap import Ints, audit
+from vcmm.cutting.envelope import CUT, CutSurface
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
-from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.states import states_at
 from vcmm.machining.toolside import cutting_effects
 from vcmm.nc.toolpath import Toolpath
@@ -40,8 +38,10 @@ def recut(
     path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float]
 ) -> Recut | None:
     """Compare on at most POINTS of the points of `surface`, evenly chosen; None where the errors change too fast for it."""
-    some = np.unique(np.linspace(0, len(surface.points) - 1, POINTS).astype(int))
-    part = replace(surface, **{n: getattr(surface, n)[some] for n in _FIELDS})
+    cut = np.flatnonzero(surface.status == CUT)
+    if not len(cut):
+        return None
+    part = surface.take(cut[np.unique(np.linspace(0, len(cut) - 1, POINTS).astype(int))])
     plain = _whole_tool(machine)
     rows = _around(part.row, len(sweep))
     near = sweep.take(rows)
@@ -50,27 +50,12 @@ def recut(
         states, _ = states_at(path, near.move[row], share, at)
         return -plain.indication_error(_bare(states, constants))
 
+    near_row = np.where(part.row < 0, -1, np.searchsorted(rows, part.row))
     try:
-        bent = displaced(near, moved)
+        found = audit(replace(part, row=near_row), near, moved)
     except ModelLimit:
         return None
-    again = surface_left(part.points, part.normals, build(bent), candidates=1)
-    cutters = tips(part, sweep)
-    where = part.row >= 0
-    shift = np.zeros((*where.shape, 3))
-    flat = np.flatnonzero(where.ravel())
-    shift.reshape(-1, 3)[flat] = moved(
-        cutters.reshape(-1, 3)[flat], np.searchsorted(rows, part.row.ravel()[flat]), part.t.ravel()[flat]
-    )
-    number = np.where(where, np.arange(where.size).reshape(where.shape), -1)
-    height = np.where(where, part.contact_s, np.inf)
-    cutter = np.where(where[:, :, None], part.normal, part.normals[:, None, :])
-    found = Contacts(height, cutter, part.normals, number).surface(shift.reshape(-1, 3))
-    both = np.isfinite(again.s) & np.isfinite(found)
-    return Recut(float(np.abs(again.s - found)[both].max(initial=0.0)), int(both.sum()))
-
-
-_FIELDS = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
+    return Recut(found.largest, found.compared)
 
 
 def _whole_tool(machine: Machine) -> Machine:
