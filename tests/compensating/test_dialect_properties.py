@@ -44,7 +44,7 @@ def siemens(draw: st.DrawFn) -> str:
                     ["G1 X5 Y5", f"{sense} I=AC({r + 6}) J=AC(5) AR=100"],
                     ["G1 X0 Y0", f"{sense} X{r} Y{r} AR=70"],
                     ["G91", f"G1 X{x / 50:.3f} Y{y / 50:.3f}", "G90"],
-                    ["G1 X0 Y0", f"X{r} RND=1", f"Y{r}"],
+                    ["G1 X0 Y0", f"X{r + 3} RND=1", f"Y{r + 3}"],
                 ]
             )
         )
@@ -68,7 +68,7 @@ def klartext(draw: st.DrawFn) -> str:
                     f"L X+0 Y+0\nCC X+{r} Y+0\nCP IPA{sense}400 IZ-2 DR{sense}\n",
                     f"CC X{x:+} Y{y:+}\nLP PR+{r} PA+{abs(x)}\nLP IPA+30\n",
                     f"L X+0 Y+0\nL X+{r}\nCT X+{2 * r} Y+{r}\n",
-                    f"L X+0 Y+0\nL X+{r}\nRND R1\nL Y+{r}\n",
+                    f"L X+0 Y+0\nL X+{r + 3}\nRND R1\nL Y+{r + 3}\n",
                 ]
             )
         )
