@@ -28,7 +28,7 @@ from vcmm.effects.reversal_curve import LostMotionCurve
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
-from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
+from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.tip_form import TipForm
@@ -89,6 +89,7 @@ ALL: tuple[type[Effect], ...] = (
     WorkOffset,
     ToolLength,
     ToolRadius,
+    ToolOffset,
     RotaryLocation,
     RotaryCyclic,
     ResidualField,

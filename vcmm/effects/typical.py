@@ -73,6 +73,7 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
     # setting up
     "work_offset": {"shift": Typical(5 * UM, "usual: edge finder or touch probe on the machine 2-10 um")},
     "tool_length": {"dl": Typical(5 * UM, "usual: tool setter 2-10 um")},
+    "tool_offset": {"shift": Typical(3 * UM, "usual: trial cut measured with a micrometer 2-5 um")},
     "tool_radius": {"dr": Typical(5 * UM, "usual: tool setter or presetter 2-10 um")},
     "workpiece_heating": {"k": Typical(20e-6 / HOUR, "steel 11.5 um/(m K) at 1-3 K in an hour of cutting")},
     # drives and scales

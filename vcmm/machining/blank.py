@@ -19,6 +19,7 @@ from vcmm.cutting.force import linear_edge, milling_force, to_workpiece
 from vcmm.cutting.stock import Removal, Stock, block, remove
 from vcmm.cutting.sweeps import UP, Sweep, position
 from vcmm.errors import UsageError
+from vcmm.machining.turned_blank import TurnedBlank
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
 from vcmm.run import Array
@@ -153,7 +154,7 @@ def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Remova
     return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis)
 
 
-def notes(blank: Blank | None) -> list[str]:
+def notes(blank: Blank | TurnedBlank | None) -> list[str]:
     """What the blank has to say: collisions, and a program that misses it."""
     if blank is None:
         return []
