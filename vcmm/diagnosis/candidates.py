@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change, trials
-from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.effect import FREE_LINKS, Effect, parameter_fields, place_fields
 from vcmm.effects import ALL
 from vcmm.effects.typical import TYPICAL, typical
 from vcmm.errors import ModelLimit, UsageError
@@ -204,7 +204,7 @@ def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
             effect = _made(kind, place, problem)
         except (UsageError, ModelLimit):
             continue
-        if effect.link in ("tip", "tool", "reading", *problem.machine.chain.letters):
+        if effect.link in (*FREE_LINKS, *problem.machine.chain.letters):
             out.append(present.get(effect.id, effect))
     return out
 

@@ -2,37 +2,74 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vcmm.cutting.envelope import CutSurface, tips
+from vcmm.effects.setting import TOOL_AXIS_COLUMNS
 from vcmm.errors import ModelLimit
 from vcmm.inputs import Input
 from vcmm.machining.contacts import Contacts, Ints
-from vcmm.machining.neighbours import candidates
-from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_rows, settings_of
+from vcmm.machining.neighbours import Candidates, candidates
+from vcmm.machining.rotary import commands_to_work
+from vcmm.machining.rows import (
+    Words,
+    contact_points,
+    contacts_of,
+    cut_run,
+    joined,
+    setting_rows,
+    settings_of,
+)
 from vcmm.machining.shop import Shop, zeros
-from vcmm.machining.states import states_at
+from vcmm.machining.states import states_at, turning_states
 from vcmm.machining.toolside import ToolSide
-from vcmm.run import Run
+from vcmm.run import Array, Run
 
 
 def tool_side(
     shop: Shop, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
-    found = candidates(surface, shop.sweep, tips(surface, shop.sweep))
-    contacts, point, candidate = contacts_of(surface, found, shop.sweep)
-    row, at = found.row[point, candidate], found.tip[point, candidate]
-    states, known = states_at(shop.path, shop.sweep.move[row], found.share[point, candidate], at)
+    found = candidates(surface, shop.sweep, _tips(shop, surface), shop.motion)
+    contacts, point, candidate = contacts_of(surface, found, shop.sweep, shop.motion)
+    row = found.row[point, candidate]
+    contact = contact_points(surface, found, point, candidate)
+    states, known = _states(shop, found, contact, point, candidate)
     if shop.blank is not None and shop.blank.forces is not None:
         force = shop.blank.forces[row]
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
-    run = cut_run(
-        states, surface, found, point, candidate, touch, feature, shop.pose, shop.scenario.constants
-    )
+    run = cut_run(states, surface, contact, point, touch, feature, shop.pose, shop.scenario.constants)
     full, setting = _with_setting(shop, run)
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
-    return ToolSide(shop.machine, _prepared(shop, full), setting, known, inputs), contacts
+    full = _prepared(shop, full)
+    turn = None if shop.motion is None else commands_to_work(shop.machine, full)
+    return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
+
+
+def _tips(shop: Shop, surface: CutSurface) -> Array:
+    """Tips (P, K, 3) of the contacts; nan where there is none."""
+    if shop.motion is None:
+        return tips(surface, shop.sweep)
+    out = np.full((*surface.row.shape, 3), np.nan)
+    known = surface.row >= 0
+    out[known] = shop.motion.standing(surface.row[known].astype(np.intp), surface.t[known])[0]
+    return out
+
+
+def _states(
+    shop: Shop, found: Candidates, contact: Array, point: Ints, candidate: Ints
+) -> tuple[Run, Array]:
+    """States of the machine with their tip at the cutting points (rows, 3), and what is known to lead elsewhere (rows, 3)."""
+    row, share = found.row[point, candidate], found.share[point, candidate]
+    if shop.motion is None:
+        at = found.tip[point, candidate]
+        states, known = states_at(shop.path, shop.sweep.move[row], share, at)
+        return replace(states, offset=states.offset + (contact - at)), known
+    states, known = turning_states(shop.path, shop.motion, row, share, contact)
+    axis = shop.motion.standing(row, share)[1][:, 2]
+    return states.with_columns({name: axis[:, i] for i, name in enumerate(TOOL_AXIS_COLUMNS)}), known
 
 
 def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from vcmm.cutting.force import linear_edge, milling_force, to_workpiece
 from vcmm.cutting.stock import Removal, Stock, block, remove
-from vcmm.cutting.sweeps import Sweep, position
+from vcmm.cutting.sweeps import UP, Sweep, position
 from vcmm.errors import UsageError
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
@@ -30,6 +30,7 @@ class Blank:
     removed: float
     collisions: tuple[tuple[int, float], ...]
     forces: Array | None
+    left_out: int = 0  # moves whose tool does not point along Z of the workpiece
 
 
 def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) -> Blank | None:
@@ -44,12 +45,15 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     )
     low = zero + corner
     before = block(low, low + size, float(size[:2].max() / NODES))
+    upright = np.flatnonzero(np.abs(sweep.axis - UP).max(axis=1) < 1e-12)
+    tilted = len(set(sweep.move.tolist()) - set(sweep.move[upright].tolist()))
+    sweep = sweep if not tilted else sweep.take(upright)
     rapid = np.array([program.moves[i].kind == "rapid" for i in sweep.move.tolist()])
     removal = remove(before, sweep, rapid)
     lines = [program.moves[int(sweep.move[row])].source.line for row in removal.collisions]
     hits = tuple(zip(lines, (float(d) for d in removal.collision_depth)))
-    forces = None if setup.material is None else cutting_forces(setup, program, sweep, removal)
-    return Blank(before, removal.stock, float(removal.volume.sum()), hits, forces)
+    forces = None if setup.material is None or tilted else cutting_forces(setup, program, sweep, removal)
+    return Blank(before, removal.stock, float(removal.volume.sum()), hits, forces, tilted)
 
 
 def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Removal) -> Array:
@@ -83,6 +87,11 @@ def notes(blank: Blank | None) -> list[str]:
         f"line {line}: a rapid runs through the stock, {depth:.2f} mm deep; the tool or the part would break"
         for line, depth in blank.collisions[:5]
     ]
+    if blank.left_out:
+        out.append(
+            f"the stock is a map of heights along Z of the workpiece: {blank.left_out} moves with the tool turned away from it are "
+            "missing in its picture, its volume and the search for rapids through material, and no cutting forces are computed"
+        )
     if len(blank.collisions) > 5:
         out.append(f"{len(blank.collisions) - 5} more rapids run through the stock")
     if blank.removed == 0.0:

@@ -46,7 +46,9 @@ def cut(
     shop = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)
     task, world, notes = finished_part(shop)
-    again = recut(shop.path, shop.sweep, shop.machine, _inspected(shop, task), dict(scenario.constants))
+    again = recut(
+        shop.path, shop.sweep, shop.machine, _inspected(shop, task), dict(scenario.constants), shop.motion
+    )
     found = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
     patches = surface_map(shop)
@@ -73,14 +75,16 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     touch, feature = (measuring.task.touches.run.labels[name] for name in ("touch", "feature"))
     tool, contacts = tool_side(shop, surface, touch, feature, inputs)
     world = Cutting(measuring, tool, contacts)
-    form = world.level + _lifted(shop, surface, measuring.task.touches.tip_radius)
+    placed = measuring.task.touches
+    seen = surface if shop.motion is None else look(shop, placed.points, placed.normals, exact=False)
+    form = world.level + _lifted(shop, seen, placed.tip_radius)
     task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=form)
     measuring = replace(measuring, task=replace(measuring.task, form=form))
     return task, replace(world, measuring=measuring), notes
 
 
 def _inspected(shop: Shop, task: Task) -> CutSurface:
-    return look(shop, task.touches.points, task.touches.normals)
+    return look(shop, task.touches.points, task.touches.normals, exact=False)
 
 
 def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:

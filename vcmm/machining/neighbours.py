@@ -16,6 +16,7 @@ from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing import entry
 from vcmm.cutting.sweeps import Sweep, lengths, position
 from vcmm.machining.contacts import Ints
+from vcmm.machining.rotary import Motion, turned, turned_back
 from vcmm.run import Array
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
@@ -37,8 +38,11 @@ class Candidates:
     share: Array
 
 
-def candidates(surface: CutSurface, sweep: Sweep, tips: Array) -> Candidates:
-    """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts."""
+def candidates(surface: CutSurface, sweep: Sweep, tips: Array, motion: Motion | None = None) -> Candidates:
+    """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
+
+    motion: how the rows of the sweep lie on a program that turns rotary axes.
+    """
     known = surface.row >= 0
     own = Candidates(
         np.where(known, surface.contact_s, np.inf),
@@ -52,29 +56,34 @@ def candidates(surface: CutSurface, sweep: Sweep, tips: Array) -> Candidates:
         points = np.flatnonzero(known[:, k])
         if len(points):
             parts += [
-                _beside(surface, sweep, points, k, sign * offset) for offset in OFFSETS for sign in (-1, 1)
+                _beside(surface, sweep, motion, points, k, sign * offset)
+                for offset in OFFSETS
+                for sign in (-1, 1)
             ]
     return Candidates(
         *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in Candidates.__annotations__)
     )
 
 
-def _beside(surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: float) -> Candidates:
+def _beside(
+    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: float
+) -> Candidates:
     """The tool `offset` radii further along the path than the k-th contact of each of the points."""
     count = len(surface.points)
     radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
     row, share = _walk(
         sweep, surface.row[points, k], surface.t[points, k], offset * radius[surface.row[points, k]]
     )
-    tip = position(sweep.take(row), share)
+    tip, frame = (position(sweep.take(row), share), None) if motion is None else motion.standing(row, share)
     height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
     for number, tool in enumerate(sweep.tools):
         mine = np.flatnonzero(sweep.tool[row] == number)
-        arm, n = surface.points[points[mine]] - tip[mine], surface.normals[points[mine]]
+        axes = None if frame is None else frame[mine]
+        arm = turned(axes, surface.points[points[mine]] - tip[mine])
+        n = turned(axes, surface.normals[points[mine]])
         height[mine] = entry(tool, arm, n)
-        cutter[mine] = _outward(
-            tool, arm + np.where(np.isfinite(height[mine]), height[mine], 0.0)[:, None] * n, n
-        )
+        met = arm + np.where(np.isfinite(height[mine]), height[mine], 0.0)[:, None] * n
+        cutter[mine] = turned_back(axes, _outward(tool, met, n))
     same_tool = sweep.tool[row] == sweep.tool[surface.row[points, k]]
     good = same_tool & np.isfinite(height) & (height < surface.contact_s[points, 0] + BAND)
     good &= (

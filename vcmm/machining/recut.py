@@ -19,7 +19,8 @@ from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
 from vcmm.machining.contacts import Contacts, Ints
-from vcmm.machining.states import states_at
+from vcmm.machining.rotary import Motion
+from vcmm.machining.states import states_at, turning_states
 from vcmm.machining.toolside import cutting_effects
 from vcmm.nc.toolpath import Toolpath
 from vcmm.run import Array, Run
@@ -37,8 +38,8 @@ class Recut:
 
 
 def recut(
-    path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float]
-) -> Recut | None:
+    path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float], motion: Motion | None = None,
+) -> Recut | None:  # fmt: skip
     """Compare on at most POINTS of the points of `surface`, evenly chosen; None where the errors change too fast for it."""
     some = np.unique(np.linspace(0, len(surface.points) - 1, POINTS).astype(int))
     part = replace(surface, **{n: getattr(surface, n)[some] for n in _FIELDS})
@@ -47,7 +48,10 @@ def recut(
     near = sweep.take(rows)
 
     def moved(at: Array, row: Ints, share: Array) -> Array:
-        states, _ = states_at(path, near.move[row], share, at)
+        if motion is None:
+            states, _ = states_at(path, near.move[row], share, at)
+        else:
+            states, _ = turning_states(path, motion, rows[row], share, at)
         return -plain.indication_error(_bare(states, constants))
 
     try:

@@ -13,9 +13,11 @@ from vcmm.errors import ModelLimit, UsageError
 from vcmm.machine import Machine
 from vcmm.machining.blank import Blank, machined_blank
 from vcmm.machining.blank import notes as blank_notes
+from vcmm.machining.polish import polished
+from vcmm.machining.rotary import Motion, point_of_part
 from vcmm.machining.rows import Words
 from vcmm.machining.scenario import CutScenario
-from vcmm.machining.sweeps import swept
+from vcmm.machining.sweeps import part_sweep
 from vcmm.machining.toolside import cutting_effects
 from vcmm.nc.interpret import read_program
 from vcmm.nc.moves import Program
@@ -26,12 +28,17 @@ from vcmm.run import Array
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
 DEEPEST = 20.0  # mm, for points that are gouged deeper
 CONTACTS = 6  # of one point: repeated passes tie
+OF_TURNING = 16  # the same while rotary axes turn: rows beside each other find one contact
+OF_WORKPIECE_AXES = ("residual_field", "correlated_field")
 GOUGE = 0.01  # mm below nominal by the program alone
 
 
 @dataclass(frozen=True, eq=False)
 class Shop:
-    """A scenario made ready: the program read, its motion in time, the tools swept, the part placed."""
+    """A scenario made ready: the program read, its motion in time, the tools swept, the part placed.
+
+    motion: how the rows of the sweep lie on the moves where rotary axes stand off zero; None where all stay at zero.
+    """
 
     scenario: CutScenario
     program: Program
@@ -41,6 +48,7 @@ class Shop:
     pose: Pose
     machine: Machine
     blank: Blank | None
+    motion: Motion | None = None
 
     @property
     def seconds(self) -> float:
@@ -54,13 +62,26 @@ def set_up(scenario: CutScenario) -> Shop:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
-    sweep = swept(program.moves, scenario.setup.tools)
+    sweep, motion = part_sweep(program.moves, scenario.setup.tools, scenario.machine)
+    if motion is not None:
+        _check_fields(scenario, program, motion)
     zero = _work_zero(scenario, program)
     blank = machined_blank(scenario.setup, program, sweep, zero)
     pose = scenario.pose or Pose(
         np.eye(3), zero
     )  # the drawing frame is the work coordinate system of the first cut
-    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank)
+    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank, motion)
+
+
+def _check_fields(scenario: CutScenario, program: Program, motion: Motion) -> None:
+    """Fields over workpiece axes are known with rotary axes at zero only."""
+    fixed = [e.id for e in scenario.machine.effects if e.name in OF_WORKPIECE_AXES]
+    if fixed:
+        line = first_turned(program, motion)
+        raise ModelLimit(
+            f"{', '.join(fixed)}: a field over workpiece axes says nothing of a machine whose rotary axes stand off zero, as this "
+            f"program's do (line {line}); leave it out, or state the errors of the axes instead"
+        )
 
 
 def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
@@ -78,9 +99,19 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
             )
 
 
+def first_turned(program: Program, motion: Motion) -> int:
+    """Line of the first move with a rotary axis off zero."""
+    row = int(np.argmax(np.abs(motion.turned).max(axis=(1, 2)) > 0))
+    return program.moves[int(motion.base.move[row])].source.line
+
+
 def _work_zero(scenario: CutScenario, program: Program) -> Array:
-    """Work offset of the first cut (3,), workpiece axes."""
-    return np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
+    """Point of the part at the work offset of the first cut (3,), workpiece axes."""
+    zero = np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
+    first = next((m for m in program.moves if m.kind != "rapid"), program.moves[0])
+    if not any(first.rotary_start):
+        return zero
+    return point_of_part(scenario.machine, zero, np.array(first.rotary_start))
 
 
 def first_offset(program: Program) -> str:
@@ -96,14 +127,23 @@ def zeros(shop: Shop, names: Words) -> Array:
     return np.array([scenario.setup.offsets.get(str(name), (0.0, 0.0, 0.0)) for name in names], dtype=float)
 
 
-def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
-    """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes."""
+def look(shop: Shop, points: Array, normals: Array, exact: bool = True) -> CutSurface:
+    """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes.
+
+    exact=False: as the search sees it, turning tools in short rows of constant direction.
+    """
+    if shop.motion is None or not exact or not shop.motion.inexact.any():
+        return _searched(shop, points, normals, CONTACTS)
+    return polished(_searched(shop, points, normals, OF_TURNING), shop.motion, CONTACTS)
+
+
+def _searched(shop: Shop, points: Array, normals: Array, contacts: int) -> CutSurface:
     at, out = shop.pose.apply(points), shop.pose.turn(normals)
-    found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=CONTACTS)
+    found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=contacts)
     deep = np.flatnonzero(found.status == BEYOND)
     if not len(deep):
         return found
-    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT, candidates=CONTACTS)
+    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT, candidates=contacts)
     names = ("status", "contact_s", "row", "t", "normal", "tests")
     merged = {name: getattr(found, name).copy() for name in names}
     for name in names:
