@@ -47,6 +47,8 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     before = block(low, low + size, float(size[:2].max() / NODES))
     upright = np.flatnonzero(np.abs(sweep.axis - UP).max(axis=1) < 1e-12)
     tilted = len(set(sweep.move.tolist()) - set(sweep.move[upright].tolist()))
+    if not len(upright):
+        return Blank(before, before, 0.0, (), None, tilted)
     sweep = sweep if not tilted else sweep.take(upright)
     rapid = np.array([program.moves[i].kind == "rapid" for i in sweep.move.tolist()])
     removal = remove(before, sweep, rapid)
@@ -94,6 +96,6 @@ def notes(blank: Blank | None) -> list[str]:
         )
     if len(blank.collisions) > 5:
         out.append(f"{len(blank.collisions) - 5} more rapids run through the stock")
-    if blank.removed == 0.0:
+    if blank.removed == 0.0 and not blank.left_out:
         out.append("the program does not touch the stock; check the work offset and the place of the stock")
     return out

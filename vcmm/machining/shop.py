@@ -139,16 +139,30 @@ def look(shop: Shop, points: Array, normals: Array, exact: bool = True) -> CutSu
 
 def _searched(shop: Shop, points: Array, normals: Array, contacts: int) -> CutSurface:
     at, out = shop.pose.apply(points), shop.pose.turn(normals)
-    found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=contacts)
+    found = _left(shop, at, out, DEPTH, contacts)
     deep = np.flatnonzero(found.status == BEYOND)
     if not len(deep):
         return found
-    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT, candidates=contacts)
+    again = _left(shop, at[deep], out[deep], DEEPEST, contacts)
     names = ("status", "contact_s", "row", "t", "normal", "tests")
     merged = {name: getattr(found, name).copy() for name in names}
     for name in names:
         merged[name][deep] = getattr(again, name)
     return replace(found, **merged)
+
+
+def _left(shop: Shop, points: Array, normals: Array, depth: float, contacts: int) -> CutSurface:
+    try:
+        return surface_left(points, normals, shop.index, depth, HEIGHT, candidates=contacts)
+    except ModelLimit as error:
+        if shop.motion is None or not shop.motion.inexact.any():
+            raise
+        lines = sorted({shop.program.moves[i].source.line for i in shop.sweep.move[shop.motion.inexact].tolist()})
+        raise ModelLimit(
+            f"a rotary axis turns while the tool is in the part, up to {depth:g} mm below the features; the moves that turn are "
+            f"those of line {', '.join(map(str, lines[:10]))}{' ...' if len(lines) > 10 else ''}. Check from where it turns, the "
+            f"work offset and the pose of the part ({error})"
+        ) from None
 
 
 def _unready(shop: Shop) -> list[str]:
