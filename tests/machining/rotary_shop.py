@@ -56,11 +56,12 @@ def patches(path: Path) -> dict[str, Patch]:
     return {p.net.feature: p for p in surface_map(shop_of(path))}
 
 
-def about(letter: str, angle: float) -> np.ndarray:
-    """Rotation matrix about X, Y or Z for A, B or C, written out."""
+def about(letter: str, angle: float | np.ndarray) -> np.ndarray:
+    """Rotation matrix (3, 3, ...) about X, Y or Z for A, B or C, written out."""
     c, s = np.cos(angle), np.sin(angle)
+    one, no = np.ones_like(c), np.zeros_like(c)
     return {
-        "A": np.array([[1, 0, 0], [0, c, -s], [0, s, c]]),
-        "B": np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]),
-        "C": np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]),
+        "A": np.array([[one, no, no], [no, c, -s], [no, s, c]]),
+        "B": np.array([[c, no, s], [no, one, no], [-s, no, c]]),
+        "C": np.array([[c, -s, no], [s, c, no], [no, no, one]]),
     }[letter]

@@ -102,10 +102,10 @@ def test_positioning_error_of_the_table_turns_the_faces_of_a_square(tmp_path):
         points, height = found[name]
         assert height == pytest.approx(-0.05 * points[:, 2], abs=1e-3)  # + the disc of the cutter, second order
     by_name = {c.name: c for c in cut(vcmm.load_cut(path)).characteristics}
-    # 50 urad over the 0.8 x 40 mm of the points: 1.6 um; from 90 to 270 deg the table turns by 180 deg less
-    # 100 urad, so left and right are a wedge: 3.2 um; back to front nothing
-    assert by_name["right"].value == pytest.approx(1.6e-3, rel=0.01)
-    assert by_name["left"].value == pytest.approx(3.2e-3, rel=0.01)
+    # 50 urad over the 40 mm of the face: 2 um; from 90 to 270 deg the table turns by 180 deg less
+    # 100 urad, so left and right are a wedge: 4 um; back to front nothing
+    assert by_name["right"].value == pytest.approx(2e-3, rel=0.01)
+    assert by_name["left"].value == pytest.approx(4e-3, rel=0.01)
     assert by_name["back"].value == pytest.approx(0.0, abs=1e-6)
 
 

@@ -90,62 +90,74 @@ LENGTH, ZERO = 100.0, np.array([0.0, 0.0, -400.0])
 
 
 def homogeneous(rotation: np.ndarray, centre: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = rotation, centre - rotation @ centre + shift
+    """(k, 4, 4): turn about a centre, then shift (k, 3)."""
+    out = np.tile(np.eye(4), (len(rotation), 1, 1))
+    out[:, :3, :3], out[:, :3, 3] = rotation, centre - rotation @ centre + shift
     return out
 
 
 def part_from_tool(q: np.ndarray, errors: dict[str, np.ndarray]) -> np.ndarray:
-    """(4, 4) by multiplying one matrix per axis, written out for this machine; q: X Y Z A C of the axes, mm and rad.
+    """(k, 4, 4) by multiplying one matrix per axis, written out for this machine; q (k, 5): X Y Z A C of the axes, mm and rad.
 
     errors: six numbers of each table axis' own motion (A, C), about its centre, after its turn.
     """
-    x, y, z, a, c = q
-    tool = homogeneous(np.eye(3), np.zeros(3), np.array([0, 0, z]))
-    work = homogeneous(np.eye(3), np.zeros(3), np.array([-x, -y, 0]))  # carries the table by -q
-    for letter, angle, centre in (("A", a, CENTRE_A), ("C", c, CENTRE_C)):
-        work = work @ homogeneous(rs.about(letter, -angle), centre, np.zeros(3))
+    k, nothing = len(q), np.zeros((len(q), 3))
+    still = np.tile(np.eye(3), (k, 1, 1))
+    tool = homogeneous(still, np.zeros(3), q[:, [2]] * [0, 0, 1])
+    work = homogeneous(still, np.zeros(3), -q[:, :2] @ np.eye(3)[:2])  # carries the table by -q
+    for i, letter, centre in ((3, "A", CENTRE_A), (4, "C", CENTRE_C)):
+        turn = np.moveaxis(rs.about(letter, -q[:, i]), -1, 0)
+        work = work @ homogeneous(turn, centre, nothing)
         t, r = errors.get(letter, np.zeros(6))[:3], errors.get(letter, np.zeros(6))[3:]
         small = np.eye(3) + np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
-        work = work @ homogeneous(small, centre, t)
+        work = work @ homogeneous(np.tile(small, (k, 1, 1)), centre, nothing + t)
     return np.linalg.inv(work) @ tool
 
 
-def poses(samples: int, errors: dict[str, np.ndarray]) -> np.ndarray:
-    """part_from_tool (k, 4, 4) of all feed moves, `samples` each."""
-    u = np.linspace(0, 1, samples)[:, None]
-    ways = [np.array(a, float) + u * (np.array(b, float) - np.array(a, float)) for a, b in MOVES]
-    start, end, (cx, cy) = ARC
-    way = np.array(start, float) + u * (np.array(end, float) - np.array(start, float))
-    radius = 5.5  # clockwise from straight above the centre to straight below it: half a turn
-    way[:, 0], way[:, 1] = cx + radius * np.sin(np.pi * u[:, 0]), cy + radius * np.cos(np.pi * u[:, 0])
-    q = np.concatenate([*ways, way])
+def axes_at(way: int, u: np.ndarray) -> np.ndarray:
+    """Axis positions (k, 5) at shares u of one of the feed moves; the arc is half a turn, clockwise."""
+    start, end, *middle = (*MOVES, ARC)[way]
+    q = np.array(start, float) + u[:, None] * (np.array(end, float) - np.array(start, float))
+    if middle:
+        (cx, cy), radius = middle[0], 5.5
+        q[:, 0], q[:, 1] = cx + radius * np.sin(np.pi * u), cy + radius * np.cos(np.pi * u)
     q[:, :3] += ZERO + [0, 0, LENGTH]
     q[:, 3:] = np.radians(q[:, 3:])
-    return np.array([part_from_tool(one, errors) for one in q])
+    return q
 
 
-def brute(frames: np.ndarray, points: np.ndarray, normals: np.ndarray, ball: bool) -> np.ndarray:
-    """Lowest s (n,) at which the rays enter the tool in any of the poses: sphere, or cylinder with a flat end."""
+def entries(frames: np.ndarray, p: np.ndarray, n: np.ndarray, ball: bool) -> np.ndarray:
+    """s (k,) at which a ray enters the tool in poses (k, 4, 4): sphere, or cylinder with a flat end; inf where it misses."""
     tip = frames[:, :3, 3] + frames[:, :3, :3] @ np.array([0, 0, -LENGTH])
     axis = frames[:, :3, 2]
-    out = np.full(len(points), np.inf)
-    for i, (p, n) in enumerate(zip(points, normals)):
+    with np.errstate(invalid="ignore", divide="ignore"):
         if ball:
             d = p - (tip + RADIUS * axis)
             b, c = d @ n, (d * d).sum(axis=1) - RADIUS**2
-            with np.errstate(invalid="ignore"):
-                s = -b - np.sqrt(b * b - c)
+            s = -b - np.sqrt(b * b - c)
         else:
             d = p - tip
             h, hn = (d * axis).sum(axis=1), axis @ n
             across, way = d - h[:, None] * axis, n - hn[:, None] * axis
             a, b, c = (way * way).sum(axis=1), (across * way).sum(axis=1), (across * across).sum(axis=1) - RADIUS**2
-            with np.errstate(invalid="ignore", divide="ignore"):
-                lo, hi = (-b - np.sqrt(b * b - a * c)) / a, (-b + np.sqrt(b * b - a * c)) / a
-                s = np.maximum(lo, -h / hn)
-            s = np.where((hn > 0) & (s <= hi), s, np.nan)
-        out[i] = np.nanmin(np.where(np.isnan(s), np.inf, s))
+            root = np.sqrt(b * b - a * c)
+            s = np.maximum((-b - root) / a, -h / hn)
+            s = np.where((hn > 0) & (s <= (-b + root) / a), s, np.inf)
+    return np.where(np.isnan(s), np.inf, s)
+
+
+def brute(points: np.ndarray, normals: np.ndarray, ball: bool, errors: dict[str, np.ndarray]) -> np.ndarray:
+    """Lowest s (n,) over 4001 poses of each feed move, then over ever closer poses about the lowest of each."""
+    u = np.linspace(0, 1, 4001)
+    dense = [part_from_tool(axes_at(way, u), errors) for way in range(3)]
+    out = np.full(len(points), np.inf)
+    for i, (p, n) in enumerate(zip(points, normals)):
+        for way in range(3):
+            at, step = u[np.argmin(entries(dense[way], p, n, ball))], 1 / 4000
+            for _ in range(4):
+                close = np.clip(at + np.linspace(-step, step, 41), 0, 1)
+                s = entries(part_from_tool(axes_at(way, close), errors), p, n, ball)
+                at, step, out[i] = close[np.argmin(s)], step / 20, min(out[i], s.min())
     return out
 
 
@@ -172,10 +184,10 @@ def test_simultaneous_motion_against_dense_transforms(tmp_path, ball):
     found = look(shop, points, normals)
     at = shop.pose.apply(points)
     assert shop.pose.shift is not None
-    expected = brute(poses(20_001, {}), at, normals, ball)
+    expected = brute(at, normals, ball, {})
     good = (found.status == CUT) & np.isfinite(expected) & (found.s > -0.4) & (expected > -0.4) & (expected < 1.9)
     assert good.sum() > 8
-    assert np.abs(found.s - expected)[good].max() < 2e-6  # 20 000 steps of 1.4 um leave about (1.4e-3)^2 / 8 R
+    assert np.abs(found.s - expected)[good].max() < 1e-7
 
 
 def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
@@ -191,7 +203,7 @@ def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
     points = points - [0, 0, 2.0]
     found = look(shop, points, normals)
     at = shop.pose.apply(points)
-    expected = brute(poses(20_001, own), at, normals, True)
+    expected = brute(at, normals, True, own)
     kept = np.flatnonzero((found.status == CUT) & (found.s > -0.4) & (expected < 1.9))
     assert len(kept) > 8
     again = look(shop, points[kept], normals[kept])
@@ -202,8 +214,18 @@ def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
     assert np.abs(height - expected[kept]).max() < 1e-4
 
 
-def test_a_table_that_turns_inside_the_part_is_named_with_its_line(tmp_path):
+def test_a_table_that_turns_inside_the_part_is_found(tmp_path):
     crash = "G0 A0 X0 Y0\nG43 H1 Z60.\nG1 Z20. F300\nG0 Z5.\nG0 A90.\nG0 Z60.\n"
-    path = rs.write(tmp_path, roll(), crash, floor(0.5, 20.0), 'diameter = "6 mm"\n')
-    with pytest.raises(ModelLimit, match="rotary axis turns.*line 10|line 10"):
+    shop = rs.shop_of(rs.write(tmp_path, roll(), crash, floor(0.5, 20.0), 'diameter = "6 mm"\n'))
+    normal = np.array([[0, -np.sqrt(0.5), np.sqrt(0.5)]])
+    found = look(shop, 20 * normal, normal)
+    # the rapid turns with the tip at 5 mm from the axis: 15 mm below the floor at A = 45 deg, by line 10 of the program
+    assert found.s == pytest.approx([-15.0], abs=1e-9)
+    assert shop.program.moves[int(shop.sweep.move[found.row[0, 0]])].source.line == 10
+
+
+def test_a_feed_that_turns_deep_inside_the_part_is_refused_with_its_line(tmp_path):
+    deep = "G0 A0 X0 Y0\nG43 H1 Z60.\nG1 Z2. F300\nG1 A90. F3600\nG0 Z60.\n"
+    path = rs.write(tmp_path, roll(), deep, floor(0.5, 20.0), 'diameter = "6 mm"\n')
+    with pytest.raises(ModelLimit, match="rotary axis turns while the tool is in the part.*line 9"):
         rs.patches(path)
