@@ -19,9 +19,8 @@ from vcmm.machining.rotary import Motion, turned
 from vcmm.run import Array
 
 PIECES = 3.0  # rows to either side
-LOOKS, ROUNDS = 9, 12  # 4^12: the share is found to 1e-7 of the window, the height, which is flat there, to rounding
+LOOKS, ROUNDS = 9, 10  # 4^10: the share is found to 1e-6 of the window, the height, which is flat there, to rounding
 ASTRAY = 0.02  # mm: an exact entry further off belongs to another side of the tool
-SAME = 1e-6  # of a move: two rows found the same contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +44,7 @@ class TurnedSolids(Solids):
 
 def polished(found: CutSurface, motion: Motion, keep: int) -> CutSurface:
     """The surface with the contacts of turning tools exact, each once, the `keep` lowest of every point."""
+    found = _each_once(found, motion)
     known = found.row >= 0
     point, k = np.nonzero(known & motion.inexact[np.maximum(found.row, 0)])
     if not len(point):
@@ -54,9 +54,7 @@ def polished(found: CutSurface, motion: Motion, keep: int) -> CutSurface:
     near = np.abs(height - found.contact_s[point, k]) < ASTRAY
     s, at = found.contact_s.copy(), found.t.copy()
     s[point[near], k[near]], at[point[near], k[near]] = height[near], t[near]
-    better = _ordered(replace(found, contact_s=np.where(known, s, np.inf), t=at))
-    better = _each_once(better, motion)
-    return _lowest(better, keep)
+    return _lowest(_ordered(replace(found, contact_s=np.where(known, s, np.inf), t=at)), keep)
 
 
 def _least(motion: Motion, row: Ints, t: Array, points: Array, normals: Array) -> tuple[Array, Array]:
@@ -101,14 +99,15 @@ def _ordered(found: CutSurface) -> CutSurface:
 
 
 def _each_once(found: CutSurface, motion: Motion) -> CutSurface:
-    """Without contacts that several rows of one move have found."""
+    """Without contacts of rows that lie in the window about a lower contact of the same turning move: they are one."""
     row = np.maximum(found.row, 0)
     move = np.where(found.row >= 0, motion.row[row], -1)
     share = np.where(found.row >= 0, motion.first[row] + found.t * (motion.last - motion.first)[row], np.nan)
+    window = np.where(motion.inexact[row], (PIECES - 0.5) * (motion.last - motion.first)[row], 0.0)
     again = np.zeros(row.shape, dtype=bool)
     for k in range(1, row.shape[1]):
         same = (move[:, :k] == move[:, k : k + 1]) & ~again[:, :k]
-        again[:, k] = (same & (np.abs(share[:, :k] - share[:, k : k + 1]) < SAME)).any(axis=1)
+        again[:, k] = (same & (np.abs(share[:, :k] - share[:, k : k + 1]) < window[:, :k])).any(axis=1)
     gone = again & (found.row >= 0)
     return _ordered(
         replace(
