@@ -1,6 +1,6 @@
 """Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
 
-The contacts keep up to four cuts per point and move the surface by (N . e) / (N . n). Here the sweeps themselves are
+The contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by (N . e) / (N . n). Here the sweeps themselves are
 displaced by the errors along their way and asked again. Left out of both sides: effects that depend on the normal of the
 surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole tool; and what jumps or
 starts like a root from rest: reversal, speed and acceleration, rounded corners.
@@ -19,7 +19,8 @@ from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
 from vcmm.machining.contacts import Contacts, Ints
-from vcmm.machining.rotary import Motion
+from vcmm.machining.neighbours import candidates
+from vcmm.machining.rotary import Motion, commands_to_work
 from vcmm.machining.states import states_at, turning_states
 from vcmm.machining.toolside import cutting_effects
 from vcmm.nc.toolpath import Toolpath
@@ -44,34 +45,43 @@ def recut(
     some = np.unique(np.linspace(0, len(surface.points) - 1, POINTS).astype(int))
     part = replace(surface, **{n: getattr(surface, n)[some] for n in _FIELDS})
     plain = _whole_tool(machine)
-    rows = _around(part.row, len(sweep))
+    feed = np.array([path.timing.moves[i].kind != "rapid" for i in sweep.move.tolist()])
+    known = candidates(part, sweep, tips(part, sweep), motion)
+    rows = _around(known.row, feed)
     near = sweep.take(rows)
+
+    zero = np.zeros(3)  # what a work offset would hold, machine axes
 
     def moved(at: Array, row: Ints, share: Array) -> Array:
         if motion is None:
             states, _ = states_at(path, near.move[row], share, at)
-        else:
-            states, _ = turning_states(path, motion, rows[row], share, at)
-        return -plain.indication_error(_bare(states, constants))
+            return -plain.indication_error(_bare(states, constants))
+        states, _ = turning_states(path, motion, rows[row], share, at)
+        return -plain.indication_error(_bare(states, constants)) - commands_to_work(machine, states) @ zero
 
+    where = known.row >= 0
+    at, row, share = known.tip[where], np.searchsorted(rows, known.row[where]), known.share[where]
+    if motion is not None:
+        zero = _mean_in_machine_axes(moved(at, row, share), path, motion, rows[row], share, at)
     try:
         bent = displaced(near, moved)
     except ModelLimit:
         return None
     again = surface_left(part.points, part.normals, build(bent), candidates=1)
-    cutters = tips(part, sweep)
-    where = part.row >= 0
     shift = np.zeros((*where.shape, 3))
-    flat = np.flatnonzero(where.ravel())
-    shift.reshape(-1, 3)[flat] = moved(
-        cutters.reshape(-1, 3)[flat], np.searchsorted(rows, part.row.ravel()[flat]), part.t.ravel()[flat]
-    )
+    shift[where] = moved(at, row, share)
     number = np.where(where, np.arange(where.size).reshape(where.shape), -1)
-    height = np.where(where, part.contact_s, np.inf)
-    cutter = np.where(where[:, :, None], part.normal, part.normals[:, None, :])
-    found = Contacts(height, cutter, part.normals, number).surface(shift.reshape(-1, 3))
+    found = Contacts(known.height, known.cutter, part.normals, number).surface(shift.reshape(-1, 3))
     both = np.isfinite(again.s) & np.isfinite(found)
     return Recut(float(np.abs(again.s - found)[both].max(initial=0.0)), int(both.sum()))
+
+
+def _mean_in_machine_axes(
+    moved: Array, path: Toolpath, motion: Motion, row: Ints, share: Array, at: Array
+) -> Array:
+    """Mean error (3,) along X, Y, Z: a zero set on the machine takes it, and the table turns the rest."""
+    ways = commands_to_work(motion.machine, turning_states(path, motion, row, share, at)[0])
+    return np.asarray(np.einsum("nji,nj->ni", ways, moved).mean(axis=0))
 
 
 _FIELDS = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
@@ -85,11 +95,12 @@ def _whole_tool(machine: Machine) -> Machine:
     return replace(moves, effects=smooth)
 
 
-def _around(row: Ints, count: int) -> Ints:
-    """The rows that touch a point, and a few before and after each, in order."""
+def _around(row: Ints, feed: np.typing.NDArray[np.bool_]) -> Ints:
+    """The rows that touch a point, and a few feed moves before and after each, in order. feed (m,): of each row."""
     touched = np.unique(row[row >= 0])
     wide = (touched[:, None] + np.arange(-BESIDE, BESIDE + 1)).ravel()
-    return np.unique(wide[(wide >= 0) & (wide < count)])
+    wide = wide[(wide >= 0) & (wide < len(feed))]
+    return np.unique(np.concatenate([touched, wide[feed[wide]]]))
 
 
 def _bare(states: Run, constants: dict[str, float]) -> Run:
