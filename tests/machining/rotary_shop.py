@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 import vcmm
-from vcmm.machining.patches import surface_map
+from vcmm.machining.maps import net
+from vcmm.machining.patches import patch
 from vcmm.machining.result import Patch
 from vcmm.machining.shop import Shop, set_up
 
@@ -26,7 +27,9 @@ LINEAR = '[axes.X]\ntravel = ["-500 mm", "500 mm"]\n[axes.Y]\ntravel = ["-500 mm
 
 def machine(structure: str, more: str) -> str:
     """A machine file; more: its rotary axes, then its effects."""
-    return f'vcmm = "machine/1"\nname = "mill"\nkind = "machine-tool"\nstructure = "{structure}"\n{LINEAR}{more}'
+    return (
+        f'vcmm = "machine/1"\nname = "mill"\nkind = "machine-tool"\nstructure = "{structure}"\n{LINEAR}{more}'
+    )
 
 
 def axis(letter: str, centre: str = "0 0 -400") -> str:
@@ -35,7 +38,9 @@ def axis(letter: str, centre: str = "0 0 -400") -> str:
     return f'[axes.{letter}]\ntravel = ["-400 deg", "400 deg"]\ncentre = [{inside}]\n'
 
 
-def write(folder: Path, mill: str, program: str, features: str, tool: str, cut: str = "", more: str = "") -> Path:
+def write(
+    folder: Path, mill: str, program: str, features: str, tool: str, cut: str = "", more: str = ""
+) -> Path:
     """The scenario file. cut: lines of [cut]; more: further tables."""
     (folder / "part.nc").write_text(HEAD + program + FOOT)
     (folder / "setup.toml").write_text(SETUP + tool)
@@ -52,8 +57,11 @@ def shop_of(path: Path) -> Shop:
     return set_up(vcmm.load_cut(path))
 
 
-def patches(path: Path) -> dict[str, Patch]:
-    return {p.net.feature: p for p in surface_map(shop_of(path))}
+def patches(path: Path, across: int = 9) -> dict[str, Patch]:
+    """Feature -> cut surface over a coarse net."""
+    shop = shop_of(path)
+    nets = [net(f, across) for f in shop.scenario.part.features.values()]
+    return {n.feature: patch(shop, n) for n in nets if n is not None}
 
 
 def about(letter: str, angle: float | np.ndarray) -> np.ndarray:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import rotary_shop as rs
 
 import vcmm
+from vcmm.cli import run as command
+from vcmm.effects.residual import CorrelatedField
+from vcmm.errors import ModelLimit
+from vcmm.machining.blank import notes
 from vcmm.machining.job import cut, finished_part
-from vcmm.machining.shop import look
+from vcmm.machining.placement import place_cut
+from vcmm.machining.shop import look, set_up
 
 STRUCTURE = "w B' Z' b X Y t"  # a horizontal machining centre: the spindle is Z, the pallet turns about the vertical Y
 ELSEWHERE = 'work_offset = { set_on = "elsewhere" }'
@@ -88,19 +95,31 @@ def test_what_was_taken_into_the_zero_stays_along_the_machine_axes(tmp_path):
 
 def test_positioning_error_of_the_table_turns_the_faces_of_a_square(tmp_path):
     # EBB = 50 urad sin q: +50 urad at 90 deg, -50 urad at 270, nothing at 0 and 180
-    cyclic = '[[effects]]\neffect = "rotary_cyclic"\ncomponent = "EBB"\ncoefficients = ["0 urad", "50 urad"]\n'
+    cyclic = (
+        '[[effects]]\neffect = "rotary_cyclic"\ncomponent = "EBB"\ncoefficients = ["0 urad", "50 urad"]\n'
+    )
     more = "".join(
         f'[[part.characteristics]]\nname = "{a}"\ntype = "{kind}"\nof = "{a}"\ndatums = ["{b}"]\nzone = "0.01 mm"\n'
         for kind, a, b in (("perpendicularity", "right", "front"), ("parallelism", "left", "right"), ("parallelism", "back", "front"))
     )  # fmt: skip
     program = "".join(FACE.format(b=b) for b in (0, 90, 180, 270))
-    path = rs.write(tmp_path, hmc(cyclic), program, FRONT + RIGHT + BACK + LEFT, CUTTER, 'work_offset = { u = "1 um" }', more)
+    path = rs.write(
+        tmp_path,
+        hmc(cyclic),
+        program,
+        FRONT + RIGHT + BACK + LEFT,
+        CUTTER,
+        'work_offset = { u = "1 um" }',
+        more,
+    )
     found = heights(path)
     # the table has turned too far by +50 urad about Y: seen from the part the tool is turned by -50 urad, its tip shifted by
     # -50e-6 y x p, along n = +x that is -50e-6 z; at 270 deg n = -x and the sign of EBB is turned as well: -50e-6 z again
     for name in ("right", "left"):
         points, height = found[name]
-        assert height == pytest.approx(-0.05 * points[:, 2], abs=1e-3)  # + the disc of the cutter, second order
+        assert height == pytest.approx(
+            -0.05 * points[:, 2], abs=1e-3
+        )  # + the disc of the cutter, second order
     by_name = {c.name: c for c in cut(vcmm.load_cut(path)).characteristics}
     # 50 urad over the 40 mm of the face: 2 um; from 90 to 270 deg the table turns by 180 deg less
     # 100 urad, so left and right are a wedge: 4 um; back to front nothing
@@ -141,7 +160,9 @@ def test_errors_of_a_tilted_head_have_their_lever(tmp_path):
 def test_a_long_tool_on_a_tilted_head_is_long_along_its_axis(tmp_path):
     path = tilted(tmp_path, "", 'tools = { 1 = { u_length = "4 um", u_radius = "3 um" } }')
     found = {f.input.id: f.response for f in finished_part(rs.shop_of(path))[1].influences()}
-    length, radius = (next(v for k, v in found.items() if k.startswith(n)) for n in ("tool_length", "tool_radius"))
+    length, radius = (
+        next(v for k, v in found.items() if k.startswith(n)) for n in ("tool_length", "tool_radius")
+    )
     # 1 um along the tool axis is cos 30 deg along z; a larger ball grows about its centre, its tip stays: 1 - cos 30 deg
     assert length[:, 2, 0] == pytest.approx(np.full(len(length), -np.cos(np.pi / 6)), abs=1e-5)
     assert radius[:, 2, 0] == pytest.approx(np.full(len(radius), -(1 - np.cos(np.pi / 6))), abs=1e-5)
@@ -160,10 +181,93 @@ def test_a_wrong_work_offset_lies_along_the_machine_axes(tmp_path):
 
 def test_without_a_pose_the_drawing_lies_where_the_zero_is_when_it_first_cuts(tmp_path):
     path = rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER)
-    setup = (tmp_path / "setup.toml").read_text().replace('G54 = ["0 mm", "0 mm", "-400 mm"]', 'G54 = ["1 mm", "2 mm", "-397 mm"]')
+    setup = (
+        (tmp_path / "setup.toml")
+        .read_text()
+        .replace('G54 = ["0 mm", "0 mm", "-400 mm"]', 'G54 = ["1 mm", "2 mm", "-397 mm"]')
+    )
     (tmp_path / "setup.toml").write_text(setup)
     shop = rs.shop_of(path)
     # turned back by 90 deg about Y through (0, 0, -400): (x, y, z) from there in the machine is (z, y, -x) in the part
     assert shop.pose.shift == pytest.approx([3.0, 2.0, -401.0], abs=1e-12)
     points = np.array([[40.0, 0, 0]])
     assert look(shop, points, np.array([[1.0, 0, 0]])).s == pytest.approx([0.0], abs=1e-9)
+
+
+# ------------------------------------------------------------------------------- what cannot be done, and end to end
+ONE = '[[part.characteristics]]\nname = "flat"\ntype = "flatness"\nof = "right"\nzone = "0.01 mm"\n'
+
+
+def test_placing_is_refused_with_the_line(tmp_path):
+    path = rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER, 'work_offset = { u = "1 um" }', ONE)
+    with pytest.raises(ModelLimit, match="line 6 .*turns a rotary axis"):
+        place_cut(vcmm.load_cut(path), trials=500)
+
+
+def test_compensating_is_refused_with_the_line(tmp_path, capsys):
+    rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER)
+    setup = (tmp_path / "setup.toml").read_text()
+    setup = setup.replace("[offsets]", 'machine = "mill.toml"\n[control]\ncompensation = []\n[offsets]')
+    (tmp_path / "setup.toml").write_text(setup)
+    words = [
+        "compensate",
+        str(tmp_path / "part.nc"),
+        "--setup",
+        str(tmp_path / "setup.toml"),
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    assert command(words) == 2
+    said = capsys.readouterr().err
+    assert "part.nc:6:" in said
+    assert "rotary axis stands off zero" in said
+
+
+def test_a_field_over_workpiece_axes_is_refused(tmp_path):
+    field = CorrelatedField(nodes=np.array([[0.0, 0, 0], [1, 0, 0]]), deviation=np.zeros((2, 3)))
+    scenario = vcmm.load_cut(rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER))
+    with pytest.raises(ModelLimit, match="correlated_field.*rotary axes stand off zero.*line 6"):
+        set_up(replace(scenario, machine=scenario.machine.with_effect(field)))
+
+
+def test_rotary_travel_is_checked(tmp_path):
+    short = hmc().replace('["-400 deg", "400 deg"]', '["-10 deg", "80 deg"]')
+    with pytest.raises(ModelLimit, match="line 7 .*axis B = 90 deg"):
+        rs.shop_of(rs.write(tmp_path, short, FACE.format(b=90), RIGHT, CUTTER))
+
+
+def test_the_stock_says_what_it_leaves_out(tmp_path):
+    program = FACE.format(b=0) + FACE.format(b=90)
+    path = rs.write(tmp_path, hmc(), program, FRONT + RIGHT, CUTTER)
+    stock = '[stock]\nbox = ["84 mm", "84 mm", "84 mm"]\ncorner = ["-42 mm", "-42 mm", "-42 mm"]\nmaterial = "Al7075"\n'
+    (tmp_path / "setup.toml").write_text((tmp_path / "setup.toml").read_text() + stock)
+    blank = rs.shop_of(path).blank
+    # the face at B = 0: 84 mm wide, 44 mm of the height, 2 mm deep; the one at B = 90 deg is not in the map
+    assert blank.removed == pytest.approx(84 * 44 * 2, rel=0.01)
+    assert blank.left_out > 3
+    assert blank.forces is None
+    assert "turned away" in " ".join(notes(blank))
+
+
+def test_probed_on_the_same_machine_with_the_pallet_at_zero(tmp_path):
+    # cut and probed on a machine whose pallet stands 5 um too near at every angle: the zero holds it, so does the probing
+    more = ONE + (
+        '[inspection]\nmachine = "same"\n[plan]\nstyli.probe = { offset = "0 0 -100 mm", tip_diameter = "2 mm" }\n'
+        '[[plan.steps]]\nfeature = "right"\nstylus = "probe"\npoints = { strategy = "grid", n = [4, 4], margin = "4 mm" }\n'
+    )
+    path = rs.write(
+        tmp_path,
+        hmc(location("Z0B", 5)),
+        FACE.format(b=90),
+        RIGHT,
+        CUTTER,
+        'work_offset = { u = "1 um" }',
+        more,
+    )
+    _task, world, _ = finished_part(rs.shop_of(path))
+    assert np.abs(world.errors()).max() < 1e-9
+    # elsewhere: 5 um too deep at B = 90; at B = 0 the part is 5 um too near too, along the face: nothing is read of it
+    path = rs.write(tmp_path, hmc(location("Z0B", 5)), FACE.format(b=90), RIGHT, CUTTER, ELSEWHERE, more)
+    _, world, _ = finished_part(rs.shop_of(path))
+    found = np.einsum("ni,ni->n", world.errors(), world.measuring.task.touches.run.normal)
+    assert found * 1e3 == pytest.approx(np.full(16, -5.0), abs=1e-6)

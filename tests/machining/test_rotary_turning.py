@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 import rotary_shop as rs
 
+import vcmm
 from vcmm.cutting.envelope import CUT
 from vcmm.errors import ModelLimit
 from vcmm.machining.atcut import tool_side
+from vcmm.machining.job import cut
 from vcmm.machining.shop import look
 
 ELSEWHERE = 'work_offset = { set_on = "elsewhere" }'
@@ -30,14 +32,18 @@ def test_a_groove_around_a_cylinder_is_round(tmp_path):
     found = rs.patches(path)["groove"].height
     assert np.abs(found).max() < 1e-9
     # ball of 3 mm with its tip at 20 mm: 1 mm beside the middle of the groove a torus of 23 - sqrt(9 - 1) = 20.1716 mm
-    path = rs.write(tmp_path, roll(), GROOVE, floor(1.0, 23 - np.sqrt(8)), 'diameter = "6 mm"\nshape = "ball"\n')
+    path = rs.write(
+        tmp_path, roll(), GROOVE, floor(1.0, 23 - np.sqrt(8)), 'diameter = "6 mm"\nshape = "ball"\n'
+    )
     patch = rs.patches(path)["groove"]
     x = patch.net.points[:, 0]
     assert patch.height == pytest.approx(23 - np.sqrt(9 - x**2) - (23 - np.sqrt(8)), abs=1e-9)
 
 
 def test_the_share_of_a_turning_move_tells_the_angle(tmp_path):
-    shop = rs.shop_of(rs.write(tmp_path, roll(), GROOVE, floor(0.5, 20.0), 'diameter = "6 mm"\nshape = "ball"\n'))
+    shop = rs.shop_of(
+        rs.write(tmp_path, roll(), GROOVE, floor(0.5, 20.0), 'diameter = "6 mm"\nshape = "ball"\n')
+    )
     angle = np.array([0.4, 1.7, 3.0, 5.9])
     normals = np.stack([np.zeros(4), -np.sin(angle), np.cos(angle)], axis=1)
     found = look(shop, 20.0 * normals, normals)
@@ -47,7 +53,9 @@ def test_the_share_of_a_turning_move_tells_the_angle(tmp_path):
     assert tool.run.q("A")[row] == pytest.approx(angle, abs=1e-6)
     assert tool.run.q("Z")[row] == pytest.approx(np.full(4, -400 + 20 + 100.0))
     # F3600 is in degrees per minute where A moves alone: 60 deg/s; time runs with the angle
-    assert np.diff(tool.run.columns["time_s"][row]) == pytest.approx(np.diff(np.degrees(angle)) / 60, rel=1e-3)
+    assert np.diff(tool.run.columns["time_s"][row]) == pytest.approx(
+        np.diff(np.degrees(angle)) / 60, rel=1e-3
+    )
     assert tool.run.columns["speed_A_rad_s"][row] == pytest.approx(np.full(4, np.pi / 3), rel=1e-6)
     assert tool.run.tip[row] == pytest.approx(shop.pose.apply(20.0 * normals), abs=1e-9)
 
@@ -139,7 +147,11 @@ def entries(frames: np.ndarray, p: np.ndarray, n: np.ndarray, ball: bool) -> np.
             d = p - tip
             h, hn = (d * axis).sum(axis=1), axis @ n
             across, way = d - h[:, None] * axis, n - hn[:, None] * axis
-            a, b, c = (way * way).sum(axis=1), (across * way).sum(axis=1), (across * across).sum(axis=1) - RADIUS**2
+            a, b, c = (
+                (way * way).sum(axis=1),
+                (across * way).sum(axis=1),
+                (across * across).sum(axis=1) - RADIUS**2,
+            )
             root = np.sqrt(b * b - a * c)
             s = np.maximum((-b - root) / a, -h / hn)
             s = np.where((hn > 0) & (s <= (-b + root) / a), s, np.inf)
@@ -169,7 +181,9 @@ def five(effects: str = "") -> str:
 def rays(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Points about the top of the part with normals up to 20 deg from Z, machine axes with rotary axes at zero."""
     rng = np.random.default_rng(seed)
-    points = np.column_stack([rng.uniform(-12, 12, count), rng.uniform(-6, 4, count), rng.uniform(1, 3, count)])
+    points = np.column_stack(
+        [rng.uniform(-12, 12, count), rng.uniform(-6, 4, count), rng.uniform(1, 3, count)]
+    )
     tilt, turn = rng.uniform(0, 0.35, count), rng.uniform(0, 2 * np.pi, count)
     normals = np.column_stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
     return points, normals
@@ -185,13 +199,22 @@ def test_simultaneous_motion_against_dense_transforms(tmp_path, ball):
     at = shop.pose.apply(points)
     assert shop.pose.shift is not None
     expected = brute(at, normals, ball, {})
-    good = (found.status == CUT) & np.isfinite(expected) & (found.s > -0.4) & (expected > -0.4) & (expected < 1.9)
+    good = (
+        (found.status == CUT)
+        & np.isfinite(expected)
+        & (found.s > -0.4)
+        & (expected > -0.4)
+        & (expected < 1.9)
+    )
     assert good.sum() > 8
     assert np.abs(found.s - expected)[good].max() < 1e-7
 
 
 def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
-    own = {"A": np.array([3e-3, -2e-3, 4e-3, 2e-5, -3e-5, 1e-5]), "C": np.array([-2e-3, 5e-3, 1e-3, 1e-5, 2e-5, -4e-5])}
+    own = {
+        "A": np.array([3e-3, -2e-3, 4e-3, 2e-5, -3e-5, 1e-5]),
+        "C": np.array([-2e-3, 5e-3, 1e-3, 1e-5, 2e-5, -4e-5]),
+    }
     effects = "".join(
         f'[[effects]]\neffect = "component_polynomial"\ncomponent = "E{c}{a}"\ncoefficients = ["{v * (1e3 if i < 3 else 1e6):.9g} {"um" if i < 3 else "urad"}"]\n'
         for a, six in own.items()
@@ -212,6 +235,23 @@ def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
     # rotations of 40 urad on levers of 450 mm: errors of 20 um; their second order is 20^2 / 2 R = 0.05 um along the path
     assert np.abs(height - again.s).max() > 5e-3
     assert np.abs(height - expected[kept]).max() < 1e-4
+
+
+def test_a_turned_groove_end_to_end(tmp_path):
+    near = '[[effects]]\neffect = "rotary_location"\ncomponent = "Z0A"\noffset = "5 um"\n'
+    inputs = '[[inputs]]\neffect = "rotary_location"\ncomponent = "Z0A"\nparameter = "offset"\nu = "2 um"\n'
+    more = '[[part.characteristics]]\nname = "diameter"\ntype = "size"\nof = "groove"\nlimits = ["-0.02 mm", "0.02 mm"]\n'
+    tool = 'diameter = "6 mm"\nshape = "ball"\n'
+    feature = floor(-0.1, 20.0).replace("0.2 mm", "0.0002 mm").replace('"-0.1 0 0', '"-0.0001 0 0')
+    path = rs.write(tmp_path, roll(near + inputs), GROOVE, feature, tool, ELSEWHERE, more)
+    found = cut(vcmm.load_cut(path))
+    (size,) = found.characteristics
+    # 5 um deeper all round: 10 um of diameter; u = 2 x 2 um
+    assert size.value == pytest.approx(40.0 - 0.010, abs=1e-6)
+    assert size.u == pytest.approx(4e-3, rel=1e-3)
+    assert size.linear_error < 1e-6  # mm, against transforms multiplied in every trial
+    assert found.recut is not None
+    assert found.recut.largest < 1e-5
 
 
 def test_a_table_that_turns_inside_the_part_is_found(tmp_path):

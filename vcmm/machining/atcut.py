@@ -58,9 +58,7 @@ def _tips(shop: Shop, surface: CutSurface) -> Array:
     return out
 
 
-def _states(
-    shop: Shop, found: Candidates, contact: Array, point: Ints, candidate: Ints
-) -> tuple[Run, Array]:
+def _states(shop: Shop, found: Candidates, contact: Array, point: Ints, candidate: Ints) -> tuple[Run, Array]:
     """States of the machine with their tip at the cutting points (rows, 3), and what is known to lead elsewhere (rows, 3)."""
     row, share = found.row[point, candidate], found.share[point, candidate]
     if shop.motion is None:

@@ -120,7 +120,10 @@ def _with_pieces(sweep: Sweep, motion: Motion, rows: Ints) -> Sweep:
     start, end = led(motion.first[rows]), led(motion.last[rows])
     short = np.linalg.norm(end - start, axis=1) < SHORT
     end = end + np.where(short[:, None], SHORT * axis, 0.0)
-    out = {name: getattr(sweep, name).copy() for name in ("start", "end", "centre", "normal", "turn", "kind", "axis")}
+    out = {
+        name: getattr(sweep, name).copy()
+        for name in ("start", "end", "centre", "normal", "turn", "kind", "axis")
+    }
     out["start"][rows], out["end"][rows], out["axis"][rows] = start, end, axis
     out["centre"][rows] = out["normal"][rows] = np.nan
     out["turn"][rows], out["kind"][rows] = 0.0, LINE

@@ -19,7 +19,10 @@ from vcmm.machining.rotary import Motion, turned
 from vcmm.run import Array
 
 PIECES = 3.0  # rows to either side
-LOOKS, ROUNDS = 9, 10  # 4^10: the share is found to 1e-6 of the window, the height, which is flat there, to rounding
+LOOKS, ROUNDS = (
+    9,
+    10,
+)  # 4^10: the share is found to 1e-6 of the window, the height, which is flat there, to rounding
 ASTRAY = 0.02  # mm: an exact entry further off belongs to another side of the tool
 
 
@@ -110,9 +113,7 @@ def _each_once(found: CutSurface, motion: Motion) -> CutSurface:
         again[:, k] = (same & (np.abs(share[:, :k] - share[:, k : k + 1]) < window[:, :k])).any(axis=1)
     gone = again & (found.row >= 0)
     return _ordered(
-        replace(
-            found, contact_s=np.where(gone, np.inf, found.contact_s), row=np.where(gone, -1, found.row)
-        )
+        replace(found, contact_s=np.where(gone, np.inf, found.contact_s), row=np.where(gone, -1, found.row))
     )
 
 

@@ -157,7 +157,9 @@ def _left(shop: Shop, points: Array, normals: Array, depth: float, contacts: int
     except ModelLimit as error:
         if shop.motion is None or not shop.motion.inexact.any():
             raise
-        lines = sorted({shop.program.moves[i].source.line for i in shop.sweep.move[shop.motion.inexact].tolist()})
+        lines = sorted(
+            {shop.program.moves[i].source.line for i in shop.sweep.move[shop.motion.inexact].tolist()}
+        )
         raise ModelLimit(
             f"a rotary axis turns while the tool is in the part, up to {depth:g} mm below the features; the moves that turn are "
             f"those of line {', '.join(map(str, lines[:10]))}{' ...' if len(lines) > 10 else ''}. Check from where it turns, the "
