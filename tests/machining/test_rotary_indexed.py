@@ -200,7 +200,7 @@ ONE = '[[part.characteristics]]\nname = "flat"\ntype = "flatness"\nof = "right"\
 
 def test_placing_is_refused_with_the_line(tmp_path):
     path = rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER, 'work_offset = { u = "1 um" }', ONE)
-    with pytest.raises(ModelLimit, match="line 6 .*turns a rotary axis"):
+    with pytest.raises(ModelLimit, match=r"line 6 .*turns a rotary axis"):
         place_cut(vcmm.load_cut(path), trials=500)
 
 
@@ -226,13 +226,13 @@ def test_compensating_is_refused_with_the_line(tmp_path, capsys):
 def test_a_field_over_workpiece_axes_is_refused(tmp_path):
     field = CorrelatedField(nodes=np.array([[0.0, 0, 0], [1, 0, 0]]), deviation=np.zeros((2, 3)))
     scenario = vcmm.load_cut(rs.write(tmp_path, hmc(), FACE.format(b=90), RIGHT, CUTTER))
-    with pytest.raises(ModelLimit, match="correlated_field.*rotary axes stand off zero.*line 6"):
+    with pytest.raises(ModelLimit, match=r"correlated_field.*rotary axes stand off zero.*line 6"):
         set_up(replace(scenario, machine=scenario.machine.with_effect(field)))
 
 
 def test_rotary_travel_is_checked(tmp_path):
     short = hmc().replace('["-400 deg", "400 deg"]', '["-10 deg", "80 deg"]')
-    with pytest.raises(ModelLimit, match="line 7 .*axis B = 90 deg"):
+    with pytest.raises(ModelLimit, match=r"line 7 .*axis B = 90 deg"):
         rs.shop_of(rs.write(tmp_path, short, FACE.format(b=90), RIGHT, CUTTER))
 
 

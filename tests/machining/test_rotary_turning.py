@@ -267,5 +267,5 @@ def test_a_table_that_turns_inside_the_part_is_found(tmp_path):
 def test_a_feed_that_turns_deep_inside_the_part_is_refused_with_its_line(tmp_path):
     deep = "G0 A0 X0 Y0\nG43 H1 Z60.\nG1 Z2. F300\nG1 A90. F3600\nG0 Z60.\n"
     path = rs.write(tmp_path, roll(), deep, floor(0.5, 20.0), 'diameter = "6 mm"\n')
-    with pytest.raises(ModelLimit, match="rotary axis turns while the tool is in the part.*line 9"):
+    with pytest.raises(ModelLimit, match=r"rotary axis turns while the tool is in the part.*line 9"):
         rs.patches(path)
