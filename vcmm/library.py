@@ -43,3 +43,10 @@ def cuts(scenario: Path) -> bool:
     from vcmm.files.toml import read_toml
 
     return "cut" in read_toml(scenario).data
+
+
+def records(scenario: Path) -> bool:
+    """Whether the file is a recording, to be diagnosed."""
+    from vcmm.files.toml import read_toml
+
+    return str(read_toml(scenario).data.get("vcmm", "")).startswith("recording/")

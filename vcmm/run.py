@@ -117,6 +117,8 @@ class Run:
     def lagged(self, sensor: str, tau: float) -> Array:
         """Temperature of a sensor behind a first-order lag (n,), degC: tau dT'/dt = T - T', steady before the log.
 
+        Without a log a column that is the same in all rows was so for long; the lag then changes nothing.
+
         Exact for a log that is linear between its entries. Raises ModelLimit where the log ends more than one of its
         own intervals before a row.
         """
@@ -124,8 +126,9 @@ class Run:
         if tau == 0.0 and name in self.columns:
             return self.column(name)
         if sensor not in self.series:
-            if tau == 0.0:
-                return self.column(name)  # which says what is missing
+            held = self.column(name)  # says what is missing
+            if tau == 0.0 or (held == held[0]).all():
+                return held
             raise ModelLimit(
                 f"a lag of {tau:g} s needs a log of {name} over time (time_s and {name} columns or a series)"
             )

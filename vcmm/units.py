@@ -324,3 +324,11 @@ def _power(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
 def _add(a: Dimension, b: Dimension, sign: int) -> Dimension:
     d = tuple(x + sign * y for x, y in zip(a, b))
     return (d[0], d[1], d[2], d[3], d[4], d[5])
+
+
+def plain(value: float, digits: int = 3) -> str:
+    """A number with so many significant digits and, between 1e-4 and 1e7, without an exponent: 3750, 0.0125, 2.1e-06."""
+    text = f"{value:.{digits}g}"
+    if "e" not in text or not 1e-4 <= abs(value) < 1e7:
+        return text
+    return f"{float(text):.0f}"

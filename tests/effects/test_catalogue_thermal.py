@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from build import machine
 
-from vcmm.effects.drift import LinearDrift, StepChange, ThermalDriftTwoLags
+from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.heating import ScrewHeating, SpindleGrowth
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.workpiece import WorkpieceHeating
@@ -29,6 +29,15 @@ def test_linear_drift():
     # 2 um/h = 2e-3 / 3600 mm/s; after 1800 s +1 um in y
     error = machine(LinearDrift("y", 2e-3 / 3600)).tip_error(_run([0.0, 1800.0]))
     assert error == pytest.approx(np.array([[0, 0, 0], [0, 1e-3, 0]]), abs=1e-15)
+
+
+def test_a_drift_that_settles_begins_like_a_linear_one_and_ends():
+    # 36 um/h = 1e-5 mm/s with 600 s: after 600 s 6 um x (1 - 1/e) = 3.792723 um, at last 6 um; at first 1e-5 t
+    error = machine(SettlingDrift("y", 1e-5, 600.0)).tip_error(_run([0.0, 0.6, 600.0, 60000.0]))
+    assert error[:, 1] == pytest.approx([0.0, 5.997e-6, 3.792723e-3, 6e-3], abs=1e-9)
+    assert SettlingDrift.family == "linear_drift"
+    with pytest.raises(UsageError, match="must be above zero"):
+        SettlingDrift("y", 1e-5, 0.0)
 
 
 def test_step_change_comes_after_its_time():

@@ -69,7 +69,7 @@ def test_the_log_must_reach_the_rows():
 
 
 def test_a_lag_needs_a_log():
-    run = _run(np.zeros(1), columns={"temp_air_C": np.array([21.5])})
+    run = _run(np.zeros(2), columns={"temp_air_C": np.array([21.5, 21.7])})
     with pytest.raises(ModelLimit, match="a lag of 300 s needs a log of temp_air_C"):
         ThermalDrift("z", "air", 0.4e-3, 300.0).error_motion(run)
 

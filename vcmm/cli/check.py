@@ -9,12 +9,12 @@ from cyclopts import Parameter
 
 
 def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
-    """Check a machine, scenario or set-up file: all problems at once, each with file, line and fix.
+    """Check a machine, scenario, set-up or recording file: all problems at once, each with file, line and fix.
 
     Parameters
     ----------
     file
-        Machine (machine/1), scenario (scenario/1) or set-up (setup/1) file.
+        Machine (machine/1), scenario (scenario/1), set-up (setup/1) or recording (recording/1) file.
     json
         Print one JSON document.
     """
@@ -31,10 +31,13 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
         rows = _scenario_rows(file)
     elif kind == "setup":
         rows = _setup_rows(file)
+    elif kind == "recording":
+        rows = _recording_rows(file)
     else:
-        hint = did_you_mean(kind, ("scenario", "machine", "setup")) if kind else misspelt("vcmm", head.data)
+        known = ("scenario", "machine", "setup", "recording")
+        hint = did_you_mean(kind, known) if kind else misspelt("vcmm", head.data)
         raise DataError(
-            f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1", vcmm = "machine/1" or vcmm = "setup/1".{hint}'
+            f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1", "machine/1", "setup/1" or "recording/1".{hint}'
         )
     if json:
         body = {"file": str(file), "kind": kind, "understood": dict(rows)}
@@ -96,6 +99,34 @@ def _tool_rows(setup: Any) -> list[list[str]]:
         size = "diameter not stated" if tool.diameter is None else f"diameter {tool.diameter:g} mm"
         rows.append([f"tool {number}", f"{tool.shape}, length {tool.length:g} mm, {size}"])
     return rows
+
+
+def _recording_rows(file: Path) -> list[list[str]]:
+    """What was observed on what, and what a diagnosis cannot ask of it."""
+    from vcmm.files.recording import load_recording
+    from vcmm.observe import left_out
+
+    recording, machine = load_recording(file)
+    counted = {name: len(set(words)) for name, words in recording.run.labels.items()}
+    rows = [
+        [
+            "recording",
+            f"{recording.kind}, {recording.m} observations, {'indicated - true' if recording.measuring else 'actual - commanded'}",
+        ],
+        ["labels", ", ".join(f"{name}: {k}" for name, k in sorted(counted.items())) or "none"],
+        ["columns", ", ".join(sorted(recording.run.columns))],
+        ["logs", ", ".join(sorted(recording.run.series)) or "none"],
+        [
+            "nuisance",
+            ", ".join(f"{a} per {b or 'recording'}" for a, b in recording.nuisance.items()) or "none",
+        ],
+    ]
+    if recording.missing:
+        rows.append(["not in the file", ", ".join(recording.missing)])
+    rows += [
+        [f"effect {name}", f"cannot show: no {', '.join(c)}"] for name, c in left_out(recording, machine)
+    ]
+    return rows + _describe_machine(machine)
 
 
 def _scenario_rows(file: Path) -> list[list[str]]:

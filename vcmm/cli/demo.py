@@ -11,7 +11,7 @@ from cyclopts import Parameter
 def demo_command(
     *,
     out: Path = Path("vcmm-demo"),
-    twin: Literal["gaska2014", "abbe_milling", "marin2004", "test_piece"] = "gaska2014",
+    twin: Literal["gaska2014", "abbe_milling", "marin2004", "test_piece", "worn_cmm"] = "gaska2014",
     draws: int | None = None,
     trials: int = 50_000,
     json: Annotated[bool, Parameter(name="--json")] = False,
@@ -19,7 +19,7 @@ def demo_command(
     """Virtually measure a compressor body at five places of a CMM and say how well (Gaska et al. 2014).
 
     The other twins mill a part virtually: abbe_milling (spline slots, arms of the rotations), marin2004 (chain, warm-up,
-    rewritten program), test_piece (which error shows in which feature).
+    rewritten program), test_piece (which error shows in which feature). worn_cmm diagnoses a log with concealed faults.
 
     Parameters
     ----------
@@ -34,11 +34,23 @@ def demo_command(
     json
         Print one JSON document.
     """
+    if twin == "worn_cmm":
+        from vcmm.cli.twin_diagnosis import worn_command
+
+        _refuse_draws(twin, draws)
+        return worn_command(out, json, _command())
     if twin != "gaska2014":
         from vcmm.cli.twins import twin_command
 
         return twin_command(twin, out, draws, json, _command())
     return _gaska(out, 200 if draws is None else draws, trials, json)
+
+
+def _refuse_draws(twin: str, draws: int | None) -> None:
+    from vcmm.errors import UsageError
+
+    if draws is not None:
+        raise UsageError(f"--draws is of no use to {twin}: it has one recording; leave it out")
 
 
 def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:

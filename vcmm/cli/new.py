@@ -13,7 +13,7 @@ def new_command(
 ) -> int:
     """Write a commented scenario that you can edit: machine, part, plan, environment in one file.
 
-    A cutting scenario brings its program and set-up along, in a folder of the same name.
+    A cutting scenario brings its program and set-up along, a recording its data and machine, in a folder of the same name.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def new_command(
     """
     from vcmm.cli.common import output_folder, say
     from vcmm.errors import UsageError
-    from vcmm.library import cuts, path
+    from vcmm.library import path
 
     original = source or name
     stem = name.removesuffix(".toml")
@@ -39,7 +39,7 @@ def new_command(
         )
     _write(out, texts)
     say(f"wrote {', '.join(str(out / one) for one in texts)}; edit, then:")
-    print(f"vcmm check {target}\n{_next_steps(target, cuts(target))}")
+    print(f"vcmm check {target}\n{_next_steps(target)}")
     return 0
 
 
@@ -67,7 +67,11 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
         write_text(target, text)
 
 
-def _next_steps(target: Path, cutting: bool) -> str:
-    if cutting:
+def _next_steps(target: Path) -> str:
+    from vcmm.library import cuts, records
+
+    if records(target):
+        return f"vcmm diagnose {target} --out {target.stem}-report"
+    if cuts(target):
         return f"vcmm cut {target} --out {target.stem}-report"
     return f"vcmm measure {target}\nvcmm uncertainty {target} --out {target.stem}-report"

@@ -12,6 +12,7 @@ from vcmm.diagnosis.periods import alias_words
 from vcmm.effect import Effect
 from vcmm.kinematics import ROTARY
 from vcmm.run import Run
+from vcmm.units import plain
 
 FULL_TURN = np.radians(345.0)
 
@@ -91,7 +92,7 @@ class _Values(dict[str, str]):
 
 
 def _value(e: Estimate) -> str:
-    return f"{abs(e.value):.3g} {e.unit}".replace(" 1", "") if e.unit != "1" else f"{abs(e.value):.3g}"
+    return plain(abs(e.value)) + (f" {e.unit}" if e.unit != "1" else "")
 
 
 def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:

@@ -8,7 +8,7 @@ from vcmm.effects.backlash import Backlash
 from vcmm.effects.clamping import Clamping
 from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
-from vcmm.effects.drift import LinearDrift, StepChange, ThermalDriftTwoLags
+from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
 from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
@@ -50,6 +50,7 @@ ALL: tuple[type[Effect], ...] = (
     ThermalDrift,
     ThermalDriftTwoLags,
     LinearDrift,
+    SettlingDrift,
     StepChange,
     Reindexing,
     GradientBending,

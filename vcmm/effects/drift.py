@@ -43,6 +43,30 @@ class LinearDrift(_Drift):
 
 
 @dataclass(frozen=True, eq=False)
+class SettlingDrift(_Drift):
+    """c tau (1 - exp(-t / tau)): a drift that begins with the speed c and dies away, the run-in after a start.
+
+    The second shape of linear_drift, and reported as such; for tau far above the duration it is linear_drift.
+    """
+
+    name = "settling_drift"
+    family: ClassVar[str] = "linear_drift"
+    per = "direction"
+    cites = "ISO 230-3:2020: warm-up towards a steady state; first-order response to switching on"
+    c: float = param(0.0, "um/h", "speed of the drift at the start")
+    tau: float = param(1800.0, "s", "time constant of settling", scan=(300.0, 900.0, 2700.0, 8100.0))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.tau > 0:
+            raise UsageError(f"{self.id}: tau = {self.tau:g} s must be above zero")
+
+    def error_motion(self, run: Run) -> Array:
+        settled = -np.expm1(-run.column("time_s") / self.tau)
+        return self._along(run, self.c * self.tau * settled)
+
+
+@dataclass(frozen=True, eq=False)
 class StepChange(_Drift):
     """a for t > t1 along one direction of the workpiece axes: a bump, a slipped clamp, a datum taken anew."""
 

@@ -57,6 +57,7 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
         "k_slow": Typical(2 * UM, "as thermal_drift"),
     },
     "linear_drift": {"c": Typical(2 * UM / HOUR, "usual: 1-5 um in an hour after switching on")},
+    "settling_drift": {"c": Typical(10 * UM / HOUR, "usual: 5-30 um/h in the first minutes after a start")},
     "step_change": {"a": Typical(2 * UM, "a slipped clamp or a bump: 1-10 um")},
     "gradient_bending": {
         "k": Typical(10 * UM / 1e6, "alpha / (2 h): granite 6 um/(m K) / (2 x 0.3 m) = 10 um/(m^2 K)")

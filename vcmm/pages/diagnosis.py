@@ -20,6 +20,7 @@ from vcmm.observe import baseline
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.recording import Recording
 from vcmm.run import Array
+from vcmm.units import plain
 
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
@@ -67,7 +68,7 @@ def _name(a: Answer) -> str:
 
 def _values(a: Answer) -> str:
     return (
-        ", ".join(f"{n} = {e.value:.3g} ± {e.u:.2g} {e.unit}" for n, e in a.parameters.items())
+        ", ".join(f"{n} = {plain(e.value)} ± {plain(e.u, 2)} {e.unit}" for n, e in a.parameters.items())
         or "no free parameter"
     )
 
