@@ -1,4 +1,4 @@
-"""Contact map: hand-computed projections, and the map against cutting again with the displaced tool."""
+"""Contacts: hand-computed projections, and the map against cutting again with the displaced tool."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from vcmm.cutting.contactmap import audit, contact_map
+from vcmm.cutting.contactmap import Contacts, audit, contact_map
 from vcmm.cutting.displaced import Field, displaced, indexed
-from vcmm.cutting.envelope import surface_left
+from vcmm.cutting.envelope import CUT, surface_left, tips
 from vcmm.cutting.sweeps import Sweep, arcs, join, lines, path, position
 from vcmm.cutting.tools import ball, flat, grown
 from vcmm.errors import ModelLimit, UsageError
@@ -42,9 +42,18 @@ def smooth(amplitude: float, seed: int) -> Field:
     return lambda x, row, t: scale * raw(x)
 
 
-def one(e: list[float], p: list[float], n: list[float], sweep: Sweep, **more: float) -> float:
-    m = contact_map(surface_left(np.array([p]), np.array([n]), sweep), sweep)
-    return float(m.apply(np.broadcast_to(np.array(e), (1, *m.gain.shape)), **more)[0, 0])
+def contact(p: list[float], n: list[float], sweep: Sweep) -> tuple[Contacts, Array, Array]:
+    """Contacts of one point; of its lowest the arm from the tip and the normal of the cutter (3,)."""
+    surface = surface_left(np.array([p]), np.array([n]), sweep)
+    found = contact_map(surface, sweep)
+    at = np.array(p) + found.height[0, 0] * np.array(n)
+    return found, at - tips(surface, sweep)[0, 0], found.cutter[0, 0]
+
+
+def one(e: list[float] | Array, p: list[float], n: list[float], sweep: Sweep) -> float:
+    """Height of the surface over one point with the tool moved by e at every contact."""
+    found = contact(p, n, sweep)[0]
+    return float(found.surface(np.tile(np.asarray(e, float), (np.sum(found.row >= 0), 1)))[0])
 
 
 def test_floor_wall_and_slope_by_hand() -> None:
@@ -67,11 +76,12 @@ def test_tilt_and_radius_by_hand() -> None:
     Runout of 5 um on the wall: -5 um; on the floor: nothing.
     """
     f = lines([[-9, 0, 0]], [[9, 0, 0]], (flat(5.0),))
-    tilt = np.zeros((1, 1, 4, 3))
-    tilt[..., 0] = 5e-5
-    assert one([0, 0, 0], [0, -5, 2], [0, 1, 0], f, tilt=tilt) == pytest.approx(-1e-4, abs=1e-15)  # type: ignore[arg-type]
-    assert one([0, 0, 0], [0, -5, 2], [0, 1, 0], f, radius=0.005) == pytest.approx(-0.005, abs=1e-15)
-    assert one([0, 0, 0], [0, 0, 0], [0, 0, 1], f, radius=0.005) == pytest.approx(0.0, abs=1e-15)
+    _, arm, cutter = contact([0, -5, 2], [0, 1, 0], f)
+    tilted = np.cross([5e-5, 0, 0], arm)
+    assert one(tilted, [0, -5, 2], [0, 1, 0], f) == pytest.approx(-1e-4, abs=1e-15)
+    assert one(0.005 * cutter * [1, 1, 0], [0, -5, 2], [0, 1, 0], f) == pytest.approx(-0.005, abs=1e-15)
+    floor = contact([0, 0, 0], [0, 0, 1], f)[2]
+    assert one(0.005 * floor * [1, 1, 0], [0, 0, 0], [0, 0, 1], f) == pytest.approx(0.0, abs=1e-15)
     # and the tool grown for good, cut again
     wide = lines([[-9, 0, 0]], [[9, 0, 0]], (grown(flat(5.0), 0.005),))
     again = surface_left(np.array([[0, -5, 2.0]]), np.array([[0, 1.0, 0]]), wide)
@@ -81,7 +91,8 @@ def test_tilt_and_radius_by_hand() -> None:
 def test_wear_of_a_ball_by_hand() -> None:
     """Worn by 2 um along its normal, a ball leaves 2 um at the bottom of its groove."""
     b = lines([[0, -9, 0]], [[0, 9, 0]], (ball(5.0),))
-    assert one([0, 0, 0], [0, 0, 0], [0, 0, 1], b, growth=-0.002) == pytest.approx(0.002, abs=1e-15)
+    cutter = contact([0, 0, 0], [0, 0, 1], b)[2]
+    assert one(-0.002 * cutter, [0, 0, 0], [0, 0, 1], b) == pytest.approx(0.002, abs=1e-15)
 
 
 @pytest.mark.parametrize("amplitude", [0.0075, 0.02])
@@ -131,9 +142,12 @@ def test_what_tilts_is_refused_or_cut_into_indexed_pieces() -> None:
     assert parts.axis[0] @ line.axis[0] == pytest.approx(math.cos(0.01 / 24), abs=1e-12)
 
 
-def test_shapes_are_checked() -> None:
+def test_uncut_points_are_refused_and_left_out() -> None:
     sweep = join([lines([[-9, 0, 0]], [[9, 0, 0]], (flat(5.0),))])
-    m = contact_map(surface_left(np.array([[0, 0, 0], [0, 50.0, 0]]), UP.repeat(2, axis=0), sweep), sweep)
-    assert np.isnan(m.apply(np.zeros((2, 2, 4, 3)))[:, 1]).all()  # uncut stays uncut
-    with pytest.raises(UsageError, match="shape"):
-        m.apply(np.zeros((2, 2, 3)))
+    surface = surface_left(np.array([[0, 50.0, 0], [0, 0, 0]]), UP.repeat(2, axis=0), sweep)
+    with pytest.raises(UsageError, match="1 points were not cut"):
+        contact_map(surface, sweep)
+    found = contact_map(surface.take(surface.status == CUT), sweep)
+    assert found.surface(np.array([[0.0, 0.0, 0.001]])) == pytest.approx([0.001], abs=1e-15)
+    field = lambda x, row, t: np.tile([0.0, 0.0, 0.001], (len(x), 1))  # noqa: E731
+    assert audit(surface, sweep, field).compared == 1

@@ -236,17 +236,19 @@ def test_rotary_travel_is_checked(tmp_path):
         rs.shop_of(rs.write(tmp_path, short, FACE.format(b=90), RIGHT, CUTTER))
 
 
-def test_the_stock_says_what_it_leaves_out(tmp_path):
+def test_a_stock_cut_from_two_sides(tmp_path):
     program = FACE.format(b=0) + FACE.format(b=90)
     path = rs.write(tmp_path, hmc(), program, FRONT + RIGHT, CUTTER)
-    stock = '[stock]\nbox = ["84 mm", "84 mm", "84 mm"]\ncorner = ["-42 mm", "-42 mm", "-42 mm"]\nmaterial = "Al7075"\n'
+    stock = '[stock]\nbox = ["100 mm", "100 mm", "100 mm"]\ncorner = ["-50 mm", "-50 mm", "-50 mm"]\n'
     (tmp_path / "setup.toml").write_text((tmp_path / "setup.toml").read_text() + stock)
     blank = rs.shop_of(path).blank
-    # the face at B = 0: 84 mm wide, 44 mm of the height, 2 mm deep; the one at B = 90 deg is not in the map
-    assert blank.removed == pytest.approx(84 * 44 * 2, rel=0.01)
-    assert blank.left_out > 3
-    assert blank.forces is None
-    assert "turned away" in " ".join(notes(blank))
+    # each face: 100 mm wide, 44 mm of the height, 10 mm deep; the edge between them counts once
+    assert blank.removed == pytest.approx(2 * 100 * 44 * 10 - 10 * 10 * 44, rel=0.03)
+    assert blank.kept_as == "rays along X, Y and Z"
+    assert "several sides" in " ".join(notes(blank))
+    (tmp_path / "setup.toml").write_text((tmp_path / "setup.toml").read_text() + 'material = "Al7075"\n')
+    with pytest.raises(ModelLimit, match="leave material out"):
+        rs.shop_of(path)
 
 
 def test_probed_on_the_same_machine_with_the_pallet_at_zero(tmp_path):

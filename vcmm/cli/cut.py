@@ -84,7 +84,9 @@ def cut_json(found: Any) -> dict[str, Any]:
         "time_s": found.seconds,
         "stock": None if found.blank is None else {
             "removed_mm3": found.blank.removed,
+            "kept_as": found.blank.kept_as,
             "collisions": [{"line": line, "depth_mm": depth} for line, depth in found.blank.collisions],
+            "shanks": [{"line": line, "tool": tool, "depth_mm": depth} for line, tool, depth in found.blank.shanks],
         },
     }  # fmt: skip
 
@@ -122,7 +124,8 @@ def show(found: Any) -> None:
     )
     if found.blank is not None:
         print(
-            f"stock: {found.blank.removed / 1e3:.1f} cm³ removed, {len(found.blank.collisions)} rapids through material"
+            f"stock ({found.blank.kept_as}): {found.blank.removed / 1e3:.1f} cm³ removed, "
+            f"{len(found.blank.collisions)} rapids through material"
         )
     for warning in found.warnings:
         say(f"note: {warning}")

@@ -1,6 +1,6 @@
 """Material left on long rays through a block, compiled. Private; used by vcmm.cutting.dexels.
 
-Delete numba's cache of this file after a change in _envelope_kernels.
+Delete numba's cache of this folder after a change in the kernels it imports.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vcmm.cutting._envelope_kernels import first_contact, inside_at
+from vcmm.cutting._envelope_kernels import first_contact
+from vcmm.cutting._tool_kernels import inside_at
 
 Array = NDArray[Any]
 STEP = 1e-6  # mm, least step while a ray leaves the sweep of an arc

@@ -1,13 +1,6 @@
 """Ray against swept tool, compiled. Private; vcmm.cutting.envelope prepares the arrays, vcmm.cutting.twin checks them.
 
-Everything stands in a frame whose Z is the tool axis. A tool is the convex function G(radius, height) of
-vcmm.cutting.tools; a move is a path c(u), u in [0, 1]. A point x was removed when F(x) = min over u of G(x - c(u)) <= 0.
-F grows by at most 1 per mm, so marching along a ray by F cannot jump over tool; along straight moves F is convex and
-Newton's method from outside cannot either. Kept in one file since numba's cache does not see changes in imported functions.
-
-Rows of `items`: 0:3 start, 3:6 end, 6:9 centre at the height of the start, 9:12 and 12:15 first and second direction of the
-arc, 15 and 16 radius at start and end, 17 turn >= 0, 18:21 advance, 21 kind (0 line, 1 level circular arc, 2 other arc),
-22 tool. `tools`: shape, R, r, radius of bottom, cosine, sine of half angle, length.
+Stands on the distance to a swept tool of vcmm/cutting/_tool_kernels.py, where frames and columns are explained.
 """
 
 from __future__ import annotations
@@ -15,172 +8,22 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vcmm.cutting._tool_kernels import BALL, CONE, NONE, PLAIN, at_line, implicit, inside_at, nearest
+
 Array = NDArray[Any]
-FLAT, BALL, BULL, CONE = 0, 1, 2, 3
 MOST_STEPS = 20000
-GROWTH, COARSE = (
-    1.3,
-    1e-3,
-)  # a ray that grazes a sweep walks with growing steps, at most so many mm: thinner gaps may be missed there
-NONE, ROUND = 1e300, 2e-15
-EDGE = 1e-6  # fraction of an arc next to its ends
-SMALL, THIN = (
-    1e-5,
-    1e-6,
-)  # mm: from where Newton is trusted on arcs, and the thinnest stretch surely found on them
+# a ray that grazes a sweep walks with growing steps, at most so many mm: thinner gaps may be missed there
+GROWTH, COARSE = 1.3, 1e-3
+ROUND = 2e-15
+NEWTON, SURE = 12, 1e-13  # steps on ramps; mm within which an entry must be proven to be taken
+# mm: from where Newton is trusted on arcs, and the thinnest stretch surely found on them
+SMALL, THIN = 1e-5, 1e-6
 
 
-@njit(cache=True, nogil=True, inline="never")
-def implicit(rho: float, h: float, tool: Array) -> tuple[float, float, float]:
-    """G and its derivatives by radius and height: the twin of vcmm.cutting.tools.implicit."""
-    g, by_rho, by_h = rho - tool[1], 1.0, 0.0
-    if -h > g:
-        g, by_rho, by_h = -h, 0.0, -1.0
-    if tool[0] == CONE:
-        flank = (rho - tool[3]) * tool[4] - h * tool[5]
-        if flank > g:
-            g, by_rho, by_h = flank, tool[4], -tool[5]
-    elif tool[2] > 0.0:
-        over, under = rho - tool[3], tool[2] - h
-        if over > 0.0 and under > 0.0:
-            d = math.sqrt(over * over + under * under)
-            g, by_rho, by_h = d - tool[2], over / d, -under / d
-    if h - tool[6] > g:
-        g, by_rho, by_h = h - tool[6], 0.0, 1.0
-    return g, by_rho, by_h
-
-
-@njit(cache=True, nogil=True)
-def at_pose(x: float, y: float, h: float, tool: Array) -> tuple[float, float, float, float]:
-    """G and its gradient for a point seen from the tip."""
-    rho = math.sqrt(x * x + y * y)
-    g, by_rho, by_h = implicit(rho, h, tool)
-    if rho > 0.0:
-        return g, by_rho * x / rho, by_rho * y / rho, by_h
-    return g, 0.0, 0.0, by_h
-
-
-@njit(cache=True, nogil=True)
-def slope(item: Array, tool: Array, p: Array, u: float, out: Array) -> tuple[float, float]:
-    """G of point p against the tool at u, and its derivative by u; out: gradient by the point."""
-    if item[21] == 0.0:
-        vx, vy, vz = item[3] - item[0], item[4] - item[1], item[5] - item[2]
-        cx, cy, cz = item[0] + u * vx, item[1] + u * vy, item[2] + u * vz
-    else:
-        c, s = math.cos(item[17] * u), math.sin(item[17] * u)
-        dr = item[16] - item[15]
-        r = item[15] + u * dr
-        a, b = r * c, r * s
-        da, db = dr * c - item[17] * b, dr * s + item[17] * a
-        cx = item[6] + a * item[9] + b * item[12] + u * item[18]
-        cy = item[7] + a * item[10] + b * item[13] + u * item[19]
-        cz = item[8] + a * item[11] + b * item[14] + u * item[20]
-        vx = da * item[9] + db * item[12] + item[18]
-        vy = da * item[10] + db * item[13] + item[19]
-        vz = da * item[11] + db * item[14] + item[20]
-    g, gx, gy, gz = at_pose(p[0] - cx, p[1] - cy, p[2] - cz, tool)
-    out[0], out[1], out[2] = gx, gy, gz
-    return g, -(gx * vx + gy * vy + gz * vz)
-
-
-@njit(cache=True, nogil=True)
-def valley(item: Array, tool: Array, p: Array, ul: float, ur: float, out: Array) -> tuple[float, float]:
-    """Least G and its u between ul, where G falls, and ur, where it rises; out: gradient across the valley.
-
-    At a kink (the rim of a flat mill on a ramp) the gradient is the mixture of both sides that is square to the motion.
-    """
-    left, right = np.empty(3), np.empty(3)
-    gl, dl = slope(item, tool, p, ul, left)
-    gr, dr = slope(item, tool, p, ur, right)
-    for k in range(200):
-        if ur - ul <= 1e-15 or dl >= 0.0 or dr <= 0.0:
-            break
-        u = ul + (ur - ul) * dl / (dl - dr) if k % 3 else 0.5 * (ul + ur)
-        if k % 3 == 2:  # step a little over the zero, so that both ends close in
-            u += 1e-3 * (ur - ul) if u < 0.5 * (ul + ur) else -1e-3 * (ur - ul)
-        if u <= ul or u >= ur:
-            u = 0.5 * (ul + ur)
-            if u <= ul or u >= ur:
-                break
-        g, d = slope(item, tool, p, u, out)
-        if d == 0.0:
-            return g, u
-        if d < 0.0:
-            ul, gl, dl = u, g, d
-            left[0], left[1], left[2] = out[0], out[1], out[2]
-        else:
-            ur, gr, dr = u, g, d
-            right[0], right[1], right[2] = out[0], out[1], out[2]
-    w = dr / (dr - dl) if dr > dl else 0.5
-    for i in range(3):
-        out[i] = w * left[i] + (1.0 - w) * right[i]
-    if gl <= gr:
-        return gl, ul
-    return gr, ur
-
-
-@njit(cache=True, nogil=True)
-def nearest(item: Array, tool: Array, p: Array, out: Array) -> tuple[float, float]:
-    """F(p) and the u of its minimum; out: gradient."""
-    if item[21] == 0.0:
-        dx, dy, dz = item[3] - item[0], item[4] - item[1], item[5] - item[2]
-        if dz == 0.0:  # G grows with the radius: the nearest pose in the plane is the least
-            dd = dx * dx + dy * dy
-            u = ((p[0] - item[0]) * dx + (p[1] - item[1]) * dy) / dd if dd > 0.0 else 0.0
-            u = min(max(u, 0.0), 1.0)
-            g, out[0], out[1], out[2] = at_pose(
-                p[0] - item[0] - u * dx, p[1] - item[1] - u * dy, p[2] - item[2], tool
-            )
-            return g, u
-        g0, d0 = slope(item, tool, p, 0.0, out)
-        if d0 >= 0.0:
-            return g0, 0.0
-        g1, d1 = slope(item, tool, p, 1.0, out)
-        if d1 <= 0.0:
-            return g1, 1.0
-        return valley(item, tool, p, 0.0, 1.0, out)
-    if item[21] == 1.0:
-        a = (p[0] - item[6]) * item[9] + (p[1] - item[7]) * item[10]
-        b = (p[0] - item[6]) * item[12] + (p[1] - item[7]) * item[13]
-        angle = math.atan2(b, a)
-        if angle < 0.0:
-            angle += 2.0 * math.pi
-        if angle <= item[17]:
-            u = angle / item[17]
-        else:
-            u = 1.0 if angle - item[17] < 2.0 * math.pi - angle else 0.0
-        g, _ = slope(item, tool, p, u, out)
-        return g, u
-    return nearest_general(item, tool, p, out)
-
-
-@njit(cache=True, nogil=True)
-def nearest_general(item: Array, tool: Array, p: Array, out: Array) -> tuple[float, float]:
-    """The same for arcs that are not level (at most a quarter turn each): every valley between 19 samples."""
-    best, at, n = NONE, 0.0, 16
-    grad = np.empty(3)
-    before, last = 0.0, 0.0
-    for k in range(-1, n + 2):
-        # samples at the ends and just beside them: at an end the derivative may vanish, as at the pole of a sphere
-        u = min(max(k / n, EDGE if k > -1 else 0.0), 1.0 - EDGE if k < n + 1 else 1.0)
-        g, d = slope(item, tool, p, u, grad)
-        if g < best:
-            best, at = g, u
-            out[0], out[1], out[2] = grad[0], grad[1], grad[2]
-        if k > -1 and before < 0.0 and d > 0.0:
-            low, v = valley(item, tool, p, last, u, grad)
-            if low <= best:
-                best, at = low, v
-                out[0], out[1], out[2] = grad[0], grad[1], grad[2]
-        before, last = d, u
-    return best, at
-
-
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def first_contact(
     item: Array, tool: Array, p: Array, n: Array, sign: float, s0: float, s1: float, out: Array, q: Array
 ) -> tuple[bool, float, float]:
@@ -222,7 +65,7 @@ def first_contact(
     return bracket < NONE, bracket, u
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple[bool, float, float]:
     """First contact of the whole ray with a ball swept along a line, in closed form: (found, s, u); out: unit normal."""
     wx, wy, wz = p[0] - item[0], p[1] - item[1], p[2] - item[2] - radius
@@ -267,15 +110,7 @@ def capsule(item: Array, radius: float, p: Array, n: Array, out: Array) -> tuple
     return True, s, u
 
 
-@njit(cache=True, nogil=True)
-def inside_at(item: Array, tool: Array, p: Array, n: Array, s: float, out: Array, q: Array) -> float:
-    """F at p + s n."""
-    for i in range(3):
-        q[i] = p[i] + s * n[i]
-    return nearest(item, tool, q, out)[0]
-
-
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def lower_end(
     item: Array, tool: Array, p: Array, n: Array, s: float, depth: float, out: Array, q: Array
 ) -> tuple[float, float]:
@@ -297,36 +132,107 @@ def lower_end(
     return -depth, u
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
+def steep(
+    item: Array, tool: Array, p: Array, n: Array, s: float, cut: float, out: Array
+) -> tuple[int, float, float]:
+    """Entry of a ray into a tool swept along a line, from s outside, by Newton's method for s and u at once.
+
+    H(s, u) = G(p + s n - c(u)) is convex in both, so each tangent plane lies below it: the plane says how low the entry can
+    be at best, and where that agrees with the place found, the place is proven. Every step stays on the plane and thus
+    outside. Returns (0: no entry up to cut, 1: entry found, 2: not decided), s, u; out: gradient.
+    """
+    vx, vy, vz = item[3] - item[0], item[4] - item[1], item[5] - item[2]
+    scale = ROUND * (abs(p[0]) + abs(p[1]) + abs(p[2]) + abs(item[0]) + abs(item[1]) + abs(item[2]) + 1.0)
+    u = 0.5
+    for _ in range(NEWTON):
+        x, y = p[0] + s * n[0] - item[0] - u * vx, p[1] + s * n[1] - item[1] - u * vy
+        h = p[2] + s * n[2] - item[2] - u * vz
+        rho = math.sqrt(x * x + y * y)
+        if rho == 0.0:
+            return 2, s, u
+        g, by_rho, by_h = implicit(rho, h, tool)
+        ex, ey = x / rho, y / rho
+        nr, vr = ex * n[0] + ey * n[1], ex * vx + ey * vy
+        hs, hu = by_rho * nr + by_h * n[2], -by_rho * vr - by_h * vz
+        if hs >= 0.0:
+            return 2, s, u
+        fall = hu * u if hu > 0.0 else -hu * (1.0 - u)  # most that H can still lose by u
+        if g - fall - SURE > (s - cut) * hs:
+            return 0, s, u
+        if g <= scale and fall <= -hs * SURE:
+            out[0], out[1], out[2] = by_rho * ex, by_rho * ey, by_h
+            return (1 if g >= -scale else 2), s, u
+        # second derivatives: round the axis, and round the corner
+        nt, vt = ex * n[1] - ey * n[0], ex * vy - ey * vx
+        huu, hus = by_rho * vt * vt / rho, -by_rho * nt * vt / rho
+        if by_rho > 0.0 and by_h < 0.0 and tool[0] != CONE:
+            ns, vs = n[2] * by_rho - nr * by_h, vz * by_rho - vr * by_h
+            huu += vs * vs / (g + tool[2])
+            hus -= ns * vs / (g + tool[2])
+        det = hs * huu - hu * hus
+        du = NONE if hu < 0.0 else -NONE
+        if det < 0.0 and huu > 0.0:
+            du = hs * (g * hus / hs - hu) / det
+        elif hu == 0.0:
+            du = 0.0
+        after = u + du
+        if after < 0.0:
+            after = 0.0
+        elif after > 1.0:
+            after = 1.0
+        s -= (g + hu * (after - u)) / hs
+        u = after
+    return 2, s, u
+
+
+@njit(**PLAIN)
 def straight(
-    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
+    item: Array,
+    tool: Array,
+    p: Array,
+    n: Array,
+    depth: float,
+    cut: float,
+    grad: Array,
+    other: Array,
+    out: Array,
+    q: Array,
 ) -> int:
-    """Removed stretch of one straight move. out: lower end, upper end if below, u. 0 nothing, 1 main, 2 below nominal."""
+    """Removed stretch of one straight move. 0 nothing, 1 main: out 0 and 2 hold lower end and u, grad the gradient.
+
+    2: the whole stretch lies below nominal, out 3:6 hold lower end, upper end and u, other the gradient.
+    """
     found = False
     if tool[0] == BALL:
         found, a, u = capsule(item, tool[1], p, n, grad)
         found = found and grad[2] <= 0.0 and tool[6] >= 2.0 * tool[1]
         if found and a > cut:
             return 0
-    if not found:
-        f = inside_at(item, tool, p, n, cut, grad, q)
-        if f > 0.0 and grad[0] * n[0] + grad[1] * n[1] + grad[2] * n[2] < 0.0:
+    if not found and item[2] != item[5]:
+        answer, a, u = steep(item, tool, p, n, -depth, cut, grad)
+        if answer == 0:
             return 0
+        found = answer == 1 and a >= -depth  # an entry further down is none of this search
+    if not found:
         found, a, u = first_contact(item, tool, p, n, 1.0, -depth, cut, grad, q)
         if not found:
             return 0
     out[0], out[1], out[2] = a, 0.0, u
     if a >= 0.0:
         return 1
-    other = grad[3:]
+    if at_line(item, tool, p, u) <= 1e-12:
+        return 1
     if inside_at(item, tool, p, n, 0.0, other, q) <= 1e-12:
         return 1
-    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other, q)
-    out[1] = -b
+    found, b, _ = first_contact(item, tool, p, n, -1.0, 0.0, 2.0 * depth, other, q)
+    out[3], out[4], out[5] = a, -b, u
+    for i in range(3):
+        other[i] = grad[i]
     return 2 if found else 0
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def beside(item: Array, tool: Array, p: Array, n: Array) -> bool:
     """Whether a ray along the tool axis passes outside of all that the tool sweeps on an arc, seen in plan."""
     if n[0] * n[0] + n[1] * n[1] > 1e-24:
@@ -337,11 +243,20 @@ def beside(item: Array, tool: Array, p: Array, n: Array) -> bool:
     return rho > high + tool[1] + 1e-9 or rho < low - tool[1] - 1e-9
 
 
-@njit(cache=True, nogil=True)
+@njit(**PLAIN)
 def curved(
-    item: Array, tool: Array, p: Array, n: Array, depth: float, cut: float, grad: Array, out: Array, q: Array
+    item: Array,
+    tool: Array,
+    p: Array,
+    n: Array,
+    depth: float,
+    cut: float,
+    grad: Array,
+    other: Array,
+    out: Array,
+    q: Array,
 ) -> int:
-    """The same for an arc; 3: one stretch below nominal (in out 3:6, gradient of it in grad 3:6) and one above it."""
+    """The same for an arc; 3: one stretch below nominal (in out 3:6, gradient of it in other) and one above it."""
     if beside(item, tool, p, n):
         return 0
     f = inside_at(item, tool, p, n, 0.0, grad, q)
@@ -354,9 +269,9 @@ def curved(
         if found:
             out[0], out[1], out[2] = a, 0.0, u
             result = 1
-    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, grad[3:], q)
+    found, b, u = first_contact(item, tool, p, n, -1.0, 0.0, depth, other, q)
     if found:
-        out[3], out[5] = lower_end(item, tool, p, n, -b - 1e-9, depth, grad[3:], q)
+        out[3], out[5] = lower_end(item, tool, p, n, -b - 1e-9, depth, other, q)
         out[4] = -b
         result += 2
     return result

@@ -1,6 +1,6 @@
 """Height map of a stock, cut move by move, compiled. Private; used by vcmm.cutting.stock.
 
-Delete numba's cache of this file after a change in _envelope_kernels.
+Delete numba's cache of this file after a change in the kernels it imports.
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
-"""Contact map: how the cut surface answers to small errors of the tool, without cutting again.
+"""Contacts: which cuts make each point of the surface, and how small errors of the tool there move it, without cutting again.
 
-A displacement e of the tool at the moment of contact moves the cut surface along the nominal normal n by
+    ds = (N . e) / (N . n)      to first order; N: normal of the cutter where it touches the surface, out of the tool,
+                                n: outward normal of the part, e: actual - commanded of that point of the tool
 
-    ds = (N . e) / (N . n)        N = normal of the tool at the contact, out of the tool
-
-since the tool's boundary moves by N . e along N and meets the ray under the angle between N and n. A small turn theta of
-the tool (rad, about its tip) displaces the contact by theta x r, r from the tip to the contact. A tool larger by dr cuts
-deeper by dr / (N . n). With several contacts close to each other the lowest wins: the deviation is the minimum over the K
-candidates, which is what changes place when a cusp between two passes moves. First order in e and in the gradient of the
-error; the rest is about e^2 / 2R (0.04 um at 20 um and R 5 mm), and `audit` measures it. Source of the projection:
-the envelope condition N . v = 0, e.g. Altintas, Manufacturing Automation, 2nd ed. (2012), ch. 2 for milled surfaces.
+since the tool's boundary moves by N . e along N and meets the ray under the angle between N and n. A tilt, wear or runout is
+an e at the contact as well (theta x arm, growth times N). With several contacts close to each other the lowest wins, which
+is what changes place when a cusp between two passes moves. First order in e and in the gradient of the error; the rest is
+about e^2 / 2R (0.04 um at 20 um and R 5 mm), and `audit` measures it. Sign: material left is plus. Sources: the envelope
+condition N . v = 0, Altintas, Manufacturing Automation, 2nd ed. (2012), ch. 2 and 4; Soori et al., CAD 45 (2013) 1306.
 """
 
 from __future__ import annotations
@@ -17,90 +15,118 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.cutting.displaced import CHORD, Field, displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
+from vcmm.cutting.standing import entry
 from vcmm.cutting.sweeps import Sweep
+from vcmm.cutting.tools import Tool
 from vcmm.errors import UsageError
 from vcmm.laws import Array
 
-GRAZING = 1e-3  # |N . n| below which a contact is so oblique that first order means little
+Ints = npt.NDArray[np.intp]
+ASTRAY = 0.05  # mm: a ray that meets the moved tool further off has met another side of it
+GRAZING = 1e-6  # |N . n| below which the ray ends in the side of a gouge: the tool moves that end as it moves itself
 
 
 @dataclass(frozen=True, eq=False)
-class ContactMap:
-    """Candidates of P points, K each; void candidates have s = inf and gain 0. `cut` tells which points have a surface."""
+class Solids:
+    """The tools of the candidates: which (P, K) of `tools`, and arm (P, K, 3) mm from their tip to the point."""
 
-    s: Array  # (P, K) mm
-    gain: Array  # (P, K, 3) N / (N . n)
-    arm: Array  # (P, K, 3) mm, from the tip to the contact
-    across: Array  # (P, K) share of N square to the tool axis, over N . n
-    row: Array  # (P, K), -1 = void
-    t: Array  # (P, K)
-    tip: Array  # (P, K, 3) position of the tip at the contact, nan = void
-    cut: Array  # (P,) bool
-    grazing: Array  # (P,) bool, any candidate that meets the ray at less than GRAZING
+    tools: tuple[Tool, ...]
+    which: Ints
+    arm: Array
 
-    def apply(
-        self,
-        displacement: Array,
-        tilt: Array | None = None,
-        radius: Array | float = 0.0,
-        growth: Array | float = 0.0,
-    ) -> Array:
-        """Deviation (T, P) mm for displacements (T, P, K, 3) mm at the contacts; nan where the point was not cut.
+    def entry(self, shift: Array, normal: Array) -> Array:
+        """Where the rays from the points along normal (P, 3) enter the tools moved by shift (..., P, K, 3), (..., P, K)."""
+        out = np.full(shift.shape[:-1], np.inf)
+        rays = np.broadcast_to(normal[:, None, :], shift.shape)
+        for number, tool in enumerate(self.tools):
+            mine = np.broadcast_to(self.which == number, out.shape)
+            if mine.any():
+                out[mine] = entry(tool, (self.arm - shift)[mine], rays[mine])
+        return out
 
-        tilt (T, P, K, 3) rad about the tip; radius (mm, shape (T, P, K) or less): the cutting edges run that much
-        further out square to the axis (runout); growth (mm): the edge grows along its own normal (wear is negative).
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """P points, K candidates each; workpiece axes, mm.
+
+    height (P, K): surface above nominal along n if this candidate cut alone; cutter (P, K, 3): unit normal N;
+    normal (P, 3): n; row (P, K): row of the run in which this candidate is cut, -1 where there is none.
+    """
+
+    height: Array
+    cutter: Array
+    normal: Array
+    row: Ints
+    solids: Solids | None = None
+
+    def __post_init__(self) -> None:
+        if (self.row[:, 0] < 0).any():
+            raise ValueError("every point needs a cut; leave uncut points out")
+
+    @property
+    def gain(self) -> Array:
+        """(P, K, 3): change of the height per error of the tool."""
+        along = np.einsum("pki,pi->pk", self.cutter, self.normal)
+        safe = np.where(self.row >= 0, along, 1.0)
+        return self.cutter / safe[:, :, None]
+
+    def heights(self, moved: Array) -> Array:
+        """(..., P, K) under errors (..., rows, 3) of the tool; inf where there is no candidate.
+
+        With the solids of the tools the ray meets the moved tool itself, so that a hole drilled beside its place keeps its
+        size; where it misses the moved tool, and without solids, the surface moves by the gain.
         """
-        e = np.asarray(displacement, float)
-        if e.ndim != 4 or e.shape[1:] != self.gain.shape:
-            raise UsageError(
-                f"ContactMap.apply: displacement must have the shape (T, {self.gain.shape}), not {e.shape}"
-            )
-        void = self.row < 0
-        if not np.isfinite(e[:, ~void]).all():
-            raise UsageError("ContactMap.apply: the displacement is not finite at some contact")
-        ds = np.einsum("tpki,pki->tpk", np.where(void[..., None], 0.0, e), self.gain)
-        if tilt is not None:
-            # gain . (theta x r) = theta . (r x gain)
-            turned = np.cross(self.arm, self.gain)
-            ds += np.einsum("tpki,pki->tpk", np.where(void[..., None], 0.0, tilt), turned)
-        ds = ds + np.asarray(radius, float) * self.across + np.asarray(growth, float) * self._per_growth()
-        lowest = np.min(self.s + ds, axis=-1)
-        return np.where(self.cut, lowest, np.nan)
+        shift = moved[..., np.maximum(self.row, 0), :]
+        linear = self.height + np.einsum("...pki,pki->...pk", shift, self.gain)
+        if self.solids is not None:
+            exact = self.solids.entry(shift, self.normal)
+            both = np.isfinite(exact) & np.isfinite(linear)
+            near = both & (np.abs(np.where(both, exact, 0.0) - np.where(both, linear, 0.0)) < ASTRAY)
+            first = np.arange(self.row.shape[1]) == 0
+            linear = np.where(near, exact, np.where(first, linear, np.inf))
+        return np.where(self.row >= 0, linear, np.inf)
 
-    def _per_growth(self) -> Array:
-        """1 / (N . n) (P, K): gain is N / (N . n) and N a unit vector, N . n < 0."""
-        return -np.linalg.norm(self.gain, axis=-1)
+    def surface(self, moved: Array) -> Array:
+        """(..., P): the lowest of the candidates, which is what remains."""
+        return np.asarray(self.heights(moved).min(axis=-1))
+
+    def deepest(self, moved: Array) -> tuple[Ints, Array]:
+        """Row (P,) and gain (P, 3) of the candidate that makes each point under errors (rows, 3)."""
+        k = self.heights(moved).argmin(axis=-1)
+        points = np.arange(len(k))
+        return self.row[points, k], self.gain[points, k]
 
 
-def contact_map(surface: CutSurface, sweep: Sweep) -> ContactMap:
-    """The map of a cut surface. `sweep` is the one it was cut with."""
-    void = surface.row < 0
-    slant = np.einsum("pki,pi->pk", surface.normal, surface.normals)
-    axis = sweep.axis[np.where(void, 0, surface.row)]
-    radial = np.linalg.norm(np.cross(surface.normal, axis), axis=-1)
-    tip = tips(surface, sweep)
-    contact = surface.points[:, None] + surface.contact_s[..., None] * surface.normals[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gain, across = surface.normal / slant[..., None], radial / slant
-    return ContactMap(
-        np.where(void, np.inf, surface.contact_s),
-        np.where(void[..., None], 0.0, gain),
-        np.where(void[..., None], 0.0, contact - tip),
-        np.where(void, 0.0, across),
-        surface.row,
-        surface.t,
-        tip,
-        surface.status == CUT,
-        np.any(~void & (np.abs(slant) < GRAZING), axis=1),
-    )
+def contact_map(surface: CutSurface, sweep: Sweep) -> Contacts:
+    """Contacts of a cut surface, its candidates numbered row by row; `sweep` is the one it was cut with.
+
+    Errors come in that order: those at tips(surface, sweep)[surface.row >= 0]. Raises UsageError where points are uncut.
+    """
+    known = surface.row >= 0
+    if not known[:, 0].all():
+        raise UsageError(
+            f"contact_map: {np.sum(~known[:, 0])} points were not cut; take(surface.status == CUT) leaves them out"
+        )
+    row = np.full(known.shape, -1, dtype=np.intp)
+    row[known] = np.arange(known.sum())
+    height = np.where(known, surface.contact_s, np.inf)
+    return Contacts(height, upright(surface.normal, surface.normals, known), surface.normals, row)
+
+
+def upright(cutter: Array, normal: Array, known: Array) -> Array:
+    """Normals of the cutter (P, K, 3); n itself where there is no candidate, or the ray grazes the tool."""
+    along = np.einsum("pki,pi->pk", cutter, normal)
+    good = known & (np.abs(np.where(known, along, 0.0)) >= GRAZING)
+    return np.where(good[:, :, None], cutter, normal[:, None, :])
 
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """Contact map against cutting again with the displaced tool."""
+    """Contacts against cutting again with the displaced tool."""
 
     largest: float  # mm
     rms: float  # mm
@@ -117,22 +143,22 @@ def audit(
     depth: float = 0.5,
     height: float = 2.0,
 ) -> Audit:
-    """Largest and rms difference between the map and an exact new query with the tool displaced by `field`."""
-    contacts = contact_map(surface, sweep)
-    known = contacts.row >= 0
-    e = np.zeros_like(contacts.gain)
-    e[known] = field(contacts.tip[known], contacts.row[known], contacts.t[known])
-    quick = contacts.apply(e[None])[0]
-    one = contacts.s[:, 0] + np.einsum("pi,pi->p", e[:, 0], contacts.gain[:, 0])
-    again = surface_left(surface.points, surface.normals, displaced(sweep, field, tolerance), depth, height)
-    both = contacts.cut & (again.status == CUT)
+    """Largest and rms difference between contacts and an exact new query with the tool displaced by `field`."""
+    part = surface.take(np.flatnonzero(surface.status == CUT))
+    known = part.row >= 0
+    contacts, moved = contact_map(part, sweep), np.zeros((0, 3))
+    if known.any():
+        moved = field(tips(part, sweep)[known], part.row[known], part.t[known])
+    again = surface_left(part.points, part.normals, displaced(sweep, field, tolerance), depth, height)
+    both = again.status == CUT
     if not both.any():
         raise UsageError("audit: no point was cut both by the nominal and by the displaced tool")
-    off = (quick - again.s)[both]
+    one = contacts.height[:, 0] + np.einsum("pi,pi->p", moved[contacts.row[:, 0]], contacts.gain[:, 0])
+    off = (contacts.surface(moved) - again.s)[both]
     return Audit(
         float(np.abs(off).max()),
         float(np.sqrt(np.mean(off**2))),
         float(np.abs(one - again.s)[both].max()),
-        float(np.linalg.norm(e[known], axis=1).max()),
+        float(np.linalg.norm(moved, axis=1).max()),
         int(both.sum()),
     )

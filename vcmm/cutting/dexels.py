@@ -44,11 +44,22 @@ def carve(low: Array, high: Array, cell: float, sweep: Sweep | Index) -> Dexels:
         raise UsageError(
             "carve: the upper corner must lie above the lower one, and the cell must be positive"
         )
-    index = sweep if isinstance(sweep, Index) else build(sweep)
     nodes = np.maximum(np.ceil((high - low) / cell - 1e-9), 2).astype(int)
     size = (high - low) / nodes
+    if isinstance(sweep, Sweep) and not len(sweep):
+        x, y, z = (_whole(high - low, nodes, d) for d in range(3))
+        return Dexels(low, high, size, nodes, (x, y, z))
+    index = sweep if isinstance(sweep, Index) else build(sweep)
     x, y, z = (_bundle(index, low, high, size, nodes, d) for d in range(3))
     return Dexels(low, high, size, nodes, (x, y, z))
+
+
+def _whole(size: Array, nodes: Array, axis: int) -> Array:
+    """Rays that nothing has cut."""
+    first, second = (d for d in range(3) if d != axis)
+    out = np.full((int(nodes[first]), int(nodes[second]), ROOM, 2), np.nan)
+    out[:, :, 0] = 0.0, size[axis]
+    return out
 
 
 def _bundle(index: Index, low: Array, high: Array, size: Array, nodes: Array, axis: int) -> Array:

@@ -47,6 +47,10 @@ class CutSurface:
         """Deviation (n,) mm of the surface along n; nan where status is UNCUT."""
         return self.contact_s[:, 0]
 
+    def take(self, rows: Array) -> CutSurface:
+        """Some of the points."""
+        return CutSurface(*(getattr(self, name)[rows] for name in CutSurface.__annotations__))
+
     def counts(self) -> dict[str, int]:
         """How many points have which status."""
         return {name: int(np.sum(self.status == k)) for k, name in enumerate(STATUS)}
@@ -104,6 +108,10 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
 
     from vcmm.cutting import _query_kernels as kernels
 
+    order = _neighbours_together(p)
+    p, n = p[order], n[order]
+    found = tuple(a[order] for a in out)
+
     def part(at: int) -> int:
         rows = slice(at, at + CHUNK)
         fixed = (
@@ -114,14 +122,34 @@ def _search(index: Index, p: Array, n: Array, limits: Array, out: tuple[Array, .
             index.child,
             index.items,
             index.tools,
+            index.group,
         )
-        return int(kernels.search(p[rows], n[rows], *fixed, limits, *(a[rows] for a in out)))
+        return int(kernels.search(p[rows], n[rows], *fixed, limits, *(a[rows] for a in found)))
 
     starts = range(0, len(p), CHUNK)
     if threads == 1:
-        return sum(part(at) for at in starts)
-    with ThreadPoolExecutor(threads) as pool:
-        return sum(pool.map(part, starts))
+        over = sum(part(at) for at in starts)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            over = sum(pool.map(part, starts))
+    for whole, sorted_ in zip(out, found):
+        whole[order] = sorted_
+    return over
+
+
+def _neighbours_together(p: Array) -> Array:
+    """Order (n,) of points along a curve through cells of space (Morton), so that moves stay in the cache of the processor."""
+    if len(p) < 2:
+        return np.arange(len(p))
+    size = np.ptp(p, axis=0).max()
+    cell = ((p - p.min(axis=0)) * (1023.0 / size if size > 0.0 else 0.0)).astype(np.int64)
+    code = np.zeros(len(p), np.int64)
+    for axis in range(3):
+        spread = cell[:, axis]
+        for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+            spread = (spread | (spread << shift)) & mask
+        code |= spread << axis
+    return np.argsort(code, kind="stable")
 
 
 def _answer(

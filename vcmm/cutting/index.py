@@ -10,8 +10,8 @@ from vcmm.cutting.sweeps import LINE, Sweep, basis, pieces
 from vcmm.cutting.tools import parameters
 from vcmm.laws import Array
 
-LEAF = 4  # pieces in a leaf of a tree
-COLUMNS = 23  # of `items`, see vcmm/cutting/_envelope_kernels.py
+LEAF = 2  # pieces in a leaf of a tree
+COLUMNS = 23  # of `items`, see vcmm/cutting/_tool_kernels.py
 QUARTER = np.pi / 2
 _SAME = 1e-12  # mm: rise below which a move is level
 

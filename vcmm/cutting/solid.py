@@ -1,18 +1,33 @@
-"""The stock as a closed triangle mesh, for pictures and STL files."""
+"""The stock as a closed triangle mesh, for pictures and STL files: from a map of heights, or from rays along X, Y and Z."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from vcmm.cutting.dexels import Dexels, surface
 from vcmm.cutting.stock import Stock
 from vcmm.errors import UsageError
 from vcmm.laws import Array
 
 
-def triangles(stock: Stock) -> tuple[Array, Array]:
-    """Vertices (v, 3) mm and triangles (f, 3), watertight, outward: the nodes as top, the underside, four walls.
+def triangles(stock: Stock | Dexels) -> tuple[Array, Array]:
+    """Vertices (v, 3) mm and triangles (f, 3), watertight, outward."""
+    return surface(stock) if isinstance(stock, Dexels) else _of_heights(stock)
+
+
+def picture(stock: Stock | Dexels, most: int) -> tuple[Array, Array]:
+    """The same with about `most` nodes along the longer side at most, where it is a map of heights."""
+    if isinstance(stock, Dexels):
+        return surface(stock)
+    every = max(1, max(stock.height.shape) // most)
+    return _of_heights(replace(stock, height=stock.height[::every, ::every], cell=stock.cell * every))
+
+
+def _of_heights(stock: Stock) -> tuple[Array, Array]:
+    """The nodes as top, the underside, four walls.
 
     Where a node is cut down to the underside, a skin of a thousandth of the cell remains, so that the mesh stays closed.
     """
@@ -42,7 +57,7 @@ def triangles(stock: Stock) -> tuple[Array, Array]:
     return vertices, np.concatenate([upper, lower, walls])
 
 
-def write_stl(stock: Stock, path: str | Path) -> None:
+def write_stl(stock: Stock | Dexels, path: str | Path) -> None:
     """Binary STL of the stock, mm."""
     import trimesh
 

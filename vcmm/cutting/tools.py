@@ -10,7 +10,7 @@ The reference point is the tip: the lowest point of the tool on its axis. Radius
             radius r whose "axis" points out of the work (see vcmm.cutting.turning)
 
 All of them are implicit functions G(radius, h) that are convex, grow by at most 1 per mm, and are negative inside; the
-kernels in vcmm/cutting/_envelope_kernels.py hold the compiled twin of `implicit`.
+kernels in vcmm/cutting/_tool_kernels.py hold the compiled twin of `implicit`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Tool:
     """A tool. Lengths in mm, angles in rad. Use the functions below, which check what they are given.
 
     length: height over the tip up to which the tool (flutes and a shank of the same radius) removes material; infinite
-    unless stated. stick_out, shank_radius, modulus (N/mm2), teeth: for bending and force, None where not known.
+    unless stated. stick_out, modulus (N/mm2): for bending, None where not known.
     """
 
     shape: str
@@ -41,11 +41,8 @@ class Tool:
     tip_radius: float = 0.0  # of the flat bottom of a cone
     half_angle: float = 0.0  # of a cone, from its axis
     length: float = math.inf
-    flutes: float = math.inf  # height over the tip up to which the tool has cutting edges
     stick_out: float | None = None
-    shank_radius: float | None = None
     modulus: float | None = None
-    teeth: int = 1
 
 
 def flat(radius: float, length: float = math.inf) -> Tool:

@@ -34,6 +34,8 @@ class ToolTable(Table):
     name: str = ""
     teeth: Annotated[int, Field(ge=1)] | None = Field(default=None, examples=["3"])
     stick_out: Size | None = None
+    cutting_length: Size | None = None
+    shank_diameter: Size | None = None
 
 
 class StockTable(Table):
@@ -136,6 +138,10 @@ def _tool(key: str, t: ToolTable) -> Tool:
         raise UsageError('a bull-nosed cutter needs corner_radius, for example corner_radius = "1 mm"')
     if t.corner_radius is not None and t.shape != "bull":
         raise UsageError('corner_radius belongs to shape = "bull"')
+    if (t.cutting_length is None) != (t.shank_diameter is None):
+        raise UsageError(
+            'a shank needs both where it begins and how wide it is: cutting_length = "25 mm" and shank_diameter = "12 mm"'
+        )
     if t.nose_radius is not None and t.shape != "turning":
         raise UsageError('nose_radius belongs to shape = "turning"')
     if t.corner_radius and t.diameter is not None and 2.0 * t.corner_radius > t.diameter:
@@ -144,5 +150,5 @@ def _tool(key: str, t: ToolTable) -> Tool:
         )
     return Tool(
         int(key), t.length, t.diameter, t.shape, t.corner_radius or 0.0, t.nose_radius, t.orientation, t.offset_x,
-        t.offset_y, t.name, t.teeth, t.stick_out,
+        t.offset_y, t.name, t.teeth, t.stick_out, t.cutting_length, t.shank_diameter,
     )  # fmt: skip

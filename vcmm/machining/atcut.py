@@ -32,7 +32,13 @@ def tool_side(
     shop: Shop, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
-    found = candidates(surface, shop.sweep, _tips(shop, surface), shop.motion)
+
+    def off(row: Ints, share: Array, at: Array) -> Array:
+        if shop.motion is None:
+            return states_at(shop.path, shop.sweep.move[row], share, at)[1]
+        return turning_states(shop.path, shop.motion, row, share, at)[1]
+
+    found = candidates(surface, shop.sweep, _tips(shop, surface), off, shop.motion)
     contacts, point, candidate = contacts_of(surface, found, shop.sweep, shop.motion)
     row = found.row[point, candidate]
     contact = contact_points(surface, found, point, candidate)

@@ -1,36 +1,52 @@
 """The blank: what of it is removed, which rapids run through it, and the forces that follow from the engagement.
 
-The stock is a map of heights (vcmm.cutting.stock): good to a few percent, which is what pictures and forces need.
-Deviations never come from it.
+While the tool stands along +Z of the workpiece, the stock is a map of heights (vcmm.cutting.stock). A tool that comes from
+another side makes undercuts, which heights cannot hold: then it is kept as rays along X, Y and Z (vcmm.cutting.dexels).
+Either is good to a few percent, which is what pictures and forces need. Deviations never come from it.
+
+A shank or holder wider than the cutter does not cut: where it meets what is left of the stock, the line is named.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.cutting import tools as shapes
+from vcmm.cutting.dexels import Dexels, carve
 from vcmm.cutting.force import linear_edge, milling_force, to_workpiece
 from vcmm.cutting.stock import Removal, Stock, block, remove
 from vcmm.cutting.sweeps import UP, Sweep, position
-from vcmm.errors import UsageError
+from vcmm.errors import ModelLimit, UsageError
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
 from vcmm.run import Array
 
-NODES = 600  # along the longer side
+NODES = 600  # along the longer side, of a map of heights
+RAYS = 100  # along the longest side, where rays are needed
+LEAST = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
 
 
 @dataclass(frozen=True, eq=False)
 class Blank:
-    """before and after; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (rows, 3) N or None."""
+    """after: what is left; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (rows, 3) N or None.
 
-    before: Stock
-    after: Stock
+    shanks: (line, tool, depth mm) where a shank runs in what is left. said: what this stock could not tell.
+    """
+
+    before: Stock | Dexels
+    after: Stock | Dexels
     removed: float
     collisions: tuple[tuple[int, float], ...]
     forces: Array | None
-    left_out: int = 0  # moves whose tool does not point along Z of the workpiece
+    shanks: tuple[tuple[int, int, float], ...] = ()
+    said: tuple[str, ...] = ()
+
+    @property
+    def kept_as(self) -> str:
+        """How the stock was kept."""
+        return "rays along X, Y and Z" if isinstance(self.after, Dexels) else "map of heights"
 
 
 def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) -> Blank | None:
@@ -44,18 +60,78 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
         else np.array(setup.stock_corner)
     )
     low = zero + corner
-    before = block(low, low + size, float(size[:2].max() / NODES))
-    upright = np.flatnonzero(np.abs(sweep.axis - UP).max(axis=1) < 1e-12)
-    tilted = len(set(sweep.move.tolist()) - set(sweep.move[upright].tolist()))
-    if not len(upright):
-        return Blank(before, before, 0.0, (), None, tilted)
-    sweep = sweep if not tilted else sweep.take(upright)
     rapid = np.array([program.moves[i].kind == "rapid" for i in sweep.move.tolist()])
+    if np.abs(sweep.axis - UP).max() > 1e-12:
+        return _from_all_sides(setup, sweep, rapid, low, low + size)
+    before = block(low, low + size, float(size[:2].max() / NODES))
     removal = remove(before, sweep, rapid)
     lines = [program.moves[int(sweep.move[row])].source.line for row in removal.collisions]
     hits = tuple(zip(lines, (float(d) for d in removal.collision_depth)))
-    forces = None if setup.material is None or tilted else cutting_forces(setup, program, sweep, removal)
-    return Blank(before, removal.stock, float(removal.volume.sum()), hits, forces, tilted)
+    forces = None if setup.material is None else cutting_forces(setup, program, sweep, removal)
+    shanks = shank_collisions(setup, program, sweep, removal.stock)
+    return Blank(before, removal.stock, float(removal.volume.sum()), hits, forces, shanks)
+
+
+def _from_all_sides(setup: Setup, sweep: Sweep, rapid: Array, low: Array, high: Array) -> Blank:
+    """The blank as rays along X, Y and Z. What rapids alone remove no feed move would have, so they ran through material."""
+    if setup.material is not None:
+        raise ModelLimit(
+            "cutting forces follow from a map of heights, which holds work with the tool along Z of the workpiece only; "
+            "leave material out of [stock] for this program"
+        )
+    cell = float((high - low).max() / RAYS)
+    before, after = carve(low, high, cell, sweep.take(np.zeros(0, np.intp))), carve(low, high, cell, sweep)
+    feed = carve(low, high, cell, sweep.take(np.flatnonzero(~rapid))) if rapid.any() else after
+    removed, through = _volume(before) - _volume(after), _volume(feed) - _volume(after)
+    said = [
+        f"the tool comes from several sides: the stock is kept as rays along X, Y and Z, {cell:.2g} mm apart; rapids are checked "
+        "against what no feed move removes, shanks are not checked"
+    ]
+    if through > LEAST * max(removed, 1.0):
+        said.append(
+            f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
+        )
+    return Blank(before, after, removed, (), None, (), tuple(said))
+
+
+def _volume(stock: Dexels) -> float:
+    """mm^3, mean of the three bundles of rays."""
+    return float(np.mean([stock.volume(axis) for axis in range(3)]))
+
+
+def shank_collisions(
+    setup: Setup, program: Program, sweep: Sweep, left: Stock
+) -> tuple[tuple[int, int, float], ...]:
+    """(line, tool, depth mm) of moves whose shank or holder runs in what the whole program leaves of the stock.
+
+    The shank is a cylinder from the end of the cutting edges upwards. Material that a later move removes is not looked at.
+    """
+    moves = [program.moves[i] for i in sweep.move.tolist()]
+    wide = [_shank(setup, m.tool) for m in moves]
+    rows = np.flatnonzero([w is not None for w in wide])
+    if not len(rows):
+        return ()
+    numbers = sorted({moves[i].tool for i in rows.tolist()})
+    solids = [w for n in numbers if (w := _shank(setup, n)) is not None]
+    which = np.array([numbers.index(moves[i].tool) for i in rows.tolist()])
+    lift = np.array([solids[k][1] for k in which.tolist()])[:, None] * UP
+    part = sweep.take(rows)
+    raised = replace(
+        part, start=part.start + lift, end=part.end + lift, centre=part.centre + lift, tool=which,
+        tools=tuple(solid for solid, _ in solids),
+    )  # fmt: skip
+    found = remove(left, raised, np.ones(len(rows), bool))
+    hit = [moves[int(rows[k])] for k in found.collisions.tolist()]
+    return tuple((m.source.line, m.tool, float(d)) for m, d in zip(hit, found.collision_depth))
+
+
+def _shank(setup: Setup, number: int) -> tuple[shapes.Tool, float] | None:
+    """(cylinder of the shank, height of its lower end over the tip in mm); None where no wider shank is stated."""
+    tool = setup.tools.get(number)
+    if tool is None or tool.shank_diameter is None or tool.cutting_length is None:
+        return None
+    wider = tool.shank_diameter > (tool.diameter or 0.0)
+    return (shapes.flat(tool.shank_diameter / 2), tool.cutting_length) if wider else None
 
 
 def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Removal) -> Array:
@@ -89,13 +165,16 @@ def notes(blank: Blank | None) -> list[str]:
         f"line {line}: a rapid runs through the stock, {depth:.2f} mm deep; the tool or the part would break"
         for line, depth in blank.collisions[:5]
     ]
-    if blank.left_out:
-        out.append(
-            f"the stock is a map of heights along Z of the workpiece: {blank.left_out} moves with the tool turned away from it are "
-            "missing in its picture, its volume and the search for rapids through material, and no cutting forces are computed"
-        )
     if len(blank.collisions) > 5:
         out.append(f"{len(blank.collisions) - 5} more rapids run through the stock")
-    if blank.removed == 0.0 and not blank.left_out:
+    for line, tool, depth in blank.shanks[:5]:
+        out.append(
+            f"line {line}: the shank of tool {tool} runs {depth:.2f} mm deep in what is left of the stock; take a longer or "
+            "slimmer tool"
+        )
+    if len(blank.shanks) > 5:
+        out.append(f"{len(blank.shanks) - 5} more moves run their shank through the stock")
+    out += blank.said
+    if blank.removed == 0.0:
         out.append("the program does not touch the stock; check the work offset and the place of the stock")
     return out

@@ -4,10 +4,14 @@ A perfect machine touches a point at one place of the path. With errors another 
 the disc of a flat cutter over a length of path, a wall is passed within d^2 / 2R for a distance d on either side, and at a
 corner of the path the rounding of the control moves the corner itself but not what lies beside it. Each neighbour is the
 tool standing at that place, met by the ray along the normal; its height and the normal of the cutter there are exact.
+
+Where the nominal motion leaves the programmed path by an amount that changes along it (`Known`), the deepest cut lies between
+such steps. It is looked for there by closer and closer steps, down to nanometres of path, and is one more neighbour.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,13 +19,19 @@ import numpy as np
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing import entry
 from vcmm.cutting.sweeps import Sweep, lengths, position
+from vcmm.machining.between import Heights, deepest_between
 from vcmm.machining.contacts import Ints
 from vcmm.machining.rotary import Motion, turned, turned_back
 from vcmm.run import Array
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 SOURCES = 2  # contacts of a point whose neighbours are asked
+STEPS = np.concatenate([-OFFSETS[::-1], [0.0], OFFSETS])
 BAND = 0.05  # mm: a neighbour that lies further above the contact than any error is none
+
+
+Known = Callable[[Ints, Array, Array], Array]
+"""How far the nominal motion stands off the programmed path (n, 3) mm at rows (n,), shares (n,), tips (n, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +48,13 @@ class Candidates:
     share: Array
 
 
-def candidates(surface: CutSurface, sweep: Sweep, tips: Array, motion: Motion | None = None) -> Candidates:
+def candidates(
+    surface: CutSurface, sweep: Sweep, tips: Array, off: Known | None = None, motion: Motion | None = None
+) -> Candidates:
     """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
 
-    motion: how the rows of the sweep lie on a program that turns rotary axes.
+    off: where given, the deepest cut under it is looked for between the steps too. motion: how the rows of the sweep lie on
+    a program that turns rotary axes.
     """
     known = surface.row >= 0
     own = Candidates(
@@ -56,25 +69,26 @@ def candidates(surface: CutSurface, sweep: Sweep, tips: Array, motion: Motion | 
         points = np.flatnonzero(known[:, k])
         if len(points):
             parts += [
-                _beside(surface, sweep, motion, points, k, sign * offset)
+                _beside(surface, sweep, motion, points, k, np.full(len(points), sign * offset))
                 for offset in OFFSETS
                 for sign in (-1, 1)
             ]
+            if off is not None:
+                heights = _moved_heights(surface, sweep, motion, points, k, off)
+                deeper, at = deepest_between(heights, len(points), STEPS)
+                if len(deeper):
+                    parts.append(_beside(surface, sweep, motion, points[deeper], k, at))
     return Candidates(
         *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in Candidates.__annotations__)
     )
 
 
 def _beside(
-    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: float
+    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: Array
 ) -> Candidates:
-    """The tool `offset` radii further along the path than the k-th contact of each of the points."""
+    """The tool `offset` (n,) radii further along the path than the k-th contact of each of the points."""
     count = len(surface.points)
-    radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
-    row, share = _walk(
-        sweep, surface.row[points, k], surface.t[points, k], offset * radius[surface.row[points, k]]
-    )
-    tip, frame = (position(sweep.take(row), share), None) if motion is None else motion.standing(row, share)
+    row, share, tip, frame = _further(surface, sweep, motion, points, k, offset)
     height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
     for number, tool in enumerate(sweep.tools):
         mine = np.flatnonzero(sweep.tool[row] == number)
@@ -97,6 +111,42 @@ def _beside(
     out.height[at, 0], out.cutter[at, 0], out.tip[at, 0] = height[good], cutter[good], tip[good]
     out.row[at, 0], out.share[at, 0] = row[good], share[good]
     return out
+
+
+def _further(
+    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: Array
+) -> tuple[Ints, Array, Array, Array | None]:
+    """Row, share, tip and frame of the tool `offset` radii further along the path than the k-th contact of the points.
+
+    frame (n, 3, 3): axes of the tool, None where all tools point along Z.
+    """
+    radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
+    from_ = surface.row[points, k]
+    row, share = _walk(sweep, from_, surface.t[points, k], offset * radius[from_])
+    if motion is None:
+        return row, share, position(sweep.take(row), share), None
+    return row, share, *motion.standing(row, share)
+
+
+def _moved_heights(
+    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, off: Known
+) -> Heights:
+    """Heights of points (n,) of `points` cut by the tool `at` radii from their k-th contact and moved by `off`."""
+
+    def heights(which: Ints, at: Array) -> tuple[Array, Array]:
+        flat = np.repeat(points[which], at.shape[1])
+        row, share, tip, frame = _further(surface, sweep, motion, flat, k, at.ravel())
+        moved = off(row, share, tip)
+        s = np.full(len(flat), np.inf)
+        for number in np.unique(sweep.tool[row]):
+            mine = np.flatnonzero(sweep.tool[row] == number)
+            axes = None if frame is None else frame[mine]
+            arm = turned(axes, surface.points[flat[mine]] - tip[mine] - moved[mine])
+            s[mine] = entry(sweep.tools[int(number)], arm, turned(axes, surface.normals[flat[mine]]))
+        s[sweep.tool[row] != sweep.tool[surface.row[flat, k]]] = np.inf
+        return s.reshape(at.shape), moved.reshape(*at.shape, 3)
+
+    return heights
 
 
 def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Array]:

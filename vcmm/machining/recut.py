@@ -1,9 +1,10 @@
 """Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
 
-The contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by (N . e) / (N . n). Here the sweeps themselves are
-displaced by the errors along their way and asked again. Left out of both sides: effects that depend on the normal of the
-surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole tool; and what jumps or
-starts like a root from rest: reversal, speed and acceleration, rounded corners.
+The contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by (N . e) / (N . n).
+Here the sweeps themselves are displaced by the errors along their way and asked again. Left out of both sides: effects that
+depend on the normal of the surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole
+tool; what jumps or starts like a root from rest: reversal, speed and acceleration, rounded corners; and, where rotary axes
+turn, the mean error along the machine axes, which a work offset holds.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.cutting.displaced import displaced
-from vcmm.cutting.envelope import CutSurface, surface_left, tips
+from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.cutting.index import build
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit
@@ -42,11 +43,13 @@ def recut(
     path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float], motion: Motion | None = None,
 ) -> Recut | None:  # fmt: skip
     """Compare on at most POINTS of the points of `surface`, evenly chosen; None where the errors change too fast for it."""
-    some = np.unique(np.linspace(0, len(surface.points) - 1, POINTS).astype(int))
-    part = replace(surface, **{n: getattr(surface, n)[some] for n in _FIELDS})
+    cut = np.flatnonzero(surface.status == CUT)
+    if not len(cut):
+        return None
+    part = surface.take(cut[np.unique(np.linspace(0, len(cut) - 1, POINTS).astype(int))])
     plain = _whole_tool(machine)
     feed = np.array([path.timing.moves[i].kind != "rapid" for i in sweep.move.tolist()])
-    known = candidates(part, sweep, tips(part, sweep), motion)
+    known = candidates(part, sweep, tips(part, sweep), motion=motion)
     rows = _around(known.row, feed)
     near = sweep.take(rows)
 
@@ -82,9 +85,6 @@ def _mean_in_machine_axes(
     """Mean error (3,) along X, Y, Z: a zero set on the machine takes it, and the table turns the rest."""
     ways = commands_to_work(motion.machine, turning_states(path, motion, row, share, at)[0])
     return np.asarray(np.einsum("nji,nj->ni", ways, moved).mean(axis=0))
-
-
-_FIELDS = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
 
 
 def _whole_tool(machine: Machine) -> Machine:

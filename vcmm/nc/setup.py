@@ -32,6 +32,8 @@ class Tool:
     name: str = ""
     teeth: int | None = None
     stick_out: float | None = None
+    cutting_length: float | None = None  # height of the cutting edges over the tip
+    shank_diameter: float | None = None  # of what follows above them: shank or holder
 
     @property
     def radius(self) -> float | None:

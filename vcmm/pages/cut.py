@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.cutting.solid import triangles
+from vcmm.cutting.solid import picture as stock_mesh
 from vcmm.machining.result import CutResult, Patch, expected
 from vcmm.machining.scenario import CutScenario
 from vcmm.pages.uncertainty import STATE, characteristic_blocks, computed_table, large, small, span
@@ -141,14 +139,11 @@ MOST_NODES = 100  # along the longer side, in the picture of the stock
 
 
 def stock_picture(found: CutResult) -> list[str]:
-    """What is left of the blank; every few nodes of the map of heights."""
+    """What is left of the blank; of a map of heights every few nodes."""
     if found.blank is None:
         return []
-    after = found.blank.after
-    every = max(1, max(after.height.shape) // MOST_NODES)
-    coarse = replace(after, height=after.height[::every, ::every], cell=after.cell * every)
-    vertices, faces = triangles(coarse)
-    removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; workpiece axes of the machine."
+    vertices, faces = stock_mesh(found.blank.after, MOST_NODES)
+    removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; kept as {found.blank.kept_as}, workpiece axes of the machine."
     return [
         r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
     ]

@@ -1,0 +1,105 @@
+"""The stock of a job: kept as heights or as rays, rapids and shanks that run through it; numbers by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import shop
+
+import vcmm
+from vcmm.cutting.dexels import Dexels
+from vcmm.cutting.solid import triangles, write_stl
+from vcmm.cutting.stock import Stock
+from vcmm.cutting.sweeps import Sweep, join, lines
+from vcmm.cutting.tools import flat
+from vcmm.errors import ModelLimit, VcmmError
+from vcmm.machining.blank import Blank, machined_blank, notes
+from vcmm.machining.shop import set_up
+from vcmm.nc.interpret import read_program
+from vcmm.nc.setup import Setup
+
+PROGRAM = (
+    "%\nG21 G17 G90 G94 G40 G49\nT1 M6\nG0 X-10. Y10. Z6. S3000 M3\nG1 X40. F600\nG1 X50.\nG0 X60.\nM30\n%\n"
+)
+TOOLS = (flat(5.0), flat(2.0))
+
+
+def cut(tmp_path, sweep: Sweep, kinds: list[int], **more) -> Blank:
+    """A block of 30 x 20 x 10 mm from the zero on; kinds: move of the program that each row of the sweep belongs to."""
+    from dataclasses import replace
+
+    (tmp_path / "part.nc").write_text(PROGRAM)
+    setup = Setup(stock=(30.0, 20.0, 10.0), stock_corner=(0.0, 0.0, 0.0), **more)
+    program = read_program(tmp_path / "part.nc", "fanuc", setup)
+    moves = [next(i for i, m in enumerate(program.moves) if m.source.line == line) for line in kinds]
+    found = machined_blank(setup, program, replace(sweep, move=np.array(moves)), np.zeros(3))
+    assert found is not None
+    return found
+
+
+def test_a_tool_from_another_side_makes_an_undercut(tmp_path):
+    """Slot along x, 10 wide and 4 deep, and a bore D 4 along x by a tool that lies along x.
+
+    Removed 30 x 10 x 4 + 30 pi 2^2 = 1200 + 376.99 = 1576.99 mm3; a map of heights would have no roof over the bore.
+    """
+    slot = lines([[-10, 10, 6]], [[40, 10, 6]], TOOLS)
+    bore = lines([[40, 10, 3]], [[-5, 10, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
+    found = cut(tmp_path, join([slot, bore]), [5, 6])
+    assert isinstance(found.after, Dexels)
+    assert found.removed == pytest.approx(1200 + 30 * math.pi * 4, rel=0.01)
+    (said,) = notes(found)
+    assert "several sides" in said
+    import trimesh
+
+    mesh = trimesh.Trimesh(*triangles(found.after), process=False)
+    assert mesh.is_watertight
+    assert mesh.euler_number == 0  # the tunnel is there
+    write_stl(found.after, tmp_path / "stock.stl")
+    assert trimesh.load(tmp_path / "stock.stl").volume == pytest.approx(6000 - found.removed, rel=0.02)
+
+
+def test_one_side_stays_a_map_of_heights(tmp_path):
+    found = cut(tmp_path, lines([[-10, 10, 6]], [[40, 10, 6]], TOOLS), [5])
+    assert isinstance(found.after, Stock)
+    assert found.removed == pytest.approx(1200, rel=0.01)
+
+
+def test_a_rapid_through_what_no_feed_move_removes(tmp_path):
+    """The bore of the test above run as a rapid: 377 mm3 that no feed move would remove."""
+    slot = lines([[-10, 10, 6]], [[40, 10, 6]], TOOLS)
+    bore = lines([[40, 10, 3]], [[-5, 10, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
+    text = " ".join(notes(cut(tmp_path, join([slot, bore]), [5, 7])))
+    amount = float(text.split("remove ")[-1].split(" mm")[0])
+    assert amount == pytest.approx(30 * math.pi * 4, rel=0.02)
+
+
+def test_forces_need_one_side(tmp_path):
+    bore = lines([[40, 10, 3]], [[-5, 10, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
+    with pytest.raises(ModelLimit, match="leave material out"):
+        cut(tmp_path, bore, [5], material="Al7075")
+
+
+SHANK = 'cutting_length = "6 mm"\nshank_diameter = "26 mm"\n'
+STOCK = '[stock]\nbox = ["140 mm", "140 mm", "20 mm"]\n'
+
+
+def test_a_shank_wider_than_the_cutter_runs_into_the_wall(tmp_path):
+    """The boss is 10 mm high, the edges of the cutter 6 mm: the shank of D 26 stands 3 mm over it, 4 mm deep.
+
+    Heights are those of the whole program: what stands beside the cutter outside of the slot is 10 mm high as well.
+    """
+    setup = shop.SETUP + SHANK + STOCK
+    blank = set_up(vcmm.load_cut(shop.write(tmp_path, setup=setup))).blank
+    lines_hit = {line: depth for line, _, depth in blank.shanks}
+    assert lines_hit[10] == pytest.approx(4.0, abs=1e-9)  # G2 around the boss
+    assert any("shank of tool 1" in text and "4.00 mm deep" in text for text in notes(blank))
+    long = shop.SETUP + SHANK.replace('"6 mm"', '"10.5 mm"') + STOCK
+    assert not set_up(vcmm.load_cut(shop.write(tmp_path, setup=long))).blank.shanks
+
+
+def test_a_shank_is_stated_whole(tmp_path):
+    setup = shop.SETUP + 'shank_diameter = "26 mm"\n'
+    with pytest.raises(VcmmError, match="cutting_length"):
+        set_up(vcmm.load_cut(shop.write(tmp_path, setup=setup)))
