@@ -1,9 +1,10 @@
 """Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
 
-The contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by (N . e) / (N . n). Here the sweeps themselves are
-displaced by the errors along their way and asked again. Left out of both sides: effects that depend on the normal of the
-surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole tool; and what jumps or
-starts like a root from rest: reversal, speed and acceleration, rounded corners.
+The contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by (N . e) / (N . n).
+Here the sweeps themselves are displaced by the errors along their way and asked again. Left out of both sides: effects that
+depend on the normal of the surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole
+tool; what jumps or starts like a root from rest: reversal, speed and acceleration, rounded corners; and, where rotary axes
+turn, the mean error along the machine axes, which a work offset holds.
 """
 
 from __future__ import annotations
