@@ -70,3 +70,18 @@ def test_the_rule_against_sampled_membership() -> None:
         differ += not same
     assert (seen > 3).all()
     assert differ <= 3
+
+
+def test_points_do_not_influence_one_another() -> None:
+    """The search begins each point with the moves that cut the one before: asked alone, every point has the same contacts."""
+    rng = np.random.default_rng(12)
+    sweep = moves(rng)
+    p, n = rng.uniform(-6, 6, (80, 3)), rng.normal(size=(80, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    together = surface_left(p, n, sweep, DEPTH, HEIGHT)
+    for i in range(80):
+        alone = surface_left(p[i : i + 1], n[i : i + 1], sweep, DEPTH, HEIGHT)
+        assert alone.status[0] == together.status[i]
+        assert np.allclose(alone.contact_s[0], together.contact_s[i], rtol=0, atol=1e-13, equal_nan=True)
+        assert alone.row[0].tolist() == together.row[i].tolist()
+    assert (together.status == CUT).sum() > 20

@@ -18,7 +18,7 @@ from vcmm.cutting.dexels import Dexels, carve
 from vcmm.cutting.force import linear_edge, milling_force, to_workpiece
 from vcmm.cutting.stock import Removal, Stock, block, remove
 from vcmm.cutting.sweeps import UP, Sweep, position
-from vcmm.errors import ModelLimit, UsageError
+from vcmm.errors import UsageError
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
 from vcmm.run import Array
@@ -74,18 +74,14 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
 
 def _from_all_sides(setup: Setup, sweep: Sweep, rapid: Array, low: Array, high: Array) -> Blank:
     """The blank as rays along X, Y and Z. What rapids alone remove no feed move would have, so they ran through material."""
-    if setup.material is not None:
-        raise ModelLimit(
-            "cutting forces follow from a map of heights, which holds work with the tool along Z of the workpiece only; "
-            "leave material out of [stock] for this program"
-        )
     cell = float((high - low).max() / RAYS)
     before, after = carve(low, high, cell, sweep.take(np.zeros(0, np.intp))), carve(low, high, cell, sweep)
-    feed = carve(low, high, cell, sweep.take(np.flatnonzero(~rapid))) if rapid.any() else after
+    feed = carve(low, high, cell, sweep.take(np.flatnonzero(np.logical_not(rapid)))) if rapid.any() else after
     removed, through = _volume(before) - _volume(after), _volume(feed) - _volume(after)
     said = [
         f"the tool comes from several sides: the stock is kept as rays along X, Y and Z, {cell:.2g} mm apart; rapids are checked "
         "against what no feed move removes, shanks are not checked"
+        + (", and no cutting forces are computed" if setup.material else "")
     ]
     if through > LEAST * max(removed, 1.0):
         said.append(
