@@ -33,7 +33,9 @@ def test_a_leaning_pallet_inclines_bores_that_face_each_other(tmp_path):
     # in a bore n = (-x, -y) / 20: the surface moves by n . e
     expected = 20e-6 * np.abs(z) * -y / 20.0
     found = np.einsum("ni,ni->n", world.errors(), touches.run.normal)
-    assert found == pytest.approx(expected, abs=2e-6)  # to second order, (2 um)^2 / 20 mm and its like, 0.2 nm
+    assert found == pytest.approx(
+        expected, abs=2e-6
+    )  # to second order, (2 um)^2 / 20 mm and its like, 0.2 nm
 
     # so both axes rise towards their mouths: from the axis of the front bore, prolonged, the back bore stands off by 2 a |z|,
     # most at z = -98: 2 x 20e-6 x 98 = 3.92 um, a zone of 7.84 um
@@ -55,4 +57,6 @@ def test_the_shipped_block(tmp_path, monkeypatch, capsys):
     assert notes == ()  # nothing uncut, nothing gouged
     # 250 um of the pallet's axis are in the zero: what is left are the other errors
     assert 1e-3 < np.abs(world.errors()).max() < 10e-3
-    assert np.abs(world.level).max() < 1e-4  # the program alone leaves the nominal block, but for rounded corners
+    assert (
+        np.abs(world.level).max() < 1e-4
+    )  # the program alone leaves the nominal block, but for rounded corners
