@@ -11,7 +11,7 @@ import rotary_shop as rs
 import vcmm
 from vcmm.cli import run as command
 from vcmm.effects.residual import CorrelatedField
-from vcmm.errors import ModelLimit
+from vcmm.errors import ModelLimit, UsageError
 from vcmm.machining.blank import notes
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.placement import place_cut
@@ -91,6 +91,31 @@ def test_what_was_taken_into_the_zero_stays_along_the_machine_axes(tmp_path):
     assert np.abs(found["back"][1]).max() < 1e-6
     found = heights(rs.write(tmp_path, hmc(cyclic), FACE.format(b=180), BACK, CUTTER, ELSEWHERE))
     assert found["back"][1] == pytest.approx(np.full(len(found["back"][1]), 3.0), abs=1e-6)
+
+
+def test_a_zero_set_where_it_is_used_holds_the_error_of_that_angle(tmp_path):
+    # EZB = 4 um sin B: 4 um of the pallet along its z at B = 90 deg, along the face x = 40; EXB = 6 um sin B along its normal
+    cyclic = "".join(
+        f'[[effects]]\neffect = "rotary_cyclic"\ncomponent = "{c}"\ncoefficients = ["0 um", "{v} um"]\n'
+        for c, v in (("EXB", 6), ("EZB", 4))
+    )
+    scale = '[[effects]]\neffect = "scale_factor"\naxis = "Z"\nk = "100 um/m"\n'
+    at_zero = heights(rs.write(tmp_path, hmc(cyclic), FACE.format(b=90), RIGHT, CUTTER))["right"][1]
+    # the pallet 6 um nearer to the spindle along x of the part: 6 um deeper; a zero set at B = 0 knows nothing of it
+    assert at_zero == pytest.approx(np.full(len(at_zero), -6.0), abs=1e-6)
+    as_cut = 'work_offset = { rotary = "as cut" }'
+    found = heights(rs.write(tmp_path, hmc(cyclic), FACE.format(b=90), RIGHT, CUTTER, as_cut))["right"][1]
+    assert np.abs(found).max() < 1e-6
+    # what is not at the zero stays: 4 um between Z = -300 and -260 mm, as above
+    found = heights(rs.write(tmp_path, hmc(cyclic + scale), FACE.format(b=90), RIGHT, CUTTER, as_cut))[
+        "right"
+    ][1]
+    assert found == pytest.approx(np.full(len(found), 4.0), abs=1e-6)
+    both = rs.write(
+        tmp_path, hmc(cyclic), FACE.format(b=0) + FACE.format(b=90), FRONT + RIGHT, CUTTER, as_cut
+    )
+    with pytest.raises(UsageError, match=r"G54 cuts with the rotary axes in several places \(line 18\)"):
+        heights(both)
 
 
 def test_positioning_error_of_the_table_turns_the_faces_of_a_square(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from vcmm.errors import ModelLimit
 from vcmm.inputs import Input
 from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.neighbours import Candidates, candidates
-from vcmm.machining.rotary import commands_to_work
+from vcmm.machining.rotary import angle_of, commands_to_work, point_of_part
 from vcmm.machining.rows import (
     Words,
     contact_points,
@@ -50,7 +51,10 @@ def tool_side(
     full, setting = _with_setting(shop, run)
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
     full = _prepared(shop, full)
-    turn = None if shop.motion is None else commands_to_work(shop.machine, full)
+    turn = None
+    if shop.motion is not None:
+        ways = commands_to_work(shop.machine, full)
+        turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
     return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
 
 
@@ -84,9 +88,22 @@ def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
     first, number = settings_of(run)
     tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][first]]
     offset = -np.array([tool.offset for tool in tools])
-    rows = setting_rows(run, first, offset, zeros(shop, run.labels["setup"][first]), shop.pose)
+    names = run.labels["setup"][first]
+    rows = setting_rows(run, first, offset, zeros(shop, names), shop.pose)
+    if shop.scenario.set_as_cut and shop.motion is not None:
+        rows = _turned(rows, shop, [angle_of(shop.program, shop.motion, str(name)) for name in names])
     setting = np.concatenate([run.n + number, np.full(rows.n, -1, dtype=np.intp)])
     return joined(run, rows), setting
+
+
+def _turned(rows: Run, shop: Shop, angles: Sequence[Array]) -> Run:
+    """The rows of setting with A, B, C at angles (3,) each, rad, and what of the part then lies at the zero."""
+    angle = np.array(angles).reshape(-1, 3)
+    position = {a: angle[:, "ABC".index(a)] if a in "ABC" else q for a, q in rows.position.items()}
+    zero = zeros(shop, rows.labels["setup"])
+    at = np.array([point_of_part(shop.machine, z, a) for z, a in zip(zero, angle)]).reshape(-1, 3)
+    part = {f"part_{c}_mm": (at - shop.pose.shift)[:, i] for i, c in enumerate("xyz")}
+    return replace(rows, position=position, columns={**rows.columns, **part})
 
 
 def _prepared(shop: Shop, run: Run) -> Run:

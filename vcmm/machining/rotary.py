@@ -19,9 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.cutting.sweeps import Sweep, position
+from vcmm.errors import UsageError
 from vcmm.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directions, link_frames
 from vcmm.machine import Machine
 from vcmm.machining.contacts import Ints
+from vcmm.nc.moves import Move, Program
 from vcmm.run import Array, Run
 
 Bools = np.typing.NDArray[np.bool_]
@@ -108,6 +110,26 @@ def point_of_part(machine: Machine, zero: Array, angle: Array) -> Array:
     """Point of the workpiece (3,) that lies at a work zero (3,) while the rotary axes that carry it stand at angle (3,), rad."""
     held = np.array([v if a in machine.chain.work else 0.0 for a, v in zip(ROTARY, angle)])
     return tip_and_axis(machine, zero[None], held[None], np.zeros((1, 3)))[0][0]
+
+
+def angle_of(program: Program, motion: Motion, offset: str) -> Array:
+    """A, B, C (3,) rad at which all cuts of a work offset are made. Raises UsageError where they differ."""
+    mine = [i for i, m in enumerate(motion.base.move.tolist()) if _cuts(program.moves[m], offset)]
+    angles = motion.turned[mine].reshape(-1, 3)
+    if not len(angles):
+        return np.zeros(3)
+    off = np.flatnonzero(np.abs(angles - angles[0]).max(axis=1) > 1e-9)
+    if len(off):
+        line = program.moves[int(motion.base.move[mine[int(off[0]) // 2]])].source.line
+        raise UsageError(
+            f'work_offset.rotary = "as cut": {offset} cuts with the rotary axes in several places (line {line}), but it was set in '
+            'one of them; write rotary = "zero", or give each place a work offset of its own'
+        )
+    return np.asarray(angles[0])
+
+
+def _cuts(move: Move, offset: str) -> bool:
+    return move.kind != "rapid" and move.offset == offset
 
 
 def frames_of(axis: Array) -> Array:
