@@ -19,11 +19,19 @@ def triangles(stock: Stock | Dexels) -> tuple[Array, Array]:
 
 
 def picture(stock: Stock | Dexels, most: int) -> tuple[Array, Array]:
-    """The same with about `most` nodes along the longer side at most, where it is a map of heights."""
+    """The same with at most `most` triangles, where it is a map of heights: every few nodes of it. Rays stay as they are."""
     if isinstance(stock, Dexels):
         return surface(stock)
-    every = max(1, max(stock.height.shape) // most)
+    every = 1
+    while _faces(stock.height.shape, every) > most:
+        every += 1
     return _of_heights(replace(stock, height=stock.height[::every, ::every], cell=stock.cell * every))
+
+
+def _faces(shape: tuple[int, ...], every: int) -> int:
+    """Triangles of top, underside and walls."""
+    nx, ny = (-(-n // every) - 1 for n in shape)
+    return 4 * nx * ny + 4 * (nx + ny)
 
 
 def _of_heights(stock: Stock) -> tuple[Array, Array]:

@@ -135,14 +135,14 @@ def picture(found: CutResult) -> str:
     )
 
 
-MOST_NODES = 100  # along the longer side, in the picture of the stock
+MOST_FACES = 28_000  # in the picture of the stock
 
 
 def stock_picture(found: CutResult) -> list[str]:
     """What is left of the blank; of a map of heights every few nodes."""
     if found.blank is None:
         return []
-    vertices, faces = stock_mesh(found.blank.after, MOST_NODES)
+    vertices, faces = stock_mesh(found.blank.drawn or found.blank.after, MOST_FACES)
     removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; kept as {found.blank.kept_as}, workpiece axes of the machine."
     return [
         r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
