@@ -10,7 +10,7 @@ import shop
 
 import vcmm
 from vcmm.cutting.dexels import Dexels
-from vcmm.cutting.solid import triangles, write_stl
+from vcmm.cutting.solid import picture, triangles, write_stl
 from vcmm.cutting.stock import Stock
 from vcmm.cutting.sweeps import Sweep, join, lines
 from vcmm.cutting.tools import flat
@@ -58,6 +58,19 @@ def test_a_tool_from_another_side_makes_an_undercut(tmp_path):
     assert mesh.euler_number == 0  # the tunnel is there
     write_stl(found.after, tmp_path / "stock.stl")
     assert trimesh.load(tmp_path / "stock.stl").volume == pytest.approx(6000 - found.removed, rel=0.02)
+
+
+def test_pictures_hold_few_enough_triangles(tmp_path):
+    """A square map of 600 x 600 nodes and rays of a cube would give hundreds of thousands; a scene draws 30 000."""
+    blank = set_up(vcmm.load_cut(shop.write(tmp_path, setup=shop.SETUP + STOCK))).blank
+    vertices, faces = picture(blank.after, 28_000)
+    assert 10_000 < len(faces) <= 28_000
+    assert np.ptp(vertices, axis=0) == pytest.approx([140, 140, 20], rel=0.03)
+    slot = lines([[-10, 10, 6]], [[40, 10, 6]], TOOLS)
+    bore = lines([[40, 10, 3]], [[-5, 10, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
+    drawn = cut(tmp_path, join([slot, bore]), [5, 6]).drawn
+    assert drawn is not None
+    assert 10_000 < len(picture(drawn, 28_000)[1]) <= 28_000
 
 
 def test_one_side_stays_a_map_of_heights(tmp_path):
