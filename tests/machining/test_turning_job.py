@@ -290,3 +290,24 @@ def test_a_compensated_program_turns_the_right_part(tmp_path):
         rest = lathe.moved(after, name)[0] + lathe.nominal(after, name)[0]
         # numbers of 0.001 mm of diameter: 0.25 um of radius at the ends of a line, and the feed marks of 0.39 um
         assert np.abs(rest).max() < 1.0 * UM, name
+
+
+def test_the_force_turns_with_the_feed_along_the_ball(tmp_path):
+    """Along the arc the thrust keeps its share across the surface: 10 N pushed straight away in its middle are 10 N everywhere."""
+    from dataclasses import replace
+
+    from vcmm.machining.turned_side import turning_forces
+
+    ready = lathe.shop(lathe.write(tmp_path, setup=lathe.SETUP + BAR.replace("90", "130")))
+    row = [ready.program.moves[i].kind for i in ready.sweep.move].index("arc")
+    c = math.sqrt(0.5)  # in the middle of the quarter the surface looks to (c, c)
+    forces = np.zeros((len(ready.sweep), 3))
+    forces[row] = [10 * c, 3.0, 10 * c]
+    bent = replace(ready, blank=replace(ready.blank, forces=forces))
+    share = np.array([1 / 6, 0.5, 5 / 6])  # 15, 45 and 75 deg from the pole
+    found = turning_forces(bent, np.full(3, row), share, np.zeros(3))
+    a = np.radians([15.0, 45.0, 75.0])
+    # the programmed quarter begins a little before the pole, where the offset contour does: no more than a degree
+    assert found["force_x_N"] == pytest.approx(10 * np.sin(a), abs=0.2)
+    assert found["force_y_N"] == pytest.approx(3.0)
+    assert found["force_z_N"] == pytest.approx(10 * np.cos(a), abs=0.2)
