@@ -11,6 +11,7 @@ from vcmm.errors import UsageError
 from vcmm.run import Array, Run
 
 TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
+NOSE_COLUMNS = ("nose_x", "nose_y", "nose_z")  # of an insert
 TOOL_AXIS_COLUMNS = ("tool_axis_x", "tool_axis_y", "tool_axis_z")  # where rotary axes have turned it
 
 
@@ -65,6 +66,8 @@ class ToolRadius(Effect):
     """-dr (n - z), n out of the part, z the tool axis: a cutter larger by `dr` takes that much more from a wall.
 
     The tip stays where the tool length was set, so a floor is not touched by it; on a slope a ball takes dr (1 - n_z).
+    A turning insert is set at its imaginary tip: z becomes the way from there to the centre of the nose over its radius
+    (columns nose_x nose_y nose_z), so that cylinders and faces keep their size and a 45 deg taper changes by 0.41 dr.
     """
 
     name = "tool_radius"
@@ -82,10 +85,40 @@ class ToolRadius(Effect):
         return along(run, run.normal - _tool_axis(run), -self.dr * run.used("tool", self.tool) * _cut(run))
 
 
+@dataclass(frozen=True, eq=False)
+class ToolOffset(Effect):
+    """-shift along x or y of the tool frame: an insert that stands out by `shift` more than its table entry cuts deeper.
+
+    x is the radius of a turned part, which the diameter has twice; y is the height of the tip, of second order there.
+    """
+
+    name = "tool_offset"
+    per = "tool, direction"
+    cites = "ISO 841:2001; JCGM 100, 4.3"
+    tool: str = at("", "tool number; empty = all")
+    direction: str = at("x", "x or y of the tool frame")
+    shift: float = param(0.0, "um", "actual minus set offset of the tool")
+
+    def __post_init__(self) -> None:
+        if self.direction not in ("x", "y"):
+            raise UsageError(
+                f'tool_offset: direction = "{self.direction}" must be "x" or "y"; along z it is tool_length'
+            )
+
+    @property
+    def link(self) -> str:
+        return "tool"
+
+    def error_motion(self, run: Run) -> Array:
+        amount = -self.shift * run.used("tool", self.tool) * _cut(run)
+        return motion(run, **{self.direction.upper(): amount})
+
+
 def _tool_axis(run: Run) -> Array:
-    """Direction (n, 3) from the tip to the spindle, workpiece axes."""
-    if TOOL_AXIS_COLUMNS[0] in run.columns:
-        return run.vector(*TOOL_AXIS_COLUMNS)
+    """Direction (n, 3) in which a larger cutter keeps its place: from the tip to the spindle, or out of the nose of an insert."""
+    for columns in (TOOL_AXIS_COLUMNS, NOSE_COLUMNS):
+        if columns[0] in run.columns:
+            return run.vector(*columns)
     return np.broadcast_to(TOOL_AXIS, (run.n, 3))
 
 

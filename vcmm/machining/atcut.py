@@ -11,7 +11,9 @@ from vcmm.cutting.envelope import CutSurface, tips
 from vcmm.effects.setting import TOOL_AXIS_COLUMNS
 from vcmm.errors import ModelLimit
 from vcmm.inputs import Input
+from vcmm.machining.batch import later_in_batch
 from vcmm.machining.contacts import Contacts, Ints
+from vcmm.machining.forces_at import forces_at
 from vcmm.machining.neighbours import Candidates, candidates
 from vcmm.machining.rotary import angle_of, commands_to_work, point_of_part
 from vcmm.machining.rows import (
@@ -26,6 +28,8 @@ from vcmm.machining.rows import (
 from vcmm.machining.shop import Shop, zeros
 from vcmm.machining.states import states_at, turning_states
 from vcmm.machining.toolside import ToolSide
+from vcmm.machining.turned import TurnedSurface
+from vcmm.machining.turned_side import turned_side
 from vcmm.run import Array, Run
 
 
@@ -33,6 +37,8 @@ def tool_side(
     shop: Shop, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
+    if isinstance(surface, TurnedSurface):
+        return turned_side(shop, surface, touch, feature, inputs)
 
     def off(row: Ints, share: Array, at: Array) -> Array:
         if shop.motion is None:
@@ -44,8 +50,9 @@ def tool_side(
     row = found.row[point, candidate]
     contact = contact_points(surface, found, point, candidate)
     states, known = _states(shop, found, contact, point, candidate)
+    states = later_in_batch(states, shop.path, shop.scenario.batch_part)
     if shop.blank is not None and shop.blank.forces is not None:
-        force = shop.blank.forces[row]
+        force = forces_at(shop.blank.forces, shop.sweep, row, found.share[point, candidate])
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
     run = cut_run(states, surface, contact, point, touch, feature, shop.pose, shop.scenario.constants)
     full, setting = _with_setting(shop, run)
@@ -55,7 +62,7 @@ def tool_side(
     if shop.motion is not None:
         ways = commands_to_work(shop.machine, full)
         turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
-    return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
+    return ToolSide(shop.machine, full, setting, known, inputs, ways=turn), contacts
 
 
 def _tips(shop: Shop, surface: CutSurface) -> Array:
