@@ -115,10 +115,13 @@ class ToolOffset(Effect):
 
 
 def _tool_axis(run: Run) -> Array:
-    """Direction (n, 3) in which a larger cutter keeps its place: from the tip to the spindle, or out of the nose of an insert."""
-    for columns in (TOOL_AXIS_COLUMNS, NOSE_COLUMNS):
-        if columns[0] in run.columns:
-            return run.vector(*columns)
+    """What a cutter of larger radius moves away along (n, 3), workpiece axes: from the tip to the spindle, of a turning tool
+    set at its imaginary tip the two sides of the nose.
+    """
+    if "nose_x" in run.columns:
+        return run.vector("nose_x", "nose_y", "nose_z")
+    if TOOL_AXIS_COLUMNS[0] in run.columns:
+        return run.vector(*TOOL_AXIS_COLUMNS)
     return np.broadcast_to(TOOL_AXIS, (run.n, 3))
 
 

@@ -53,7 +53,7 @@ class Shop:
     machine: Machine
     blank: Blank | TurnedBlank | None
     turning: Turning | None = None  # on a lathe: sweep and index are those of the meridian then
-    motion: Motion | None = None
+    motion: Motion | None = None  # where rotary axes leave zero
 
     @property
     def seconds(self) -> float:
@@ -187,6 +187,8 @@ def look(shop: Shop, points: Array, normals: Array, exact: bool = True) -> CutSu
 
 def _searched(shop: Shop, points: Array, normals: Array, contacts: int) -> CutSurface:
     at, out = shop.pose.apply(points), shop.pose.turn(normals)
+    if shop.turning is not None:
+        return turned_surface(shop.turning, at, out, DEPTH, DEEPEST, HEIGHT)
     found = _left(shop, at, out, DEPTH, contacts)
     deep = np.flatnonzero(found.status == BEYOND)
     if not len(deep):
