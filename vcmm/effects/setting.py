@@ -11,7 +11,6 @@ from vcmm.errors import UsageError
 from vcmm.run import Array, Run
 
 TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
-NOSE_COLUMNS = ("nose_x", "nose_y", "nose_z")  # of an insert
 TOOL_AXIS_COLUMNS = ("tool_axis_x", "tool_axis_y", "tool_axis_z")  # where rotary axes have turned it
 
 

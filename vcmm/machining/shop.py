@@ -176,10 +176,6 @@ def look(shop: Shop, points: Array, normals: Array, exact: bool = True) -> CutSu
 
     exact=False: as the search sees it, turning tools in short rows of constant direction.
     """
-    if shop.turning is not None:
-        return turned_surface(
-            shop.turning, shop.pose.apply(points), shop.pose.turn(normals), DEPTH, DEEPEST, HEIGHT
-        )
     if shop.motion is None or not exact or not shop.motion.inexact.any():
         return _searched(shop, points, normals, CONTACTS)
     return polished(_searched(shop, points, normals, OF_TURNING), shop.motion, CONTACTS)
