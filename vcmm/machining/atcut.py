@@ -62,7 +62,7 @@ def tool_side(
     if shop.motion is not None:
         ways = commands_to_work(shop.machine, full)
         turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
-    return ToolSide(shop.machine, full, setting, known, inputs, ways=turn), contacts
+    return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
 
 
 def _tips(shop: Shop, surface: CutSurface) -> Array:
