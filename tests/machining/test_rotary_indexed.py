@@ -272,8 +272,9 @@ def test_a_stock_cut_from_two_sides(tmp_path):
     assert blank.kept_as == "rays along X, Y and Z"
     assert "several sides" in " ".join(notes(blank))
     (tmp_path / "setup.toml").write_text((tmp_path / "setup.toml").read_text() + 'material = "Al7075"\n')
-    with pytest.raises(ModelLimit, match="leave material out"):
-        rs.shop_of(path)
+    blank = rs.shop_of(path).blank
+    assert blank.forces is None
+    assert "no cutting forces are computed" in " ".join(notes(blank))
 
 
 def test_probed_on_the_same_machine_with_the_pallet_at_zero(tmp_path):
