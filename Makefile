@@ -45,11 +45,12 @@ docs: .venv/.installed-dev ## documentation as web pages in docs/_build/html
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
-bench: .venv/.installed-dev ## run times, each beside the plain way of doing it
+bench: .venv/.installed-dev ## run times, each beside the plain way of doing it; then the exam
 	@set -e; for file in benchmarks/bench_*.py; do echo "$$file"; $(BIN)/python "$$file"; done
+	@$(MAKE) exam
 
 exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, with plain methods beside it
-	$(BIN)/python -m benchmarks.exam --block ABEH --cases 58 --jobs 2 --budget 150s --out exam.json
+	$(BIN)/python -m benchmarks.exam --plan ten-minutes --jobs $(JOBS) --budget 10min --out exam.jsonl
 
 clean: ## remove .venv, caches and everything that was made
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md vcmm-demo

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.cutting.dexels import carve, surface
+from vcmm.cutting.dexels import carve, sparser, surface
+from vcmm.cutting.solid import picture
 from vcmm.cutting.sweeps import arcs, join, lines
 from vcmm.cutting.tools import flat
 
@@ -21,6 +22,16 @@ def test_uncut_block() -> None:
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(6000.0, rel=0.01)  # edges are bevelled by half a cell
     assert mesh.volume > 0
+
+
+def test_every_third_ray_of_an_uncut_block_is_the_block() -> None:
+    """30 x 20 x 10 rays of 1 mm: 10 x 7 x 4 of 3 mm; along X the seventh strip of Y and the fourth of Z stand over."""
+    block = carve([0, 0, 0], [30, 20, 10], 1.0, lines([[0, 0, 50]], [[1, 0, 50]], TOOLS))
+    few = sparser(block, 3)
+    assert few.nodes.tolist() == [10, 7, 4]
+    assert few.volume(0) == pytest.approx(30 * 21 * 12)
+    assert len(picture(block, 500)[1]) <= 500 < len(surface(block)[1])
+    assert sparser(block, 1) is block
 
 
 def test_slot_and_cross_hole_by_hand() -> None:

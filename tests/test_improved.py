@@ -9,10 +9,14 @@ import pytest
 
 from vcmm.effect import parameter_fields, place_fields
 from vcmm.effects import ALL
+from vcmm.effects.abbe import AbbeOffset
 from vcmm.effects.component import ComponentSpline, ComponentTable
+from vcmm.effects.geometric_change import GeometricChange
+from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.squareness import RotaryLocation
 from vcmm.files.effects import build_effect
 from vcmm.improved import _moved_tables, effect_toml
+from vcmm.run import Run
 
 ARRAYS = ("nodes", "powers", "orders")
 
@@ -47,6 +51,22 @@ def test_written_and_read_again(effect):
 def test_rotary_locations_keep_their_one_number(effect):
     again = build_effect(tomllib.loads(effect_toml(effect))["effects"][0])
     assert (again.offset, again.tilt) == pytest.approx((effect.offset, effect.tilt))
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        GeometricChange("EYX", np.array([120.0, 680.0]), np.array([1e-3, 2e-3, 0.0, -1e-3])),
+        GeometricChange("EZC", np.array([-1.5, 2.0]), np.array([1e-3, 2e-3])),
+        MapInterpolation("EXX", np.array([0.0, 50.0, 200.0]), "cells", np.array([1e-3, -2e-3])),
+        AbbeOffset("X", ("X",), (np.array([0.0, 300.0]),), np.array([[0.0, 0, 0], [2e-3, -1e-3, 5e-4]]), np.array([0.0, 40.0, 60.0])),
+    ],
+)  # fmt: skip
+def test_travels_and_tables_of_found_effects_are_written(effect):
+    again = build_effect(tomllib.loads(effect_toml(effect))["effects"][0])
+    run = Run({"X": np.array([150.0]), "C": np.array([0.3])}, np.zeros((1, 3)))
+    assert again.error_motion(run) == pytest.approx(effect.error_motion(run), abs=1e-12)
+    assert np.any(effect.error_motion(run))
 
 
 def test_tables_are_found_from_the_new_folder(tmp_path):

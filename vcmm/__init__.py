@@ -30,7 +30,7 @@ _HOME = {
     "optimise_plan": "vcmm.placing.planning",
     "uncertainty": "vcmm.jobs",
     "field": "vcmm.volumetric",
-    "place": "vcmm.placing.job",
+    "place": "vcmm.jobs",
     "diagnose": "vcmm.diagnosing",
     "cut": "vcmm.machining.job",
     "compensate": "vcmm.compensating.job",

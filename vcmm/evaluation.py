@@ -268,7 +268,9 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"
         )
     if r.tier != EXACT and np.isfinite(r.linear_error) and r.linear_error > max(0.01 * r.expanded, 1e-6):
-        share = f" ({r.linear_error / r.expanded:.1%} of U)" if r.expanded > 0 else ""
+        share = (
+            f" ({r.linear_error / r.expanded:.1%} of U)" if r.expanded > r.linear_error else ", more than U"
+        )
         size = f"{r.linear_error * 1e6:.3g} {'nm' if r.unit == 'mm' else 'urad'}"
         out.append(f"{r.name}: the linear model errs by up to {size}{share}; use --engine exact")
     return out

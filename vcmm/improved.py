@@ -125,7 +125,31 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
             lines.append(f"{name} = {_plain(value)}")
         elif name not in done and isinstance(value, float) and value != 0.0:
             lines.append(f'{name} = "{value:.10g} mm"')
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *_array_lines(effect)]) + "\n"
+
+
+def _array_lines(effect: Effect) -> list[str]:
+    """What an effect stands on without being a parameter: ends or nodes of a travel, grids and table, points."""
+    lines = []
+    letters = tuple(getattr(effect, "arguments", ()))
+    if letters and vars(effect).get("grids"):
+        grids = [_positions(a, g) for a, g in zip(letters, vars(effect)["grids"])]
+        lines += [f"arguments = [{', '.join(_plain(a) for a in letters)}]", f"grids = [{', '.join(grids)}]"]
+    for name in ("nodes", "deviation"):
+        value = np.asarray(vars(effect).get(name, ()), dtype=float)
+        if not value.size or name in {f.name for f in parameter_fields(effect)}:
+            continue
+        if value.ndim == 1:
+            lines.append(f"{name} = {_positions(str(vars(effect)['component'])[-1], value)}")
+        else:
+            points = (f'"{" ".join(f"{v:.10g}" for v in row)} mm"' for row in value)
+            lines.append(f"{name} = [{', '.join(points)}]")
+    return lines
+
+
+def _positions(letter: str, values: Any) -> str:
+    unit = "rad" if letter in tuple("ABC") else "mm"
+    return f'"{" ".join(f"{v:.10g}" for v in np.asarray(values, dtype=float))} {unit}"'
 
 
 def _quantity(effect: Effect, spec: Any) -> str:

@@ -1,7 +1,8 @@
 """Nuisance: free parameters of a recording that are nobody's fault, as columns over its observations.
 
     rigid, alignment  6 per value   where the artefact (part) lies: shift, and turn about the centroid of its points
-    offset            3 per value   tip offset of a stylus
+    offset            3 per value   tip offset of a stylus; of an angle: how the tool stands in its own frame
+    index             1 per axis    and value: where the counter is zero, the axis stands at reading + index
     radius            1 per value   tip radius, along the outward normal; of a length: a constant (both ends)
     zero              1 per value   the instrument was set to zero anywhere
     slope             1 per value   in proportion to the distance along the line of the points (reference line of a
@@ -17,11 +18,13 @@ are left out. Coefficients are in mm and rad; for slope mm/mm or mm/s.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from vcmm.errors import ModelLimit
+from vcmm.kinematics import Motion, tip_motion
 from vcmm.machine import Machine
 from vcmm.recording import Ints, Recording
 from vcmm.run import Array, Run
@@ -38,6 +41,7 @@ class _Group:
     recording: Recording
     run: Run
     which: Ints
+    machine: Machine
 
     @property
     def row(self) -> Ints:
@@ -73,7 +77,7 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
     for word, label in recording.nuisance.items():
         values, codes = recording.groups(label)
         for code, value in enumerate(values):
-            group = _Group(recording, run, np.flatnonzero(codes == code))
+            group = _Group(recording, run, np.flatnonzero(codes == code), machine)
             where = f"[{label}={value}]" if value else ""
             for part, values_here in _columns(word, group):
                 full = np.zeros(recording.m)
@@ -88,6 +92,10 @@ def _columns(word: str, group: _Group) -> Columns:
     """(name ending, (g,)) of one nuisance for one group."""
     if word in ("rigid", "alignment"):
         return _rigid(group)
+    if word == "index":
+        return _moved(group, {f".{a}": (a, "XYZABC".index(a)) for a in group.machine.chain.letters})
+    if word == "offset" and group.recording.kind == "angle":
+        return _moved(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})
     if word in ("offset", "centre", "station"):
         return _shift(group)
     if word == "radius":
@@ -102,6 +110,21 @@ def _shift(group: _Group) -> Columns:
         return []
     seen = group.across_ends(np.broadcast_to(np.eye(3), (group.run.n, 3, 3)))
     return [(f".shift_{c}", seen[:, i]) for i, c in enumerate("xyz") if np.abs(seen[:, i]).max() > NOTHING]
+
+
+def _moved(group: _Group, links: Mapping[str, tuple[str, int]]) -> Columns:
+    """What the observations do when a link moves by one unit of one of its six error motions; what does nothing is left out."""
+    out = []
+    chain, axes, sign = group.machine.chain, group.machine.axes, group.recording.sign
+    for name, (link, j) in links.items():
+        six = np.zeros((group.run.n, 6))
+        six[:, j] = 1.0
+        motion = tip_motion(chain, axes, group.run, [Motion(link, "motion", six)])
+        moved = motion[:, 3:] if group.recording.kind == "angle" else motion[:, :3]
+        seen = sign * group.across_ends(moved[:, :, None])[:, 0]
+        if np.abs(seen).max(initial=0.0) > NOTHING:
+            out.append((name, seen))
+    return out
 
 
 def _rigid(group: _Group) -> Columns:

@@ -27,7 +27,7 @@ from vcmm.run import Array, Run
 Ints = npt.NDArray[np.intp]
 KINDS = ("probe", "displacement", "length", "angle", "path")
 NUISANCES = (
-    "rigid", "offset", "radius", "zero", "slope", "centre", "station", "dead_path", "alignment",
+    "rigid", "offset", "radius", "zero", "slope", "centre", "station", "dead_path", "alignment", "index",
 )  # fmt: skip
 ALL_ROWS = ("", "run")  # label words for one value in all rows
 
@@ -41,6 +41,7 @@ class Recording:
     other (m,) run row of the second end of a length, -1 where that end is a fixed station.
     u (m,) standard uncertainty of each observation or None.   nuisance: name -> label column ("" = all rows).
     missing: columns of the run that the file did not hold.   lines (n,): line of the data file of each run row, or None.
+    index: "C" or "C[setup=2]" -> mm or rad that was added to the readings of that axis (see vcmm.indexing).
     Raises UsageError for shapes, words and numbers that do not fit.
     """
 
@@ -57,6 +58,7 @@ class Recording:
     noise: Law | None = None
     missing: tuple[str, ...] = ()
     lines: Ints | None = None
+    index: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:

@@ -27,12 +27,13 @@ OWN_EACH_TIME = {
     "map_mistake",
     "abbe_counted_twice",
 }  # do not come again
+SHAPED_BY_ROWS = {"geometric_change", "tip_form"}  # bump and worn flat are drawn from the rows of a recording
 
 
 def energy_left(case: Case, improved: Path, folder: Path) -> float | None:
     """None where the effect does not come again in another recording, or where its shape was drawn from the rows."""
     truth = case.truth
-    if not truth.items or any(i.effect in OWN_EACH_TIME for i in truth.items):
+    if not truth.items or any(i.effect in OWN_EACH_TIME | SHAPED_BY_ROWS for i in truth.items):
         return None
     key = (truth.seed, ord(truth.block), truth.number)
     name, concealed, _ = blocks.plan(truth.block, truth.number)

@@ -24,9 +24,11 @@ from vcmm.effects import (
     EncoderInterpolation,
     GeometricChange,
     GradientBending,
+    GravityFlexure,
     Hysteresis,
     LinearDrift,
     LostMotion,
+    LostMotionCurve,
     MapInterpolation,
     PartExpansion,
     PartLoad,
@@ -58,6 +60,7 @@ from vcmm.effects import (
     TipRadius,
     ToolDeflection,
     ToolLength,
+    ToolOffset,
     ToolRadius,
     ToolRunout,
     ToolWear,
@@ -139,9 +142,12 @@ INSTANCES: tuple[Effect, ...] = (
     WorkOffset("y", 3e-3),
     ToolLength("", 2e-3),
     ToolRadius("", -1.5e-3),
+    ToolOffset("", "x", 2e-3),
     WorkpieceHeating(5e-9, 900.0),
     RotaryCyclic("ECC", _numbers(4)),
     RotaryCyclic("EXC", _numbers(2)),
+    GravityFlexure(2e-5),
+    LostMotionCurve("Y", np.array([0.0, 300.0]), 1e-3, 4e-6, _numbers(2)),
 )
 
 
@@ -180,10 +186,13 @@ def some_run(n: int = 12) -> Run:
         "cut_length_mm": more.uniform(0.0, 1e5, n),
         "spindle_angle_rad": more.uniform(-np.pi, np.pi, n),
     }
+    down = np.random.default_rng(7).standard_normal((n, 3))
+    down /= np.linalg.norm(down, axis=1)[:, None]
+    columns |= {f"down_{c}": down[:, i] for i, c in enumerate("xyz")}
     position = {"X": tip[:, 0], "Y": tip[:, 1], "Z": tip[:, 2], "C": rng.uniform(-1.0, 1.0, n)}
     labels = {"stylus": np.array(["down"] * n), "event": np.array(["A"] * n)}
     log = Series(np.array([0.0, 200.0, 600.0]), np.array([20.0, 21.0, 20.5]))
-    return Run(position, np.zeros((n, 3)), columns, labels, {"air": log})
+    return Run(position, np.tile([0.0, 0.0, -120.0], (n, 1)), columns, labels, {"air": log})
 
 
 def scaled(effect: Effect, factor: float) -> Effect:

@@ -12,6 +12,7 @@ from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
 from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.lag import ReadoutDelay, ServoLag
 from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
+from vcmm.effects.reversal_curve import LostMotionCurve
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.kinematics import Axis, parse_structure
@@ -29,6 +30,15 @@ def test_lost_motion_depends_on_the_place():
     # gap 1 um + 4 um/m x 0.25 m = 2 um: -1 um moving up, +1 um moving down
     error = machine(LostMotion("X", 1e-3, 4e-6)).tip_error(_run([250.0, 250.0], sense_X=[1.0, -1.0]))
     assert error[:, 0] == pytest.approx([-1e-3, 1e-3], abs=1e-15)
+
+
+def test_lost_motion_may_change_sign_along_the_travel():
+    # nodes 0 and 200 mm: s = (2 q - 200) / 200 = -1, 0, 1 at 0, 100, 200 mm. P2 = (3 s^2 - 1) / 2 = 1, -0.5, 1.
+    # gap = 1 um + 10 um/m q + 8 um P2 = 9, 1 + 1 - 4 = -2, 1 + 2 + 8 = 11 um; moving up the error is -gap / 2
+    effect = LostMotionCurve("X", np.array([0.0, 200.0]), 1e-3, 10e-6, np.array([8e-3]))
+    assert effect.gap(np.array([0.0, 100.0, 200.0])) == pytest.approx([9e-3, -2e-3, 11e-3], abs=1e-15)
+    error = machine(effect).tip_error(_run([0.0, 100.0, 200.0], sense_X=[1.0] * 3))
+    assert error[:, 0] == pytest.approx([-4.5e-3, 1e-3, -5.5e-3], abs=1e-15)
 
 
 def test_hysteresis_turns_round_after_a_reversal():

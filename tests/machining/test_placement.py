@@ -10,7 +10,8 @@ import shop
 
 import vcmm
 from vcmm.cli import run as command
-from vcmm.errors import VcmmError
+from vcmm.errors import UsageError, VcmmError
+from vcmm.files.placed_cut import placed_cut
 from vcmm.machining.placement import place_cut
 
 # straightness of X in Y: 100 um/m^2 x X^2, so a plane along X is turned by 200 um/m^2 x X: least at the smallest X
@@ -21,7 +22,7 @@ STRETCHED = '[[effects]]\neffect = "component_polynomial"\ncomponent = "EXX"\nco
 
 def test_the_objective_is_what_cutting_there_gives(tmp_path):
     scenario = vcmm.load_cut(shop.write(tmp_path, BENT + SCATTER))
-    found = place_cut(scenario, evaluations=300, scanned=128, trials=2000)
+    found = vcmm.place(scenario, evaluations=300, scanned=128, trials=2000)  # place_cut, as the scenario cuts
     for at, full in ((found.present, found.before), (found.best, found.after)):
         values = [c.value - c.nominal for c in full.characteristics]
         assert at.deviations == pytest.approx(values, abs=2e-7)
@@ -47,6 +48,42 @@ def test_document_of_the_contract(tmp_path, capsys):
     assert document["schema"] == "vcmm.place/1"
     assert {"pose", "objective", "present", "median", "worst", "certificate", "map"} <= set(document)
     assert np.isfinite(document["objective"]["value"])
+
+
+def test_the_files_moved_cut_at_the_pose_found(tmp_path):
+    at = shop.SCENARIO.replace('{ u = "2 um" }', '{ u = "2 um", at = "310 250 -350 mm" }   # a corner')
+    path = shop.write(tmp_path, STRETCHED + SCATTER, at)
+    out = tmp_path / "out"
+    options = ["--evaluations", "60", "--scan", "16", "--trials", "1000"]
+    assert command(["place", str(path), *options, "--out", str(out)]) == 0
+    before, after = vcmm.load_cut(path), vcmm.load_cut(out / "placed.toml")
+    pose = json.loads((out / "place.json").read_text())["pose"]["shift_mm"]
+    # without [pose] the part lies where the work zero of the program is
+    assert after.setup.offsets["G54"] == pytest.approx(pose, abs=1e-6)
+    shift = np.array(pose) - before.setup.offsets["G54"]
+    assert np.abs(shift).max() > 1.0
+    assert np.array(after.set_at) - np.array(before.set_at) == pytest.approx(shift, abs=1e-6)
+    assert after.machine.axes == before.machine.axes
+    assert "# a corner" in (out / "placed.toml").read_text()
+
+
+def test_a_stated_pose_and_named_offsets_move_as_well(tmp_path):
+    setup = shop.SETUP.replace("[tools.1]", '"G54.1 P1" = ["1 mm", "2 mm", "3 mm"]\n[tools.1]', 1)
+    path = shop.write(tmp_path, "", shop.SCENARIO + '[pose]\nshift = "300 250 -350 mm"\n', setup=setup)
+    texts = placed_cut(
+        path, vcmm.load_cut(path), tmp_path, np.array([310.0, 250, -350, 0, 0, 0]), np.array([10.0, 0, 0])
+    )
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    after = vcmm.load_cut(tmp_path / "placed.toml")
+    assert after.pose.shift == pytest.approx([310, 250, -350])
+    assert after.setup.offsets == {"G54": (310, 250, -350), "G54.1 P1": (11, 2, 3)}
+
+
+@pytest.mark.parametrize("job", [vcmm.measure, vcmm.uncertainty])
+def test_a_job_of_measuring_points_to_cut(tmp_path, job):
+    with pytest.raises(UsageError, match=r"use vcmm\.cut"):
+        job(vcmm.load_cut(shop.write(tmp_path)))
 
 
 @pytest.mark.parametrize(

@@ -129,3 +129,20 @@ def test_check_and_schema_know_set_ups(files: tuple[Path, Path], capsys: pytest.
     assert understood["tool 1"] == "flat, length 80 mm, diameter 10 mm"
     assert run(["schema", "setup"]) == 0
     assert json.loads(capsys.readouterr().out)["properties"]["vcmm"] == {"const": "setup/1"}
+
+
+def test_time_by_the_time_law(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]):
+    program, setup = files
+    axes = "".join(f'[axes.{a}]\ntravel = ["-500 mm", "500 mm"]\n' for a in "XYZ")
+    (setup.parent / "machine.toml").write_text(
+        f'vcmm = "machine/1"\nname = "mill"\nkind = "machine-tool"\nstructure = "w X\' Y\' b Z t"\n{axes}'
+    )
+    assert run(["nc", str(program), "--setup", str(setup), "--time", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["time"]
+    # fed at 100 mm/min: 6 + 30 mm and a quarter of a circle of radius 10 mm, 51.708 mm: 31.0 s; speeding up costs below 0.5 s
+    assert found["by_mode"]["feed"] == pytest.approx(31.02, abs=0.5)
+    assert found["by_mode"]["dwell"] >= 0.5
+    assert sum(found["by_mode"].values()) == pytest.approx(found["seconds"])
+    assert any("jerk" in text for text in found["assumptions"])
+    assert run(["nc", str(program), "--time"]) == 2
+    assert "--time needs the machine" in capsys.readouterr().err

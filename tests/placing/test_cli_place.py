@@ -68,6 +68,18 @@ def test_folder_with_a_scenario_that_reads_back(source, tmp_path, capsys):
     assert "objective: 1 bore to front" not in capsys.readouterr().err
 
 
+def test_round_numbers_stand_in_a_comment(tmp_path):
+    source = written(tmp_path)
+    found, rounded = (
+        np.array([101.237, 120.5, -300.0, 0.0, 0.0, 0.5]),
+        np.array([100.0, 120, -300, 0, 0, 0.5]),
+    )
+    target = tmp_path / "placed.toml"
+    target.write_text(placed_text(source, target, found, convenient=rounded))
+    assert 'nearly as good: shift = "100 120 -300 mm"' in target.read_text()
+    assert six_of(load_scenario(target).pose)[0] == pytest.approx(101.237)
+
+
 def test_placed_text_keeps_everything_else(tmp_path):
     """Only the two values change; a missing key is added, an inline table replaced, file names follow the folder."""
     source = written(tmp_path)
@@ -113,12 +125,56 @@ def test_choice_of_machine(source, tmp_path, capsys):
         machine_file(tmp_path, "fine", 0.2),
         machine_file(tmp_path, "tiny", 0.1, 50),
     ]
-    found = document(capsys, "place", str(source), "--machines", *files, *FAST)
+    out = tmp_path / "chosen"
+    found = document(capsys, "place", str(source), "--machines", *files, *FAST, "--out", str(out))
     assert found["machine"] == files[1]
     assert [m["name"] for m in found["machines"]] == ["fine", "coarse", "tiny"]
     # u of the distance is scatter times a factor of the plan: five times the scatter, five times the value
     assert found["machines"][1]["value"] / found["machines"][0]["value"] == pytest.approx(5.0, rel=0.05)
     assert "larger than the machine" in found["machines"][2]["why"]
+    back = load_scenario(out / "placed.toml")  # the table [machine] of the source has given way to the file
+    assert back.machine.name == "fine"
+    assert six_of(back.pose)[:3] == pytest.approx(found["pose"]["shift_mm"], abs=1e-5)
+    assert "[machine" not in (out / "placed.toml").read_text()
+
+
+def test_another_machine_takes_the_place_of_a_named_one(tmp_path):
+    text = placed_text(written(tmp_path), tmp_path / "placed.toml", np.zeros(6), tmp_path / "a.toml")
+    (tmp_path / "named.toml").write_text(text)
+    again = placed_text(tmp_path / "named.toml", tmp_path / "placed.toml", np.zeros(6), tmp_path / "b.toml")
+    assert [line for line in again.splitlines() if line.startswith("machine =")] == ['machine = "b.toml"']
+
+
+def test_choices_of_the_fixture_that_cannot_be_used_are_named(tmp_path, capsys):
+    more = '\n[placement]\nx = ["200 mm", "400 mm"]\nfaces_down = ["-z", "+z"]\nobjective = "U"\n'
+    path, out = written(tmp_path, more), tmp_path / "out"
+    assert run(["place", str(path), *FAST, "--out", str(out)]) == 0
+    err = capsys.readouterr().err
+    # the plan touches the top with a stylus that points down: with the top on the table it leans 180 degrees
+    assert "1 of 2 choices of the fixture cannot be reached and were left out: +z down" in err
+    assert "leans 180 deg" in err
+    assert "Objective" in (out / "report.html").read_text()  # one freedom: a curve and no map
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["--budget", "3 min"], "--budget"),
+        (["--plan", "--scan", "5"], "--scan"),
+        (["--plan", "--machines", "a.toml"], "--machines"),
+        (["--draws", "5"], "--draws"),
+    ],
+)
+def test_an_option_without_meaning_is_refused(source, capsys, words, option):
+    assert run(["place", str(source), *words]) == 2
+    assert f"{option}: " in capsys.readouterr().err
+
+
+def test_what_the_fixture_forbids_is_said_of_the_fixture(tmp_path, capsys):
+    path = written(tmp_path, '\n[placement]\nz = "-900 mm"\n')
+    assert run(["place", str(path), *FAST]) == 2
+    line = path.read_text().splitlines().index("[placement]") + 1
+    assert f"{path.name}:{line}: no pose of the fixture" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

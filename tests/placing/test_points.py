@@ -17,7 +17,7 @@ from vcmm.fit import gauss
 from vcmm.form import Lobes
 from vcmm.part import Feature
 from vcmm.placing.candidates import nearest, problem_of, spots
-from vcmm.placing.design import Candidates, Design, Target, exchanged, least, white_noise_bound
+from vcmm.placing.design import Candidates, Design, Target, exchanged, least
 from vcmm.placing.formfield import form_factor, surface_grid
 from vcmm.placing.motions import motions_of, outputs
 from vcmm.placing.order import Visit, ordered, ways
@@ -69,6 +69,28 @@ def test_tilt_wants_the_ends():
     assert np.allclose(np.abs(used[:, 0]), 40.0)
     # u = sigma / sqrt(8 x 1600) = 1 um / 113.137 mm
     assert np.sqrt(design.variances()[0]) == pytest.approx(1e-3 / np.sqrt(8 * 1600.0))
+
+
+def white_noise_bound(
+    rows: np.ndarray, outputs: np.ndarray, weight: np.ndarray, steps: int = 2000
+) -> tuple[float, np.ndarray]:
+    """No n touches with independent scatter sigma do better than bound sigma^2 / n; also the shares (N,) of the best.
+
+    For psi(x) = sum weight b^T M(x)^-1 b over shares x (convex), psi(best) >= 2 psi(x) - max_j sum weight (b^T M^-1 J_j)^2.
+    Multiplicative gradient steps: Silvey, Titterington & Torsney, Commun. Stat. A7 (1978) 1379.
+    """
+    share = np.full(len(rows), 1.0 / len(rows))
+    bound = 0.0
+    for _ in range(steps):
+        read = np.linalg.solve((rows.T * share) @ rows, outputs.T).T @ rows.T
+        slope = weight @ read**2
+        psi = float(share @ slope)
+        bound = max(bound, 2.0 * psi - float(slope.max()))
+        share = share * np.sqrt(slope / psi)
+        share /= share.sum()
+        if psi - bound < 1e-6 * psi:
+            break
+    return bound, share
 
 
 def test_no_design_beats_the_bound_and_the_exchange_reaches_it():

@@ -123,6 +123,9 @@ def test_a_clamp_may_move_with_the_part():
     check = Feasibility.of(replace(base, surroundings=replace(base.surroundings, clamps=(over,))))
     for six in (HERE, HERE + [30.0, 20, 0, 0, 0, 1.0]):
         assert not check.feasible(six)[0]
+    texts = [p.text for p in check.problems(base.pose) if "meets" in p.text]
+    assert texts
+    assert all('meets the clamp "bridge"' in text for text in texts)  # the part itself is in nobody's way
 
 
 def test_moves_draw_back_where_straight_is_blocked():

@@ -7,6 +7,7 @@ recording file. The machines state what was known before: axes, travels, a scatt
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -123,11 +124,13 @@ def gantry_heating(
     step: float = 0.0025,
     every: int = 1,
     sensors: Sequence[str] = ("frame", "bed"),
+    heating: bool = False,
 ) -> Path:
     """Homing of a Z axis onto a switch while bed and frame heat: mcu_pos_z x step mm, with the logged temperatures.
 
     The switch stands still; where the axis finds it is what is indicated. Rows more than 1 mm from the middle are
-    no homings. every: keep every n-th row; sensors: the temperatures that are given.
+    no homings. every: keep every n-th row; sensors: the temperatures that are given; heating: only while the bed is
+    switched on.
     """
     lines = [line for line in source.read_text().splitlines() if not line.startswith("#")]
     table = list(csv.DictReader(lines))
@@ -137,10 +140,130 @@ def gantry_heating(
     rows = [
         (0, 0, 0, 0, 0, 1, f"{(z - middle) * 1e3:.1f}", t - times[0], *(r[f"{s}_t"] for s in sensors))
         for r, t, z in zip(table, times, heights)
-        if abs(z - middle) < 1.0
+        if abs(z - middle) < 1.0 and (not heating or float(r["bed_target"]) > 0)
     ][::every]
     header = ["X_mm", "Y_mm", "Z_mm", "nx", "ny", "nz", "d_um", "time_s"]
     header += [f"temp_{s}_C" for s in sensors]
     travels = {"X": ("-1 mm", "350 mm"), "Y": ("-1 mm", "350 mm"), "Z": ("-1 mm", "340 mm")}
     recording = 'kind = "displacement"\nhistory = "none"\n[nuisance]\nzero = ""\n'
     return write(folder, machine("w Y' b Z X t", travels, "2 um"), recording, header, rows)
+
+
+def telescope_mount(
+    source: Path,
+    folder: Path,
+    nuisance: str = 'index = ""\noffset = ""\n',
+    u: str = "10 arcsec",
+    of_date: bool = True,
+) -> Path:
+    """Stars sighted through a mount of two rotary axes: encoder readings against the true direction, machine frame x to
+    the meridian on the equator, z to the pole. C = - hour angle, B = - declination read; the tube lies along x.
+
+    Five lines of header; of the fifth the latitude, temperature and pressure. The air lifts a star by
+    1.02' cot(h + 10.3 / (h + 5.11)) P / 1010 283 / (273 + T) (Saemundsson, Sky and Telescope 72 (1986) 70). The file does
+    not state the equinox of its places. of_date: they are taken as they stand, else as J2000 and precessed to the year
+    (Lieske et al., Astronomy and Astrophysics 58 (1977) 1).
+    """
+    lines = source.read_text().splitlines()
+    head = [float(w) for w in lines[4].split()]
+    latitude, air = math.radians(head[0] + head[1] / 60 + head[2] / 3600), (head[6], head[7])
+    rows = []
+    for words in (line.split() for line in lines[5:]):
+        if len(words) < 14:
+            continue
+        ra, dec, read, tilt = (_sexagesimal(words[i : i + 3]) for i in (0, 3, 6, 9))
+        sidereal = 15 * (float(words[12]) + float(words[13]) / 60)
+        ra, dec = (15 * ra, dec) if of_date else _precessed(15 * ra, dec, head[3] + (head[4] - 0.5) / 12)
+        star = _lifted(_direction(sidereal - ra, dec), latitude, *air)
+        c = (180.0 - sidereal + 15 * read) % 360 - 180
+        rows.append((f"{c:.7f}", f"{-tilt:.7f}", 1000, 0, 0, *(f"{v:.10f}" for v in star)))
+    down = f"{-math.cos(latitude):.8f}, 0, {-math.sin(latitude):.8f}"
+    recording = (
+        f'kind = "angle"\nobserved = "actual - commanded"\nhistory = "none"\ndown = [{down}]\n'
+        f'[nuisance]\n{nuisance}[noise]\nu = "{u}"\n'
+    )
+    header = (
+        "C_deg",
+        "B_deg",
+        "offset_x_mm",
+        "offset_y_mm",
+        "offset_z_mm",
+        "pointed_x",
+        "pointed_y",
+        "pointed_z",
+    )
+    travels = {"C": ("-270 deg", "270 deg"), "B": ("-270 deg", "270 deg")}
+    known = machine("w b C B t", travels, "1 um")
+    return write(folder, known, recording, header, rows)
+
+
+def _precessed(ra: float, dec: float, year: float) -> tuple[float, float]:
+    """A place of J2000 in degrees, at the mean equinox of the year."""
+    t = (year - 2000.0) / 100.0
+    arc = [
+        (2306.2181 * t + 0.30188 * t**2) / 3600,
+        (2306.2181 * t + 1.09468 * t**2) / 3600,
+        (2004.3109 * t - 0.42665 * t**2) / 3600,
+    ]
+    first, second, tilt = (math.radians(v) for v in arc)
+    a, d = math.radians(ra) + first, math.radians(dec)
+    x = math.cos(tilt) * math.cos(d) * math.cos(a) - math.sin(tilt) * math.sin(d)
+    y = math.cos(d) * math.sin(a)
+    z = math.sin(tilt) * math.cos(d) * math.cos(a) + math.cos(tilt) * math.sin(d)
+    return math.degrees(math.atan2(y, x) + second), math.degrees(math.asin(z))
+
+
+def _sexagesimal(words: Sequence[str]) -> float:
+    size = abs(float(words[0])) + float(words[1]) / 60 + float(words[2]) / 3600
+    return -size if words[0].startswith("-") else size
+
+
+def _direction(hour_angle: float, declination: float) -> tuple[float, float, float]:
+    h, d = math.radians(hour_angle), math.radians(declination)
+    return math.cos(d) * math.cos(h), -math.cos(d) * math.sin(h), math.sin(d)
+
+
+def _lifted(
+    p: tuple[float, float, float], latitude: float, celsius: float, hectopascal: float
+) -> tuple[float, ...]:
+    """A direction raised by the refraction of the air."""
+    zenith = (math.cos(latitude), 0.0, math.sin(latitude))
+    sine = sum(a * b for a, b in zip(p, zenith))
+    height = math.degrees(math.asin(sine))
+    lift = 1.02 / 60 / math.tan(math.radians(height + 10.3 / (height + 5.11)))
+    lift = math.radians(lift * hectopascal / 1010 * 283 / (273 + celsius))
+    across = [(z - sine * a) / math.sqrt(1 - sine**2) for a, z in zip(p, zenith)]
+    return tuple(math.cos(lift) * a + math.sin(lift) * b for a, b in zip(p, across))
+
+
+def switched_off(source: Path) -> float:
+    """Seconds from the first row of a heating run to the last one with the bed switched on."""
+    lines = [line for line in source.read_text().splitlines() if not line.startswith("#")]
+    table = list(csv.DictReader(lines))
+    times = [datetime.strptime(r["time"], "%Y/%m/%d-%H:%M:%S").timestamp() for r in table]
+    return max(t for t, r in zip(times, table) if float(r["bed_target"]) > 0) - times[0]
+
+
+def petals(
+    source: Path, nominal: Path, folder: Path, which: Sequence[int] = (2, 3, 4, 5, 6, 7), every: int = 1
+) -> Path:
+    """Hole axes of nominally equal parts from one CMM: measured - nominal, placement free for every part.
+
+    pose and part name the petal: a field of the machine is common to all, what a part has of its own is not.
+    """
+    with nominal.open() as file:
+        due = {r["device_location_id"]: [float(r[c]) for c in "XYZ"] for r in csv.DictReader(file)}
+    with source.open() as file:
+        table = [r for r in csv.DictReader(file) if int(r["PETAL_ID"]) in which and r["DEVICE_LOC"] in due]
+    table.sort(key=lambda r: (int(r["PETAL_ID"]), int(r["DEVICE_LOC"])))
+    rows = []
+    for r in table:
+        if int(r["DEVICE_LOC"]) % every:
+            continue
+        place = due[r["DEVICE_LOC"]]
+        gap = [f"{(float(r[f'{c}_PTL']) - at) * 1e3:.2f}" for c, at in zip("XYZ", place)]
+        rows.append((*place, *gap, f"petal {r['PETAL_ID']}", f"petal {r['PETAL_ID']}"))
+    travels = {"X": ("-10 mm", "450 mm"), "Y": ("-150 mm", "250 mm"), "Z": ("-100 mm", "50 mm")}
+    recording = 'kind = "path"\nhistory = "none"\n[nuisance]\nrigid = "pose"\n'
+    header = ("X_mm", "Y_mm", "Z_mm", "dx_um", "dy_um", "dz_um", "pose", "part")
+    return write(folder, machine("w X' Y' b Z t", travels, "3 um"), recording, header, rows)

@@ -11,11 +11,25 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from conftest import data_file
-from convert import gantry_heating, plug_plate, resolver, slit_axis
+from convert import (
+    gantry_heating,
+    petals,
+    plug_plate,
+    positioning_runs,
+    resolver,
+    slit_axis,
+    switched_off,
+    telescope_mount,
+)
+from judged import left, rms, without_nuisance
 
 from vcmm.cli import run
+from vcmm.diagnosing import diagnose
+from vcmm.diagnosis.problem import make_problem
+from vcmm.files.recording import load_recording
 
 Found = dict[str, Any]
 
@@ -82,6 +96,23 @@ def test_sensor_that_is_worse_than_the_axis_blames_no_part_of_the_axis(diagnosed
     )  # a profile of position alone: axis or sensor
 
 
+def test_reversal_that_changes_sign_along_the_travel(tmp_path):
+    """Report: reversal error B = -33, +12, +10, -12, -43 um at the five targets (its labels of up and down exchanged).
+
+    Least squares with a profile and a B per target leaves 2.40 um. The first approaches, a run-in, are left out.
+    """
+    source = data_file("data/recordings/iso230_2_linear_axis/mcu1025_ISO230.dat")
+    found = diagnose(*load_recording(positioning_runs(source, tmp_path, skip_first=True)), seed=1)
+    assert {a.effect for a in found.answer} == {"geometric_change", "lost_motion"}
+    (lost,) = (a.fitted for a in found.answer if a.effect == "lost_motion")
+    gap = 1e3 * lost.gap(np.array([15.0, 25.2, 35.4, 45.6, 55.8]))
+    reversal = np.array([-33.0, 12.0, 10.0, -12.0, -43.0])
+    assert np.abs(np.abs(gap) - np.abs(reversal)).max() < 8.0
+    assert (np.sign(gap) == np.sign(-reversal)).all() or (np.sign(gap) == np.sign(reversal)).all()
+    assert found.fit.after < 3e-3
+    assert found.verdict == "partly explained"  # 2.6 um where the sensor repeats to 1 um
+
+
 def test_resolver_gap_is_a_delay_and_no_backlash(diagnosed, tmp_path):
     """Branches 2.4 deg apart. Rests before and after agree, so it is a delay: 34.0 ms by least squares. Harmonic 2."""
     source = data_file("data/recordings/resolver_cyclic_latency/VoltageDividerSineCosCoils.csv")
@@ -113,8 +144,13 @@ def test_gantry_grows_with_the_frame_by_more_than_its_length(name, diagnosed, tm
     growth = answer(found, "thermal_drift", direction="z", sensor="frame")
     assert growth["probability"] > 0.9
     slopes = [growth["parameters"][k] for k in ("k", "k_slow") if k in growth["parameters"]]
-    assert sum(k["interval95"][0] for k in slopes) > 12.4
-    assert found["verdict"] == "partly explained"
+    assert sum(k["value"] - 2 * k["u"] for k in slopes if k["u"] < 10) > 12.4
+    if name.startswith("run1"):  # makers: the switch sits beside the bed
+        bed = answer(found, "thermal_drift", direction="z", sensor="bed")
+        assert -1.6 < value(bed, "k") < -1.0
+        assert found["fit"]["rms_after_um"] < 3.5  # least squares with both and a lag: 3.00 um
+    else:
+        assert found["verdict"] == "partly explained"
     (fold,) = [f for f in found["fit"]["held_out"] if f["fold"] == "temperature"]
     assert fold["rms_after_um"] < 0.5 * fold["rms_before_um"]
 
@@ -141,3 +177,62 @@ def test_plug_plate_is_scaled_and_out_of_square(diagnosed, tmp_path):
     assert {"part_expansion", "scale_expansion"} <= set(found["not_testable"])
     assert found["fit"]["rms_after_um"] < 0.5 * found["fit"]["rms_before_um"]
     assert found["verdict"] == "partly explained"  # a smooth field is left: neighbours correlate 0.5
+
+
+def test_cool_down_is_predicted_from_the_heating(tmp_path):
+    """Run 1, diagnosed up to the moment at which the bed is switched off; least squares by hand: 5.3 um of 123."""
+    source = data_file("data/recordings/klipper_frame_thermal/run1_2021-06-13_05-41-53.csv")
+    found = diagnose(*load_recording(gantry_heating(source, tmp_path / "hot", every=3, heating=True)), seed=1)
+    assert {a.where["sensor"] for a in found.answer if a.effect == "thermal_drift"} == {"bed", "frame"}
+    problem = make_problem(*load_recording(gantry_heating(source, tmp_path / "all", every=3)))
+    hidden = problem.of_rows(problem.run.column("time_s")) > switched_off(source)
+    before, after = (
+        rms(without_nuisance(r, problem, ~hidden)[hidden]) for r in (problem.residual, left(problem, found))
+    )
+    assert before > 80e-3
+    assert after < 8e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "of_date", "base", "index_only", "left_over"),
+    [
+        ("cgx-l-data", True, {"A0C": 14.9}, 1957.2, 200.0),
+        ("warp-astron", False, {"B0C": 2.8, "A0C": -1.0}, 1486.9, 65.0),
+    ],
+)
+def test_mounts_stand_askew(name, of_date, base, index_only, left_over, tmp_path):
+    """Exact chains fitted by least squares (arcsec on the sky): index only 1957 and 1487; with collimation, axis and base
+    236 and 94, tube flexure 228 and 85. Base 0.854 deg = 14.9 mrad, and 0.165 deg = 2.88 mrad.
+    """
+    arcsec = 3600 * 180 / math.pi
+    source = data_file(f"data/recordings/gem_pointing_rotary_chain/{name}.dat")
+    alone, _ = load_recording(
+        telescope_mount(source, tmp_path / "i", nuisance='index = ""\n', of_date=of_date)
+    )
+    assert math.sqrt(2) * rms(alone.value) * arcsec == pytest.approx(index_only, abs=0.2)
+    recording, machine = load_recording(telescope_mount(source, tmp_path, of_date=of_date))
+    found = diagnose(recording, machine, seed=1)
+    tilts = {
+        a.where["component"]: a.parameters["tilt"] for a in found.answer if a.effect == "rotary_location"
+    }
+    for component, size in base.items():
+        assert tilts[component].value == pytest.approx(1e3 * size, rel=0.15)
+    problem = make_problem(recording, machine)
+    rest = without_nuisance(left(problem, found), problem, np.ones(problem.m, dtype=bool))
+    assert math.sqrt(2) * rms(rest) * arcsec < left_over
+    assert found.verdict == "partly explained"
+    for fold in found.fit.held_out:
+        assert fold.rms_after < 0.5 * fold.rms_before
+
+
+def test_a_field_common_to_the_petals_predicts_a_petal(diagnosed, tmp_path):
+    """Petals 3, 5, 6, 7 share most of their deviation; 7 to 10 um of each are its own. Causes are documented nowhere."""
+    folder = "data/recordings/desi_petal_metrology"
+    source = data_file(f"{folder}/petals_2-7_POS_rows.csv")
+    nominal = data_file(f"{folder}/positioner_locations_0530v18.csv")
+    found = diagnosed(petals(source, nominal, tmp_path, (3, 5, 6, 7), every=12))
+    whole = [f for f in found["fit"]["held_out"] if f["fold"].startswith("pose")]
+    assert len(whole) == 4
+    for fold in whole:
+        assert fold["rms_after_um"] < 0.55 * fold["rms_before_um"]
+    assert {"part_expansion", "workpiece_heating"} <= set(found["not_testable"])

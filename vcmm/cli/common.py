@@ -129,8 +129,11 @@ def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
 
 
 @contextmanager
-def about(file: Path) -> Iterator[None]:
-    """Complaints about the numbers of a scenario get its file and line: the pose where a point is out of reach, else the plan."""
+def about(file: Path, table: str = "") -> Iterator[None]:
+    """Complaints about the numbers of a scenario get its file and line: those of `table` where the file has it.
+
+    Else the pose where a point is out of reach, else the plan.
+    """
     try:
         yield
     except DataError:
@@ -138,7 +141,9 @@ def about(file: Path) -> Iterator[None]:
     except (ModelLimit, UsageError) as error:
         from vcmm.files.toml import read_toml
 
-        where = read_toml(file).where(("pose",) if isinstance(error, ModelLimit) else ("plan",))
+        read = read_toml(file)
+        usual = "pose" if isinstance(error, ModelLimit) else "plan"
+        where = read.where((table if table in read.data else usual,))
         raise type(error)(f"{where}: {error}") from None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -90,7 +91,7 @@ def _program(
         scenario = load_cut(program)
         program, given, machine, constants = (
             scenario.program,
-            scenario.setup,
+            replace(scenario.setup, set_at=scenario.set_at),
             scenario.machine,
             scenario.constants,
         )

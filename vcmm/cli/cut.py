@@ -42,7 +42,7 @@ def cut_command(
 
     folder = output_folder(out) if out else None
     loaded = load_cut(scenario)
-    with progress() as report, about(scenario):
+    with progress() as report, about(scenario, "cut"):
         found = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
     files = [*sources(scenario), loaded.program]
     content = document(
@@ -117,8 +117,8 @@ def show(found: Any) -> None:
     s = found.surface
     minutes, seconds = divmod(found.seconds, 60)
     print(
-        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points; "
-        f"{s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
+        f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
+        f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
         f"{_recut_text(found.recut)}"
         f"cycle time: {minutes:.0f} min {seconds:.1f} s"
     )
@@ -134,7 +134,7 @@ def show(found: Any) -> None:
 def _recut_text(found: Any) -> str:
     if found is None:
         return ""
-    return f"cut again with the tools really displaced: {found.points} points agree within {found.largest * 1e3:.3f} um\n"
+    return f"cut again with the tools really displaced: {found.points} points differ from the result by {found.largest * 1e3:.3f} um at most\n"
 
 
 def _show_owners(found: Any) -> None:
@@ -187,8 +187,12 @@ def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> 
     write_files(folder, texts)
     if found.blank is not None:
         from vcmm.cutting.solid import write_stl
+        from vcmm.machining.turned_blank import TurnedBlank, write_turned_stl
 
-        write_stl(found.blank.after, folder / "stock.stl")
+        if isinstance(found.blank, TurnedBlank):
+            write_turned_stl(found.blank.after, folder / "stock.stl")
+        else:
+            write_stl(found.blank.after, folder / "stock.stl")
     say(f"wrote {folder}/report.html, cut.json, surface.csv{', stock.stl' if found.blank else ''}")
 
 

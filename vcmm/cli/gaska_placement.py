@@ -11,8 +11,8 @@ CAPTION = (
 )
 
 
-def show_placement(folder: Path | None, draws: int, seed: int | None, json: bool) -> int:
-    """Ranking, optimum and node reduction: tables, JSON, report."""
+def show_placement(folder: Path | None, draws: int, options: dict[str, Any], json: bool) -> int:
+    """Ranking, optimum and node reduction: tables, JSON, report. options: seed, evaluations, scanned, trials of `optimum`."""
     from vcmm.cli.common import document, print_json, progress, say, write_files
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path
@@ -22,13 +22,10 @@ def show_placement(folder: Path | None, draws: int, seed: int | None, json: bool
     scenario = load_scenario(source)
     with progress() as report:
         rankings = twin.ranking(scenario, draws, report)
-        reductions = twin.reduction(
-            scenario, min(draws, 100), seed=1 if seed is None else seed, progress=report
-        )
-        optima = [twin.optimum(scenario, redraw, report) for redraw in ("touch", "run")]
-    content = document(
-        "vcmm.place/1", body(rankings, optima, reductions, draws), seed=scenario.settings.seed, files=[source]
-    )
+        reductions = twin.reduction(scenario, min(draws, 100), seed=options.get("seed", 1), progress=report)
+        optima = [twin.optimum(scenario, redraw, report, **options) for redraw in ("touch", "run")]
+    seed = options.get("seed", scenario.settings.seed)
+    content = document("vcmm.place/1", body(rankings, optima, reductions, draws), seed=seed, files=[source])
     if folder:
         import json as _json
 

@@ -45,16 +45,19 @@ def _write(folder: Path, scenario: Path, chosen: Any, content: dict[str, Any]) -
     import json as _json
 
     from vcmm.cli.common import say, write_files
+    from vcmm.files.placed import placed_text
     from vcmm.pages.place import place_page
 
+    best = chosen.placed[chosen.order[0]]
     texts = {
         "place.json": _json.dumps(content, indent=1, allow_nan=False),
-        "report.html": place_page(chosen.placed[chosen.order[0]]),
+        "report.html": place_page(best),
+        "placed.toml": placed_text(
+            scenario, folder / "placed.toml", best.best.pose, Path(chosen.order[0]), best.region.convenient
+        ),
     }
     write_files(folder, texts)
-    say(
-        f"wrote {folder}/report.html, place.json for {chosen.order[0]}; name it in machine = of {scenario} to use it"
-    )
+    say(f"wrote {folder}/report.html, place.json, placed.toml for {chosen.order[0]}")
 
 
 def _show(loaded: Any, chosen: Any) -> None:

@@ -12,13 +12,13 @@ def place_command(
     scenario: Path,
     *,
     plan: Annotated[bool, Parameter(name="--plan")] = False,
-    budget: str = "5 min",
+    budget: str | None = None,
     machines: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
     seed: int | None = None,
-    evaluations: int = 5000,
-    scan: int = 4096,
+    evaluations: int | None = None,
+    scan: int | None = None,
     trials: int | None = None,
-    draws: int = 200,
+    draws: int | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:
@@ -35,19 +35,19 @@ def place_command(
     plan
         Keep the pose; choose points, styli and order instead, and show U against measuring time.
     budget
-        Measuring time that a plan may take, for example "5 min".
+        Measuring time that a plan may take (default: "5 min"); with --plan only.
     machines
         Machine files to choose from; each takes the place of the scenario's machine.
     seed
         Seed of the search, the scan and the trials (default: the scenario's, else 0).
     evaluations
-        Evaluations of the objective that the search may use.
+        Evaluations of the objective that the search may use (default: 5000; gaska2014: 3000).
     scan
-        Further poses for the certificate, the median and the worst pose.
+        Further poses for the certificate, the median and the worst pose (default: 4096; gaska2014: 2048).
     trials
         Monte Carlo trials of the full evaluation at the present and the best pose.
     draws
-        Machines consistent with the published figures (for gaska2014 only).
+        Machines consistent with the published figures (default: 200); for gaska2014 only.
     json
         Print one JSON document.
     out
@@ -56,15 +56,37 @@ def place_command(
     """
     from vcmm.cli.common import output_folder
 
+    search = {"--evaluations": evaluations, "--scan": scan, "--trials": trials}
     if plan:
-        return _planned(scenario, budget, seed, json, out)
+        _refuse("--plan chooses points at one pose", {**search, "--machines": machines, "--draws": draws})
+        return _planned(scenario, budget or "5 min", seed, json, out)
+    _refuse("without --plan no points are chosen", {"--budget": budget})
     folder = output_folder(out) if out else None
-    if str(scenario) == "gaska2014" and not scenario.exists():
-        from vcmm.cli.gaska_placement import show_placement
-
-        return show_placement(folder, draws, seed, json)
     options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
+    options = {name: value for name, value in options.items() if value is not None}
+    if str(scenario) == "gaska2014" and not scenario.exists():
+        return _twin(machines, draws, options, json, folder)
+    _refuse("only gaska2014 draws machines", {"--draws": draws})
     return _any(scenario, machines, options, json, folder)
+
+
+def _twin(
+    machines: list[Path] | None, draws: int | None, options: dict[str, Any], json: bool, folder: Path | None
+) -> int:
+    """The twin of the published study."""
+    from vcmm.cli.gaska_placement import show_placement
+
+    _refuse("the twin has machines of its own", {"--machines": machines})
+    return show_placement(folder, draws or 200, options, json)
+
+
+def _refuse(why: str, given: dict[str, Any]) -> None:
+    """An option that would be passed over in silence is refused."""
+    from vcmm.errors import UsageError
+
+    idle = [name for name, value in given.items() if value]
+    if idle:
+        raise UsageError(f"{', '.join(idle)}: {why}, so this has no meaning here; leave it out")
 
 
 def _any(
@@ -74,6 +96,7 @@ def _any(
     if scenario.is_file() and _cuts(scenario):
         from vcmm.cli.place_cut import placed_cut
 
+        _refuse("a program is cut on the machine that its set-up was made for", {"--machines": machines})
         return placed_cut(scenario, options, json, folder)
     if machines:
         from vcmm.cli.machines import choose
@@ -113,7 +136,7 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
     from vcmm.placing.job import place
 
     loaded = load_scenario(scenario)
-    with progress() as report, about(scenario):
+    with progress() as report, about(scenario, "placement"):
         found = place(loaded, progress=report, **options)
     content = document(
         "vcmm.place/1", place_json(found), seed=found.seed, files=sources(scenario), warnings=found.warnings
@@ -167,7 +190,9 @@ def _write(folder: Path, source: Path, found: Any, content: dict[str, Any]) -> N
     texts = {
         "place.json": _json.dumps(content, indent=1, allow_nan=False),
         "report.html": place_page(found),
-        "placed.toml": placed_text(source, folder / "placed.toml", found.best.pose),
+        "placed.toml": placed_text(
+            source, folder / "placed.toml", found.best.pose, convenient=found.region.convenient
+        ),
     }
     write_files(folder, texts)
     say(f"wrote {folder}/report.html, place.json, placed.toml")

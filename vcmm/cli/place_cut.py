@@ -13,14 +13,14 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
     from vcmm.machining.placement import place_cut
 
     loaded = load_cut(scenario)
-    with progress() as report, about(scenario):
+    with progress() as report, about(scenario, "placement"):
         found = place_cut(loaded, progress=report, **options)
     files = [*sources(scenario), loaded.program]
     content = document(
         "vcmm.place/1", _json(found), seed=found.seed, files=files, warnings=found.after.warnings
     )
     if folder:
-        _write(folder, loaded, found, content)
+        _write(folder, scenario, loaded, found, content)
     if json:
         print_json(content)
     else:
@@ -99,20 +99,21 @@ def show(found: Any) -> None:
     print(f"certificate: {found.certificate.text}\nflatness: {region_text(found)}")
 
 
-def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, source: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
     from vcmm.cli.common import say, write_files
+    from vcmm.files.placed_cut import placed_cut as placed_texts
     from vcmm.pages.place_cut import place_cut_page
 
-    write_files(
-        folder,
-        {
-            "place.json": _json.dumps(content, indent=1, allow_nan=False),
-            "report.html": place_cut_page(scenario, found),
-        },
-    )
     shift = found.best.pose[:3] - found.present.pose[:3]
+    texts = {
+        "place.json": _json.dumps(content, indent=1, allow_nan=False),
+        "report.html": place_cut_page(scenario, found),
+        **placed_texts(source, scenario, folder, found.best.pose, shift),
+    }
+    write_files(folder, texts)
     say(
-        f"wrote {folder}/report.html, place.json; move part and work offset by ({', '.join(f'{v:+.3f}' for v in shift)}) mm"
+        f"wrote {folder}/report.html, place.json, placed.toml, placed-setup.toml: part and work offsets moved by "
+        f"({', '.join(f'{v:+.3f}' for v in shift)}) mm"
     )

@@ -164,12 +164,12 @@ class Field:
         return f"line {self.moves[move[row]].source.line} leaves the machine: {text}; check work offset and tool length"
 
     def _setting(self, run: Run, move: Ints) -> Array:
-        """Error (k, 3) at the work zero of each row's offset, with its tool."""
+        """Error (k, 3) where the offset of each row was set, with its tool: at the work zero unless the set-up says where."""
         pairs = [(self.moves[i].offset, self.moves[i].tool, self.moves[i].tool_offset) for i in move.tolist()]
         out = np.zeros((run.n, 3))
         for one in dict.fromkeys(pairs):
             rows = np.array([i for i, p in enumerate(pairs) if p == one], dtype=np.intp)
-            at = np.array(self.setup.offsets.get(one[0], (0.0, 0.0, 0.0)))
+            at = np.array(self.setup.set_at or self.setup.offsets.get(one[0], (0.0, 0.0, 0.0)))
             first = run.take(rows[:1])
             here = setting_rows(first, np.array([0]), -np.array([one[2]]), at[None], Pose(np.eye(3), at))
             try:

@@ -144,12 +144,17 @@ def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
 
 
 def compliance(tool: Tool) -> float:
-    """Displacement of the tip per force across the tool, mm/N: cantilever L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
+    """Displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
+    if tool.stick_out is None:
+        raise UsageError("compliance: the tool needs its stick-out; give Tool(..., stick_out=40.0) in mm")
+    return bending(tool.radius, tool.stick_out, tool.modulus or CARBIDE)
+
+
+def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:
+    """Compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
 
     Tool and its stick-out only; holder, spindle and machine come on top.
     """
-    if tool.stick_out is None:
-        raise UsageError("compliance: the tool needs its stick-out; give Tool(..., stick_out=40.0) in mm")
-    diameter = FLUTED * 2.0 * tool.radius
+    diameter = FLUTED * 2.0 * radius
     inertia = math.pi * diameter**4 / 64.0
-    return tool.stick_out**3 / (3.0 * (tool.modulus or CARBIDE) * inertia)
+    return stick_out**3 / (3.0 * modulus * inertia)

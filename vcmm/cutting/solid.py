@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.cutting.dexels import Dexels, surface
+from vcmm.cutting.dexels import Dexels, sparser, surface
 from vcmm.cutting.stock import Stock
 from vcmm.errors import UsageError
 from vcmm.laws import Array
@@ -19,19 +19,23 @@ def triangles(stock: Stock | Dexels) -> tuple[Array, Array]:
 
 
 def picture(stock: Stock | Dexels, most: int) -> tuple[Array, Array]:
-    """The same with at most `most` triangles, where it is a map of heights: every few nodes of it. Rays stay as they are."""
+    """The same with at most so many triangles: only every second, third ... node or ray."""
     if isinstance(stock, Dexels):
-        return surface(stock)
-    every = 1
-    while _faces(stock.height.shape, every) > most:
-        every += 1
+        every = 1
+        while len((found := surface(sparser(stock, every)))[1]) > most:
+            every += 2
+        return found
+    nx, ny = stock.height.shape
+    every = thinning(nx, ny, most)
     return _of_heights(replace(stock, height=stock.height[::every, ::every], cell=stock.cell * every))
 
 
-def _faces(shape: tuple[int, ...], every: int) -> int:
-    """Triangles of top, underside and walls."""
-    nx, ny = (-(-n // every) - 1 for n in shape)
-    return 4 * nx * ny + 4 * (nx + ny)
+def thinning(nx: int, ny: int, most: int) -> int:
+    """Every which node of a map of heights is drawn, so that top and bottom (2 triangles per cell each) and sides can be."""
+    every = max(1, int(np.sqrt(4.0 * nx * ny / most)))
+    while 4 * (-(-nx // every)) * (-(-ny // every)) > most:
+        every += 1
+    return every
 
 
 def _of_heights(stock: Stock) -> tuple[Array, Array]:

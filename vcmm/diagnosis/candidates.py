@@ -6,16 +6,16 @@ have; each option is a group of columns, one per linear parameter element, in un
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import Field, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, cast
 
 import numpy as np
 
+from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change, trials
-from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.effect import Effect, parameter_fields
 from vcmm.effects import ALL
 from vcmm.effects.typical import TYPICAL, typical
 from vcmm.errors import ModelLimit, UsageError
@@ -24,16 +24,13 @@ from vcmm.run import Array, Run
 
 NEVER = (  # forms of the stored table, what setting up may err by, and what noise audit and mistakes handle
     "component_table", "component_spline", "component_polynomial", "residual_field", "correlated_field", "scatter",
-    "tip_offset", "stylus_qualification", "work_offset", "tool_length", "tool_radius", "map_mistake", "abbe_counted_twice",
+    "tip_offset", "stylus_qualification", "work_offset", "tool_length", "tool_radius", "tool_offset", "map_mistake", "abbe_counted_twice",
     "outliers", "heavy_tails", "correlated_noise", "speed_dependent_noise",
 )  # fmt: skip
-PAIRS = ("C0Y", "B0Z", "A0Z")
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
 RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
+SELDOM = {"lost_motion_curve": 0.1}  # a shape that is rarer than the other shape of its family
 MOST_COLUMNS = 120
-NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
-SHAPES = ("follows", "zero")
-FULL_TURN = np.radians(345.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,106 +174,30 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
     return out, missing, still
 
 
-def where_of(effect: Effect) -> dict[str, str]:
-    """Place fields of an effect that say something; "other" of contract section 6 is the second axis."""
-    said = [(f, getattr(effect, f.name)) for f in place_fields(effect)]
-    return {f.name: str(v) for f, v in said if v not in ("", ()) and not f.metadata.get("quiet", False)}
-
-
-def lacking_columns(effect: Effect, run: Run) -> tuple[str, ...]:
-    """Required columns that neither the run nor its logs have."""
-    logged = {f"temp_{sensor}_C" for sensor in run.series}
-    have = logged | set(run.series) | set(run.columns) | set(run.labels)
-    label = ("event",) if effect.per == "event" else ()  # random per event: without events it is a constant
-    return tuple(c for c in (*effect.required(), *label) if c not in have)
-
-
-def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
-    """The effect at every place it can have on this machine and recording; the machine's own version where it has one."""
-    present = {effect.id: effect for effect in problem.machine.effects if isinstance(effect, kind)}
-    names = [f.name for f in place_fields(kind)]
-    out: list[Effect] = []
-    for values in itertools.product(*(domain(f, problem) for f in place_fields(kind))):
-        place = dict(zip(names, values))
-        if "other" in place and place["other"] == place["axis"]:
-            continue
-        try:
-            effect = _made(kind, place, problem)
-        except (UsageError, ModelLimit):
-            continue
-        if effect.link in ("tip", "tool", "reading", *problem.machine.chain.letters):
-            out.append(present.get(effect.id, effect))
-    return out
-
-
-def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Effect:
-    """One instance, with what it takes from the stored tables, the travel, the chain or the part's size."""
-    machine, made = problem.machine, cast(Any, kind)
-    if kind.name == "abbe_offset":
-        return cast(Effect, made.from_tables(place["axis"], machine.effects))
-    if kind.name == "map_interpolation":
-        return cast(Effect, made.from_table(_table(place["component"], problem)))
-    if kind.name == "geometric_change":
-        q = problem.run.q(place["component"][2])
-        if place["component"][2] in ROTARY and float(np.ptp(q)) > FULL_TURN:
-            raise UsageError(
-                "after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic"
-            )
-        return cast(Effect, made(place["component"], np.array([q.min(), q.max()])))
-    changes: dict[str, Any] = dict(place)
-    if kind.name == "gradient_bending":
-        changes["carries"] = "workpiece" if place["axis"] in machine.chain.work else "tool"
-    if kind.name == "clamping":
-        changes["length"] = max(float(np.abs(problem.run.part_point).max()), 1.0)
-    return kind(**changes)
-
-
-def _table(component: str, problem: Problem) -> Effect:
-    for effect in problem.machine.effects:
-        if effect.name == "component_table" and getattr(effect, "component", "") == component:
-            return effect
-    raise UsageError(f"the machine has no table of {component}")
-
-
-def domain(spec: Field[Any], problem: Problem) -> list[Any]:
-    """Values that a place field can take here."""
-    letters, run = problem.machine.chain.letters, problem.run
-    linear = [a for a in letters if a not in ROTARY]
-    if spec.name in ("axis", "other"):
-        return [a for a in "XYZABC" if a in letters]
-    if spec.name == "pair":
-        return [p for p in PAIRS if p[2] in linear and "XYZ"["ABC".index(p[0])] in linear]
-    if spec.name == "component":
-        kinds = [f"E{d}{a}" for a in letters for d in "XYZABC"]
-        return kinds + [f"{d}0{a}" for a in letters if a in ROTARY for d in "XYZABC"]
-    if spec.name == "direction":
-        return ["x", "y", "z"]
-    if spec.name == "sensor":
-        return sensors(run)
-    if spec.name in SHAPES:  # another form of the same physics: both are options of one family
-        return [0, 1]
-    if spec.name in run.labels:
-        values = [str(v) for v in np.unique(run.labels[spec.name])]
-        return ["", *values] if len(values) > 1 else [""]
-    return [spec.default]
-
-
-def sensors(run: Run) -> list[str]:
-    """Names of the temperatures that vary or differ from 20 degC: columns temp_<name>_C and logs."""
-    named = {c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")}
-    return sorted(
-        n for n in named | set(run.series) if n not in NO_TEMPERATURE and not n.startswith("accel_")
-    )
-
-
 def _options(effect: Effect, problem: Problem) -> list[Option]:
     out = []
+    rare = float(np.log(SELDOM.get(effect.name, 1.0)))
     for start, share in _origins(effect, problem):
         for changes, weight in trials(start, problem.run):
-            option = make_option(replace(start, **changes), problem, weight + share)
+            option = make_option(replace(start, **changes), problem, weight + share + rare)
             if option is not None:
-                out.append(option)
+                out += _taken_up(option, start, problem)
     return out
+
+
+def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
+    """A play of some um is taken up within as much travel: rows nearer to a reversal than a typical gap still stand on the
+    side they came from, and each of them counts with twice the gap. Both readings of such rows are options.
+    """
+    since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
+    if effect.name != "backlash" or since is None:
+        return [option]
+    near = problem.of_rows(since) < typical(effect, "gap")
+    if not near.any():
+        return [option]
+    half = option.log_prior + float(np.log(0.5))
+    turned = option.columns * np.where(near, -1.0, 1.0)[:, None]
+    return [replace(option, log_prior=half), replace(option, columns=turned, log_prior=half)]
 
 
 def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:
@@ -326,6 +247,8 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
         return recording.kind in ("displacement", "length", "angle")
     if "tool" in kind.per.split(", ") or kind.name == "workpiece_heating":  # heat of cutting needs a cut
         return not recording.measuring
+    if kind.name == "gravity_flexure":  # without a head that turns its attitude is always the same
+        return any(a in ROTARY for a in problem.machine.chain.tool)
     if "stylus" in kind.per:
         return recording.kind == "probe"
     return True

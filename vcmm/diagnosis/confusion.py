@@ -1,8 +1,11 @@
 """What a selected answer cannot be told from: rivals within 3 nats, and those that mimic it within this noise.
 
 separability s = share of the answer's signal (as length) that the rival cannot mimic, others projected out; a gap of
-3 nats needs delta s of 2.45 (delta^2 s^2 / 2 = 3). Below that, and for exact aliases, the rival is named however its
-prior stands. Names that hold the answer whatever is recorded (see nested) are no rivals while the answer suffices.
+3 nats needs delta s of 2.45 (delta^2 s^2 / 2 = 3). A name that needs no more columns than the answer and comes that
+near is a near alias: it is named however its prior stands. A name that comes near only because it has more columns holds
+the answer as a special case: any of its other motions would have been as likely, so it pays for them in evidence, and
+within 3 nats (a posterior of 5 % beside the answer's) it is a rival, beyond it the answer is "contained in" it.
+Names that hold the answer whatever is recorded (see nested) are no rivals while the answer explains as much.
 """
 
 from __future__ import annotations
@@ -12,14 +15,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.diagnosis.candidates import Family
-from vcmm.diagnosis.evidence import Dictionary, Scorer, scorer
+from vcmm.diagnosis.evidence import Dictionary, Scorer, orthonormal, scorer
 from vcmm.diagnosis.nested import generalises
-from vcmm.diagnosis.select import MISMATCH, SIMPLER, Selection, Setting
+from vcmm.diagnosis.select import MISMATCH, Selection, Setting
+from vcmm.gaussian import without_span
 from vcmm.run import Array
 
 NATS = 3.0
 ALIAS = 0.15
 RESOLVED = 2.45  # delta s from which 3 nats separate two names
+SEEN = 1e-6  # of the energy of an option, below which a direction of it is not seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +35,7 @@ class Standing:
     probability: float
     names: tuple[str, ...]
     families: tuple[int, ...]  # best family of each rival name
+    contained_in: tuple[str, ...] = ()  # freer names that mimic the answer and are improbable beside it
 
 
 def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
@@ -40,13 +46,20 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     scores = given.families(options)[:, 0]
     own = setting.found.families.index(selection.terms[i].family)
     gap = separability(given, selection.signal(i))
-    names, families, larger = _rivals(selection, setting, i, scores, gap, own)
+    best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
+    names, families = tuple(best), tuple(best.values())
     unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
-    return Standing(float(scores[own]), _probability(setting, scores, own, larger, unknown), names, families)
+    return Standing(
+        float(scores[own]), _probability(setting, scores, own, larger, unknown), names, families, freer
+    )
 
 
 def own_arguments(family: Family) -> set[str]:
-    """The covariate of a change of geometry: a freer curve over the same axis is the same physics, better fitted."""
+    """The covariate of a change of geometry or of a drift with a temperature: a freer curve over the same axis or the same
+    thermometer is the same physics, better fitted.
+    """
+    if "sensor" in family.where:
+        return {f"temp_{family.where['sensor']}"}
     axis = str(family.where.get("component", ""))[2:]
     return {axis, f"{axis} (periodic)"} if family.name in ("geometric_change", "map_interpolation") else set()
 
@@ -67,22 +80,39 @@ def separability(given: Scorer, signal: Array) -> Array:
     e = signal - basis @ (basis.T @ signal)
     b2 = (given.rotated.column.T @ e) ** 2
     whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(b2))))
-    firm = given.rotated.size > 1e-6 * whole
+    firm = given.rotated.size > SEEN * whole
     share = np.add.reduceat(
         np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start
     )
     return np.sqrt(np.clip(1.0 - share / max(float(e @ e), 1e-300), 0.0, 1.0))
 
 
+def ranks(given: Scorer) -> Array:
+    """Number of columns (options,) that each option has on this recording: those of which something is seen."""
+    whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
+    seen = (given.rotated.size > SEEN * whole).astype(float)
+    return np.asarray(np.add.reduceat(seen, given.rotated.start))
+
+
+def rank_of(columns: Array, basis: Array) -> int:
+    """The same of white columns (m, k) outside a basis."""
+    left = np.linalg.svd(without_span(columns, basis), compute_uv=False)
+    return int(np.sum(left**2 > SEEN * float(np.sum(columns**2))))
+
+
 def _rivals(
-    selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, own: int
-) -> tuple[tuple[str, ...], tuple[int, ...], set[str]]:
-    """Names and best families of the rivals, and the names that hold this answer as a special case."""
+    selection: Selection, setting: Setting, i: int, scores: Array, gap: Array, own: int, rank: Array
+) -> tuple[dict[str, int], set[str], tuple[str, ...]]:
+    """Rivals with their best families, names that hold this answer whatever is recorded, and freer names that hold it here."""
     found, term = setting.found, selection.terms[i]
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
     nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
+    alias = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), found.first)  # and with no more columns
     unresolved = max(RESOLVED / max(selection.delta(i), 1e-300), MISMATCH)
     best: dict[str, int] = {}
     holding: set[str] = set()
+    freer: dict[str, None] = {}
     for j in np.argsort(-scores, kind="stable"):
         family = found.families[j]
         if family.name == term.family.name or family.name in best:
@@ -90,12 +120,14 @@ def _rivals(
         if generalises(family.name, term.family.name):
             mimic = int(found.first[j] + np.argmin(gap[found.first[j] : _stop(setting, int(j))]))
             larger = found.options[mimic].freedom > term.option.freedom
-            if larger and nearest[j] < ALIAS and scores[j] <= scores[own] + SIMPLER:
+            if larger and nearest[j] < ALIAS and scores[j] <= scores[own]:
                 holding.add(family.name)  # the simpler one stands
                 continue
-        if scores[j] > scores[own] - NATS or nearest[j] < unresolved:
+        if scores[j] > scores[own] - NATS or alias[j] < unresolved:
             best[family.name] = int(j)
-    return tuple(best), tuple(best.values()), holding - set(best)
+        elif nearest[j] < unresolved:
+            freer[family.name] = None
+    return best, holding - set(best), tuple(n for n in freer if n not in best)
 
 
 def _stop(setting: Setting, family: int) -> int:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.diagnosis.locate import modulators, short
+from vcmm.diagnosis.locate import modulators, path_speed, short
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection
 from vcmm.gaussian import SCALES, Posterior, Whitener, posterior, without_span
@@ -62,7 +62,8 @@ def values_of(problem: Problem, name: str) -> Array | None:
     for column, values in run.columns.items():
         if short(column) == name:
             return problem.of_rows(values)
-    return None
+    speed = path_speed(run) if name == "speed" else None
+    return None if speed is None else problem.of_rows(speed)
 
 
 def is_angle(problem: Problem, name: str) -> bool:

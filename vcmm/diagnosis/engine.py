@@ -3,61 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from vcmm.diagnosis.adequacy import beaten, described, unknown_rest
+from vcmm.diagnosis.adequacy import described, unknown_rest
+from vcmm.diagnosis.aliases import unresolved, with_aliases
 from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
-from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
-from vcmm.diagnosis.holdout import Fold, HeldOut, folds, gate, judge
+from vcmm.diagnosis.evidence import scorer
+from vcmm.diagnosis.holding import that_hold
+from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
-from vcmm.diagnosis.mistakes import Mistake, find_mistake, tables_of
-from vcmm.diagnosis.nested import generalises
+from vcmm.diagnosis.mistakes import Mistake, tables_of
+from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
-from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.null import clipped
 from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
-from vcmm.diagnosis.select import Selection, Setting, joint, select
+from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
+from vcmm.diagnosis.select import Selection, Setting
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
+from vcmm.diagnosis.simple_part import simple_part
+from vcmm.diagnosis.verdict import reasons, verdict
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
+from vcmm.indexing import told
 from vcmm.machine import Machine
 from vcmm.recording import Recording
 from vcmm.run import Array
 
 NULLS = 2000
-UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
-CLEARLY = (
-    3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
-)
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Stage:
-    """Everything that depends on the noise preparation."""
-
-    white: Whitener
-    u: Array
-    noise: Audit
-    found: Dictionary
-    generic: Dictionary
-    threshold: float
-    generic_threshold: float
-    chance: Array  # largest generic score of every null recording
-    sample: Array  # the null recordings themselves, white and prepared
 
 
 def diagnose_recording(
@@ -95,7 +84,9 @@ def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
     if out.any():
         problem = make_problem(fit.recording.take(~out), machine)
     check_belonging(problem, problem.whitener())
-    return problem, (*fit.warnings, *([text] if text else []))
+    moved = told(problem.recording)
+    index = [f"readings moved by their index on the exact chain: {moved}; it stays free"] if moved else []
+    return problem, (*fit.warnings, *index, *([text] if text else []))
 
 
 def _passes(
@@ -106,9 +97,9 @@ def _passes(
     noise = audit(problem, plain, plain.apply(problem.residual), seed)
     for turn in range(PASSES):
         tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
-        stage = _stage(problem, known, generics, noise, seed, nulls)
+        stage = staged(problem, known, generics, noise, seed, nulls)
         tell("weighing the evidence", 0.25 + 0.2 * turn)
-        chosen = _search(problem, stage)
+        chosen = search(problem, stage)
         before, noise = noise, audit(problem, plain, _left(chosen.problem, plain, chosen.selection), seed)
         if _same(noise, before):
             break
@@ -118,81 +109,6 @@ def _passes(
 
 def _same(a: Audit, b: Audit) -> bool:
     return abs(a.rho - b.rho) < 0.1 and (a.growth == 0) == (b.growth == 0) and a.noise == b.noise
-
-
-def _stage(
-    problem: Problem,
-    known: Catalogue,
-    generics: Sequence,
-    noise: Audit,
-    seed: int,
-    nulls: int,
-) -> Stage:
-    u = noise.u(problem)
-    white = problem.whitener(u, noise.rho)
-    found, generic = dictionary(known.families, white), dictionary(generics, white)
-    sample = draws(noise.noise, white, seed, "null", nulls)
-    sample = clipped(sample, white, noise.noise.clip)
-    largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
-    return Stage(
-        white,
-        u,
-        noise,
-        found,
-        generic,
-        max(upper_quantile(largest, FALSE_ALARM), 1.0),
-        max(upper_quantile(chance, FALSE_ALARM), 1.0),
-        chance,
-        sample,
-    )
-
-
-def _largest(given: Scorer, sample: Array) -> Array:
-    if not given.found.families:
-        return np.zeros(sample.shape[1])
-    return np.asarray(given.scores(sample).max(axis=0))
-
-
-def _setting(problem: Problem, stage: Stage) -> Setting:
-    raw = stage.white.apply(problem.residual)
-    refiner = Refiner(problem, stage.white)
-    return Setting(stage.found, stage.white, raw, stage.noise.noise.clip, stage.threshold, refiner)
-
-
-@dataclass(frozen=True, eq=False)
-class Chosen:
-    """What the search settled on. problem: repaired; tied: ids of terms that a mistake of the table may stand for."""
-
-    selection: Selection
-    mistake: Mistake | None
-    problem: Problem
-    tied: tuple[str, ...] = ()
-
-
-def _search(problem: Problem, stage: Stage) -> Chosen:
-    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
-    plain = select(_setting(problem, stage))
-    raw = stage.white.apply(problem.residual)
-    mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
-    if mistake is None:
-        return Chosen(plain, None, problem)
-    repaired = replace(problem, residual=problem.residual - mistake.departure)
-    with_it = select(_setting(repaired, stage))
-    lead = mistake.score + _evidence(with_it) - _evidence(plain)
-    kept = {t.family.id for t in with_it.terms}
-    instead = [t.family for t in plain.terms if t.family.id not in kept]
-    held = bool(instead) and all(generalises(f.name, "map_mistake") for f in instead)
-    if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
-        return Chosen(plain, None, problem, tuple(f.id for f in instead) if lead > -NATS else ())
-    free = tuple(dict.fromkeys(f.name for f in instead))
-    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired)
-
-
-def _evidence(selection: Selection) -> float:
-    """Nats of all chosen terms together, priors included."""
-    if selection.fit is None:
-        return 0.0
-    return selection.fit.log_evidence + sum(t.family.log_prior + t.option.log_prior for t in selection.terms)
 
 
 def _left(problem: Problem, plain: Whitener, selection: Selection) -> Array:
@@ -213,28 +129,19 @@ def _result(
     tell: Progress,
 ) -> Diagnosis:
     selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
-    setting = _setting(used, stage)
+    setting = setting_of(used, stage)
     parts = folds(used, stage.u, stage.noise.rho)
-    before = len(selection.terms)
-    selection = _through_the_gate(used, parts, selection, setting)
-    failed = len(selection.terms) < before
-    tell("comparing rivals", 0.85)
+    tell("comparing rivals", 0.8)
+    held_by = partial(that_hold, generic=stage.generic)
+    selection, failed = best_road(used, parts, selection, setting, held_by)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    doubtful = [
-        i for i, place in enumerate(places) if beaten(stage.generic, setting, selection, place.evidence, i)
-    ]
-    if doubtful:
-        failed = True
-        kept = joint([t for i, t in enumerate(selection.terms) if i not in doubtful], setting)
-        selection = _still_needed(kept, setting)
-        places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     rest = _rest(used, stage, selection, setting, parts, seed)
     excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
     held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
-    places = [_with_mistake(p, selection, i, chosen.tied) for i, p in enumerate(places)]
+    places = _with_other_rivals(places, used, stage, selection, chosen.tied)
     answers = _answers(used, stage, selection, places, mistake, seed)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
@@ -244,8 +151,10 @@ def _result(
     left = sigma * float(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
+    named = bool(answers) or mistake is not None
+    against = reasons(named, rest, failed, excess, stage.noise, left)
     return Diagnosis(
-        _verdict(answers, mistake, rest, failed or bool(excess) or (bool(answers) and left > UNSTATED)),
+        verdict(named, against),
         answers,
         rest,
         locate(scorer(stage.generic), y, stage.chance),
@@ -262,7 +171,19 @@ def _result(
         problem.recording.kind == "angle",
         map=score_map(scorer(stage.generic), y),
         chance=stage.generic_threshold,
+        reasons=against,
     )
+
+
+def _with_other_rivals(
+    places: Sequence[Standing], problem: Problem, stage: Stage, selection: Selection, tied: Sequence[str]
+) -> list[Standing]:
+    """The standings with rivals that are no candidates: a mistake of the table, shapes that the rows do not resolve."""
+    if not selection.terms:
+        return []
+    hidden = unresolved(problem, stage.white)
+    named = [_with_mistake(p, selection, i, tied) for i, p in enumerate(places)]
+    return [with_aliases(p, selection, i, hidden) for i, p in enumerate(named)]
 
 
 def _rest(
@@ -270,6 +191,7 @@ def _rest(
 ) -> Unknown | None:
     """What has no name: a shape in the residual, else a fold that falls short of what the names promise."""
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
     rest = described(rest, problem, setting, selection, parts)
     short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
     return of_fold(short) if short and rest is None else rest
@@ -278,34 +200,6 @@ def _rest(
 def _once(gone: Sequence[str]) -> tuple[str, ...]:
     """Names and places without repetition; a name says all its places."""
     return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
-
-
-def _through_the_gate(
-    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting
-) -> Selection:
-    """Refuse the term that fails worst, refit the others, and look again."""
-    while failed := gate(problem, parts, selection):
-        selection = joint([t for i, t in enumerate(selection.terms) if i != failed[0]], setting)
-    return selection
-
-
-def _still_needed(selection: Selection, setting: Setting) -> Selection:
-    """Without the terms that only helped another which has gone: each must pass the threshold given the others."""
-    while selection.terms:
-        scores = [standing(selection, setting, i).evidence for i in range(len(selection.terms))]
-        worst = int(np.argmin(scores))
-        if scores[worst] > setting.threshold:
-            break
-        selection = joint([t for i, t in enumerate(selection.terms) if i != worst], setting)
-    return selection
-
-
-def _verdict(answers: Sequence[Answer], mistake: Mistake | None, rest: Unknown | None, failed: bool) -> str:
-    """`failed`: a term did not hold on other rows, or the noise is above what was stated and may hide physics."""
-    named = bool(answers) or mistake is not None
-    if rest is None and not failed:
-        return "explained" if named else "nothing missing"
-    return "partly explained" if named else "unexplained"
 
 
 def _fit(
@@ -350,10 +244,20 @@ def _answers(
                 selection.delta(i),
                 largest > SCALES[-1],
                 *fitted(selection, i, problem.machine),
-                remark(term.option.effect, problem.run, problem.recording.kind),
+                _remarks(selection, i, problem, stage),
+                place.contained_in,
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))
+
+
+def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage) -> str:
+    """What must be said beside answer i."""
+    said = (
+        remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
+        simple_part(selection, i, stage.found.families, stage.white),
+    )
+    return "; ".join(s for s in said if s)
 
 
 def _with_mistake(place: Standing, selection: Selection, i: int, tied: Sequence[str]) -> Standing:

@@ -96,7 +96,8 @@ def _linear(
             "theta": _estimate(theta * max(float(mean[0]), 0.0) ** 0.5, float(angle.std()), angle, "mrad")
         }
     if arrays:
-        return {AS_ONE.get(effect.name, "rms"): _size(problem, selection, i, mean, values)}
+        size = {AS_ONE.get(effect.name, "rms"): _size(problem, selection, i, mean, values)}
+        return size | _single(selection, i, mean, u, values)
     for at, name in enumerate(names):
         shown = parameter(effect, name).metadata["show"]
         out[_shown_name(selection, i, name)] = _estimate(mean[at], u[at], values[:, at], shown)
@@ -109,6 +110,18 @@ def _linear(
             "amplitude": _estimate(both, float(pair.std()), pair, shown),
             **{k2: v for k2, v in out.items() if k2 != "amplitude"},
         }
+    return out
+
+
+def _single(selection: Selection, i: int, mean: Array, u: Array, values: Array) -> dict[str, Estimate]:
+    """Parameters of one number that stand beside an array: the straight part of a lost motion."""
+    option = selection.terms[i].option
+    assert option.effect is not None
+    out = {}
+    for at, label in enumerate(option.labels):
+        if "[" not in label and "@" not in label:
+            shown = parameter(option.effect, label).metadata["show"]
+            out[_shown_name(selection, i, label)] = _estimate(mean[at], u[at], values[:, at], shown)
     return out
 
 

@@ -145,10 +145,11 @@ def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[
         others = [t for t in selection.terms if t is not term]
         gains = []
         for fold in parts:
-            if _excites(fold, selection, i):
+            if _known(fold, selection, i) > EXCITED:
                 with_it = judge(problem, fold, selection, selection.terms).gain
                 without = judge(problem, fold, selection, others).gain
-                if with_it > without or not _own_zone(term, fold):
+                told = _seen(fold, selection, i) > EXCITED or abs(with_it - without) > LOSS
+                if told and (with_it > without or not _own_zone(term, fold)):
                     gains.append(with_it - without)
         if gains and _refused(np.array(gains)):
             failed.append((min(gains), i))
@@ -180,12 +181,19 @@ def tells(term: Term, fold: Fold) -> bool:
     return not _own_zone(term, fold)
 
 
-def _excites(fold: Fold, selection: Selection, i: int) -> bool:
-    """Can this fold tell? The term must be seen in the held-out rows and determined by the others."""
+def _known(fold: Fold, selection: Selection, i: int) -> float:
+    """Size of term i in the rows fitted, in units of the noise: is it determined there?"""
+    return _size(fold.fitted, ~fold.test, selection, i)
+
+
+def _seen(fold: Fold, selection: Selection, i: int) -> float:
+    """The same in the rows held out. A term that is not seen there may still be told by them: it changes what the other
+    terms are, and so what they predict (a bed that stands hot while the frame warms).
+    """
+    return _size(fold.predicted, fold.test, selection, i)
+
+
+def _size(white: Whitener, rows: Mask, selection: Selection, i: int) -> float:
     assert selection.fit is not None
-    term, sigma = selection.terms[i], selection.fit.sigma
-    mean = selection.fit.mean[selection.span(i)]
-    signal = term.option.columns @ mean
-    seen = float(np.linalg.norm(fold.predicted.apply(signal[fold.test]))) / sigma
-    known = float(np.linalg.norm(fold.fitted.apply(signal[~fold.test]))) / sigma
-    return seen > EXCITED and known > EXCITED
+    signal = selection.terms[i].option.columns @ selection.fit.mean[selection.span(i)]
+    return float(np.linalg.norm(white.apply(signal[rows]))) / selection.fit.sigma

@@ -1,7 +1,7 @@
 """Localisation without a model: on which covariate and in which direction does the residual depend?
 
 Shapes: four Legendre polynomials of a covariate, products for two positions, harmonics of an angle, spectral lines
-of a position, a step in time, levels of a label; each times one component of the sensitive direction, or as it is.
+of a position, a step in time, levels of a label, products of a position and the speed on the way; each times one component of the sensitive direction, or as it is.
 Every shape is scored like an effect, and its p value is the share of null recordings whose best shape scores higher.
 """
 
@@ -16,7 +16,7 @@ from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Scorer
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import change_points, spectral_lines
-from vcmm.run import Array
+from vcmm.run import Array, Run
 
 DEGREES = 4
 LINES = 80
@@ -83,6 +83,8 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
         zones = zone_bumps(problem.of_rows(run.position[a]), problem.of_rows(run.position[b]))
         if zones:
             out[f"{a} and {b} (zone)"] = zones
+    for a, (name, values) in itertools.product(axes, _shared(problem)):
+        out[f"{a} and {name}"] = [surface(problem.of_rows(run.position[a]), values)]
     for a, angle in itertools.product(axes, [c for c in run.columns if c.endswith("angle_rad")]):
         out[f"{a} and {short(angle)}"] = [
             _waves_by(problem.of_rows(run.columns[angle]), problem.of_rows(run.position[a]))
@@ -100,6 +102,18 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
         if 1 < len(kinds) <= LEVELS and name not in ("feature",):
             out[name] = [(codes[:, None] == np.arange(len(kinds))).astype(float)]
     return {name: [g for g in groups if g.shape[1]] for name, groups in out.items() if groups}
+
+
+def _shared(problem: Problem) -> list[tuple[str, Array]]:
+    """Conditions whose product with a place is looked at: the speed on the way, whatever its direction."""
+    speed = path_speed(problem.run)
+    return [] if speed is None or np.ptp(speed) <= 1e-9 else [("speed", problem.of_rows(speed))]
+
+
+def path_speed(run: Run) -> Array | None:
+    """|v| of the linear axes (n,) mm/s, or None where the run has no speeds."""
+    names = [f"speed_{a}_mm_s" for a in "XYZ" if f"speed_{a}_mm_s" in run.columns]
+    return np.asarray(np.linalg.norm(run.vector(*names), axis=1)) if names else None
 
 
 def short(column: str) -> str:

@@ -12,17 +12,20 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.problem import Problem
 from vcmm.effect import Effect
 from vcmm.effects import ALL
 from vcmm.errors import ModelLimit, UsageError
-from vcmm.gaussian import Whitener
+from vcmm.gaussian import Whitener, without_span
 from vcmm.observe import baseline
 from vcmm.run import Array
 
 UNIT_FACTORS = (1e3, 1e-3, 10.0, 0.1, 25.4, 1 / 25.4, 4.848136811, 1 / 4.848136811, 180 / np.pi, np.pi / 180)
 SURE = 4.605  # ln(1 / 0.01): a Bayes factor above 100 happens in at most 1 % of nulls (Markov's inequality)
+AGREES = 3.0  # standard deviations by which the number of a mistake may differ from the one that fits best
+EXACT = 0.05  # of the departure: closer than this, clipping and the first order of the model decide
 TINY = 1e-7  # mm or rad: a table this small says nothing
 
 
@@ -78,6 +81,22 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     nats = 0.5 * white.dof * float(np.log(with_it @ with_it / (own @ own)))
     score = nats + float(prior[best] - np.logaddexp.reduce(prior))
     return replace(candidates[best], score=score, rivals=rivals)
+
+
+def factor_fits(departure: Array, rest: Array, chosen: Array, sigma: float) -> bool:
+    """Is the mistake's own number, 1 times its departure, the one that fits?
+
+    A mistake of bookkeeping is exact; a calibration that is off in its direction is so by any amount. departure, rest
+    (m,): white departure of the mistake and what it and the chosen columns (m, k) leave; 1 + c is the best multiple,
+
+        c = d · rest / d · d with d the departure outside the chosen columns,    u(c) = sigma / |d|
+    """
+    d = without_span(departure, orthonormal(chosen))
+    size = float(np.linalg.norm(d))
+    if size <= 1e-9:
+        return True
+    c = float(d @ rest) / size**2
+    return abs(c) <= max(AGREES * sigma / size, EXACT)
 
 
 def _name(mistake: Mistake) -> tuple[str, str]:

@@ -20,7 +20,7 @@ HOLDS: Mapping[str, tuple[str, ...]] = {
         "rotary_cyclic",
     ),
     "map_interpolation": (*GEOMETRY, "geometric_change", "screw_pitch", "encoder_interpolation"),
-    "lost_motion": ("backlash",),  # g0 + g1 q, g1 = 0
+    "lost_motion": ("backlash",),  # g0 + g1 q + curve, all but g0 zero
     "hysteresis": ("backlash", "lost_motion"),  # a step that takes a way of its own
     "abbe_offset": ("abbe_counted_twice", "map_mistake"),  # an arm of any length
 }

@@ -26,6 +26,7 @@ WORDS: Mapping[str, tuple[str, str, str]] = {
     "abbe_offset": ("{where} was measured on another line than stated ({arm})", "reflector or tool offset entered wrongly", "measure {where} on a second, parallel line"),
     "map_interpolation": ("between the nodes of its table {where} is off ({rms})", "the nodes are too far apart", "measure between the nodes and refine the table"),
     "cross_axis_flexure": ("the structure bends with the position of the other axis ({where}, {c})", "weight of a slide or ram on its guide", "measure one axis at three places of the other"),
+    "gravity_flexure": ("the head sags by {angle} when it lies level", "weight of head, tool or tube on its bearing", "the same place or target with the head turned over"),
     "part_load": ("a load bends {where} ({c})", "weight of part or pallet", "the same artefact with and without ballast"),
     "scale_expansion": ("the scale of {where} follows the temperature ({alpha})", "expansion coefficient or scale temperature not compensated", "the same length at temperatures 2 K apart"),
     "part_expansion": ("the part is larger when warmer ({alpha})", "wrong expansion coefficient or part temperature", "measure the part again after soaking"),

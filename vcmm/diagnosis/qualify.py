@@ -9,6 +9,8 @@ from vcmm.diagnosis.result import Diagnosis
 
 DOUBT = 0.5  # the most that a name may claim in a doubtful recording
 
+DOUBTED = "the recording itself is in doubt; see the warnings"
+
 
 def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = False) -> Diagnosis:
     """The diagnosis with its warnings, and with its claim lowered where there is doubt.
@@ -22,7 +24,7 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
         return d
     answer = tuple(replace(a, probability=min(a.probability, DOUBT)) for a in d.answer)
     verdict = {"explained": "partly explained", "nothing missing": "unexplained"}.get(d.verdict, d.verdict)
-    return replace(d, answer=answer, verdict=verdict)
+    return replace(d, answer=answer, verdict=verdict, reasons=(*d.reasons, DOUBTED))
 
 
 def _sign(d: Diagnosis, only_table: bool) -> str | None:

@@ -37,6 +37,9 @@ class Answer:
     fitted: Effect | None = None
     inputs: tuple[Input, ...] = ()
     remark: str = ""
+    contained_in: tuple[
+        str, ...
+    ] = ()  # freer names that hold the answer as a special case and are improbable beside it
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,7 @@ class Diagnosis:
     warnings: tuple[str, ...] = ()
     map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
     chance: float = 0.0  # the largest score of 99 % of null recordings
+    reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
@@ -103,6 +107,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
     body = {
         "schema": "vcmm.diagnosis/1",
         "verdict": d.verdict,
+        "verdict_reasons": list(d.reasons),
         "answer": [_answer(a) for a in d.answer],
         "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
         "location": [_place(p) for p in d.location],
@@ -142,6 +147,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "probability": a.probability,
         "share": a.share,
         "cannot_be_told_from": list(a.cannot_be_told_from),
+        "contained_in": list(a.contained_in),
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
         "remark": a.remark,

@@ -21,6 +21,7 @@ from vcmm.run import Array, Run
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
 MOST_STEPS = 80  # change points
+MOST_CELLS = 40  # meshes of a table with a height each
 SHAPES: dict[
     tuple[str, str], tuple[Any, ...]
 ] = {  # discrete fields worth trying; the first carries half the weight
@@ -37,6 +38,7 @@ ARRAYS: dict[tuple[str, str], tuple[int, ...]] = {  # lengths of array parameter
     ("clamping", "coefficients"): (3, 7),
     ("rotary_cyclic", "coefficients"): (2, 4, 8),
     ("geometric_change", "coefficients"): (4, 8),
+    ("lost_motion_curve", "curve"): (1, 3),
 }
 Weighted = list[tuple[dict[str, Any], float]]
 
@@ -48,7 +50,10 @@ def trials(effect: Effect, run: Run) -> Weighted:
         for spec in parameter_fields(effect)
         if spec.metadata["scan"] or is_change(spec)
     ]
-    lists += [_shapes(effect, f.name, run) for f in fields(effect)]
+    lists += [
+        _cells(effect, run) if _has_cells(effect, f.name) else _shapes(effect, f.name, run)
+        for f in fields(effect)
+    ]
     lists += [_weighted(f.name, _zeros(effect.name, f.name)) for f in fields(effect)]
     out: Weighted = []
     for combination in itertools.product(*lists):
@@ -71,6 +76,31 @@ def _shapes(effect: Effect, name: str, run: Run) -> Weighted:
         return _weighted(name, listed)
     kept = [k for k in listed if of_angle(int(k), angle)]
     return _weighted(name, kept) if kept else []
+
+
+def _has_cells(effect: Effect, name: str) -> bool:
+    return effect.name == "map_interpolation" and name == "shape"
+
+
+def _cells(effect: Effect, run: Run) -> Weighted:
+    """Shapes between the nodes: heights that follow a polynomial, and a height of its own in every mesh that is visited.
+
+    How a guide is bent between two nodes is not known from its neighbours: the table holds what they share.
+    """
+    listed = SHAPES[effect.name, "shape"]
+    nodes = np.asarray(getattr(effect, "nodes"), dtype=float)  # noqa: B009 - the table's
+    cells = len(nodes) - 1
+    if not 1 < cells <= MOST_CELLS:
+        return _weighted("shape", listed)
+    smooth = [({"shape": name}, float(np.log(0.5 / len(listed)))) for name in listed]
+    return [*smooth, ({"shape": "cells", "coefficients": np.zeros(cells)}, float(np.log(0.5)))]
+
+
+def refused(effect: str, run: Run) -> list[dict[str, Any]]:
+    """Keyword changes of the shapes of an effect that `_shapes` leaves out: lobes that the directions do not resolve."""
+    angle = run.columns.get("probe_angle_rad")
+    listed = SHAPES.get((effect, "lobes"), ())
+    return [] if angle is None else [{"lobes": k} for k in listed if not of_angle(int(k), angle)]
 
 
 def is_change(spec: Field[Any]) -> bool:

@@ -14,6 +14,7 @@ import numpy as np
 
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Dictionary, scorer
+from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.null import clipped
 from vcmm.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
 from vcmm.run import Array
@@ -98,26 +99,56 @@ def mismatch(selection: Selection) -> float:
 
 def select(setting: Setting) -> Selection:
     """The terms that the recording calls for."""
-    state = joint((), setting)
+    return best_subset(_forward(joint((), setting), setting, _any), setting)
+
+
+def select_simply(setting: Setting) -> Selection:
+    """The same, one number per name first: a curve with many numbers stands for several simple errors at once and is
+    picked before any of them; none of them alone then beats it, although together they explain as much.
+
+    Here a curve may come beside a simple name that it holds, and take over where the name no longer pays; it does not
+    push it out. See vcmm.diagnosis.roads for what becomes of it.
+    """
+    simple = _forward(joint((), setting), setting, _one_number)
+    return best_subset(_forward(simple, setting, _any, keep=True), setting) if simple.terms else simple
+
+
+def _any(family: Family) -> bool:
+    return True
+
+
+def _one_number(family: Family) -> bool:
+    return min(o.columns.shape[1] for o in family.options) == 1
+
+
+def worth(state: Selection, setting: Setting) -> float:
+    """Nats of all terms together, each having paid the threshold."""
+    return _value(state.terms, state.y, setting)
+
+
+def _forward(
+    state: Selection, setting: Setting, allowed: Callable[[Family], bool], keep: bool = False
+) -> Selection:
+    """Terms added and pruned until the threshold stops it. keep: no term gives way to a name that holds it."""
     seen: set[tuple[str, ...]] = set()
     while len(state.terms) < MOST_TERMS and len(setting.found.families):
-        new = _best_addition(state, setting)
+        new = _best_addition(state, setting, allowed)
         if new is None:
             break
-        state = _pruned(joint((*state.terms, new), setting), setting)
+        state = _pruned(joint((*state.terms, new), setting), setting, allowed, keep)
         key = tuple(sorted(t.family.id for t in state.terms))
         if key in seen:
             break
         seen.add(key)
-    return best_subset(state, setting)
+    return state
 
 
-def _best_addition(state: Selection, setting: Setting) -> Term | None:
+def _best_addition(state: Selection, setting: Setting, allowed: Callable[[Family], bool]) -> Term | None:
     options = _conditional(state.terms, state, setting)
     scores = _scores(setting.found, options)
     taken = {t.family.id for t in state.terms}
     for i, family in enumerate(setting.found.families):
-        if family.id in taken:
+        if family.id in taken or not allowed(family):
             scores[i] = -np.inf
     best = int(np.argmax(scores))
     if scores[best] <= setting.threshold + mismatch(state):
@@ -184,17 +215,21 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
 
 
-def _pruned(state: Selection, setting: Setting) -> Selection:
+def _pruned(
+    state: Selection, setting: Setting, allowed: Callable[[Family], bool], keep: bool = False
+) -> Selection:
     """Backward elimination and swaps until nothing changes: an early wrong pick does not survive."""
     for _ in range(2 * MOST_TERMS):
-        change = _one_change(state, setting)
+        change = _one_change(state, setting, allowed, keep)
         if change is None:
             return state
         state = joint(change, setting)
     return state
 
 
-def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
+def _one_change(
+    state: Selection, setting: Setting, allowed: Callable[[Family], bool], keep: bool
+) -> tuple[Term, ...] | None:
     if len(state.terms) < 2:
         return None
     for i in range(len(state.terms)):
@@ -203,7 +238,8 @@ def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
         scores = _scores(setting.found, options)
         taken = {t.family.id for t in others}
         for j, family in enumerate(setting.found.families):
-            if family.id in taken:
+            larger = keep and generalises(family.name, state.terms[i].family.name)
+            if family.id in taken or not allowed(family) or larger:
                 scores[j] = -np.inf
         best = int(np.argmax(scores))
         if scores[best] <= setting.threshold:

@@ -14,6 +14,7 @@ from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
 from vcmm.effects.flexure import CrossAxisFlexure, GradientBending, PartLoad
 from vcmm.effects.geometric_change import GeometricChange
+from vcmm.effects.gravity import GravityFlexure
 from vcmm.effects.heating import ScrewHeating, SpindleGrowth
 from vcmm.effects.lag import ReadoutDelay, RotaryReadoutDelay, ServoLag
 from vcmm.effects.laser import AirIndex, CosineError, DeadPath
@@ -23,10 +24,11 @@ from vcmm.effects.probe import ProbeLobing, StylusBending, TipOffset, TipRadius,
 from vcmm.effects.qualification import StylusQualification
 from vcmm.effects.residual import CorrelatedField, ResidualField
 from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
+from vcmm.effects.reversal_curve import LostMotionCurve
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
-from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
+from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.tip_form import TipForm
@@ -45,6 +47,7 @@ ALL: tuple[type[Effect], ...] = (
     MapInterpolation,
     CrossAxisFlexure,
     PartLoad,
+    GravityFlexure,
     ScaleExpansion,
     PartExpansion,
     ThermalDrift,
@@ -58,6 +61,7 @@ ALL: tuple[type[Effect], ...] = (
     ScrewHeating,
     Backlash,
     LostMotion,
+    LostMotionCurve,
     Hysteresis,
     ReversalSpike,
     ScrewPitch,
@@ -85,6 +89,7 @@ ALL: tuple[type[Effect], ...] = (
     WorkOffset,
     ToolLength,
     ToolRadius,
+    ToolOffset,
     RotaryLocation,
     RotaryCyclic,
     ResidualField,

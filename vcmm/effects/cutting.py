@@ -35,6 +35,20 @@ class ToolDeflection(_Cutting):
 
 
 @dataclass(frozen=True, eq=False)
+class ToolBending(ToolDeflection):
+    """tool_deflection of one tool as a rod: it bends across its axis and is stiff along it (rotary axes at zero).
+
+    The cutting job makes it of the stick-out in the set-up; in files and in diagnosis the plain form stands.
+    """
+
+    tool: str = at("", "tool number; empty = all")
+
+    def error_motion(self, run: Run) -> Array:
+        across = self.compliance * run.used("tool", self.tool)
+        return motion(run, X=across * run.column("force_x_N"), Y=across * run.column("force_y_N"))
+
+
+@dataclass(frozen=True, eq=False)
 class ToolWear(_Cutting):
     """+rate x cut length along n: a worn tool is smaller and leaves material, so shafts grow and bores shrink."""
 

@@ -61,6 +61,8 @@ class ToolRadius(Effect):
     """-dr (n - z), n out of the part, z the tool axis: a cutter larger by `dr` takes that much more from a wall.
 
     The tip stays where the tool length was set, so a floor is not touched by it; on a slope a ball takes dr (1 - n_z).
+    A turning insert is set at its imaginary tip: z becomes the way from there to the centre of the nose over its radius
+    (columns nose_x nose_y nose_z), so that cylinders and faces keep their size and a 45 deg taper changes by 0.41 dr.
     """
 
     name = "tool_radius"
@@ -75,7 +77,37 @@ class ToolRadius(Effect):
         return "tip"
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal - TOOL_AXIS, -self.dr * run.used("tool", self.tool) * _cut(run))
+        axis = run.vector("nose_x", "nose_y", "nose_z") if "nose_x" in run.columns else TOOL_AXIS
+        return along(run, run.normal - axis, -self.dr * run.used("tool", self.tool) * _cut(run))
+
+
+@dataclass(frozen=True, eq=False)
+class ToolOffset(Effect):
+    """-shift along x or y of the tool frame: an insert that stands out by `shift` more than its table entry cuts deeper.
+
+    x is the radius of a turned part, which the diameter has twice; y is the height of the tip, of second order there.
+    """
+
+    name = "tool_offset"
+    per = "tool, direction"
+    cites = "ISO 841:2001; JCGM 100, 4.3"
+    tool: str = at("", "tool number; empty = all")
+    direction: str = at("x", "x or y of the tool frame")
+    shift: float = param(0.0, "um", "actual minus set offset of the tool")
+
+    def __post_init__(self) -> None:
+        if self.direction not in ("x", "y"):
+            raise UsageError(
+                f'tool_offset: direction = "{self.direction}" must be "x" or "y"; along z it is tool_length'
+            )
+
+    @property
+    def link(self) -> str:
+        return "tool"
+
+    def error_motion(self, run: Run) -> Array:
+        amount = -self.shift * run.used("tool", self.tool) * _cut(run)
+        return motion(run, **{self.direction.upper(): amount})
 
 
 def _cut(run: Run) -> Array:

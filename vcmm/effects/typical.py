@@ -48,6 +48,9 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
     # elastic
     "cross_axis_flexure": {"c": Typical(20 * UM / 1e6, "usual: 1-20 um over 0.5 m x 0.5 m")},
     "part_load": {"c": Typical(0.05 * UM / 1e3, "usual: 0-5 um per 100 kg over 0.5 m")},
+    "gravity_flexure": {
+        "angle": Typical(20 * URAD, "a head of 0.3 m that sags 5 um; steel tubes of 1 m 20-300 urad")
+    },
     # thermal
     "scale_expansion": {"alpha": Typical(8e-6, "steel 11.5, glass 8, Zerodur 0 um/(m K)")},
     "part_expansion": {"alpha": Typical(8e-6, "steel 11.5, aluminium 23; known to 10 % after correction")},
@@ -70,6 +73,7 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
     # setting up
     "work_offset": {"shift": Typical(5 * UM, "usual: edge finder or touch probe on the machine 2-10 um")},
     "tool_length": {"dl": Typical(5 * UM, "usual: tool setter 2-10 um")},
+    "tool_offset": {"shift": Typical(3 * UM, "usual: trial cut measured with a micrometer 2-5 um")},
     "tool_radius": {"dr": Typical(5 * UM, "usual: tool setter or presetter 2-10 um")},
     "workpiece_heating": {"k": Typical(20e-6 / HOUR, "steel 11.5 um/(m K) at 1-3 K in an hour of cutting")},
     # drives and scales
@@ -77,6 +81,11 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
     "lost_motion": {
         "g0": Typical(1 * UM, "as backlash"),
         "g1": Typical(4e-6, "usual: wind-up 1-10 um over 1 m"),
+    },
+    "lost_motion_curve": {
+        "g0": Typical(1 * UM, "as backlash"),
+        "g1": Typical(4e-6, "as lost_motion"),
+        "curve": Typical(1 * UM, "as backlash: what wear makes of it along the travel"),
     },
     "hysteresis": {"amplitude": Typical(1 * UM, "usual: 0.2-3 um")},
     "reversal_spike": {"height": Typical(3 * UM, "ball bar: 1-15 um over 0.1-1 mm")},

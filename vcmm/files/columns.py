@@ -48,7 +48,7 @@ _SINGLE = (
     "temp_gradient_C", "temp_part_C", "temp_air_C", "temp_spindle_C",
     "temp_scale_x_C", "temp_scale_y_C", "temp_scale_z_C",
     "spindle_on_s", "time_since_accel_s",
-    "d_um", "dx_um", "dy_um", "dz_um", "d_urad", "u_um",
+    "d_um", "dx_um", "dy_um", "dz_um", "d_urad", "u_um", "pointed_x", "pointed_y", "pointed_z",
 )  # fmt: skip
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from vcmm.cutting.force import bending
 from vcmm.effect import Effect
-from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
+from vcmm.effects.cutting import ToolBending
+from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.errors import choose_from
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
@@ -28,7 +30,7 @@ from vcmm.files.scenario import (
     settings_from,
     with_knowledge,
 )
-from vcmm.files.schema import Point, Size, Spread, Table, checked_model, read_model
+from vcmm.files.schema import Compliance, Point, Size, Spread, Table, checked_model, read_model
 from vcmm.files.setup import load_setup
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.inputs import Input
@@ -54,17 +56,29 @@ class OffsetTable(Table):
 
 
 class ToolKnowledge(Table):
+    """What the tool setter does not know. u_offset_x (radius) and u_offset_y (height of the tip): of turning tools.
+
+    compliance: of the tool across its axis; where it is not said, that of a rod of the stick-out of the set-up.
+    """
+
     u_length: Spread = 0.0
     u_radius: Spread = 0.0
+    u_offset_x: Spread = 0.0
+    u_offset_y: Spread = 0.0
+    compliance: Compliance | None = None
+    u_compliance: Compliance = 0.0
 
 
 class CutTable(Table):
+    """batch_part: which part in a row, without pauses; tools are worn and spindle and screws warm from those before."""
+
     program: str = Field(examples=['"part.nc"'])
     setup: str = Field(examples=['"setup.toml"'])
     dialect: str | None = None
     work_offset: OffsetTable = Field(default_factory=OffsetTable)
     tools: dict[str, ToolKnowledge] = Field(default_factory=dict, examples=['{ 1 = { u_radius = "3 um" } }'])
     step: Size = 1.0
+    batch_part: Annotated[int, Field(ge=1)] = Field(default=1, examples=["20"])
 
 
 class InspectionTable(Table):
@@ -151,7 +165,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(environment.temperature), inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
-        set_here=offset.set_on == "this machine", set_at=offset.at, step=model.cut.step,
+        set_here=offset.set_on == "this machine", set_at=offset.at, step=model.cut.step, batch_part=model.cut.batch_part,
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
 
@@ -191,21 +205,39 @@ def _known(
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"
             )
+        elif setup.tools[int(name)].shape != "turning":
+            for key in ("u_offset_x", "u_offset_y"):
+                if getattr(cut.tools[name], key):
+                    text = f"{key} belongs to a turning tool; tool {name} is {setup.tools[int(name)].shape}"
+                    problems.add(("cut", "tools", name, key), text)
     if problems.found:
         return None
     effects, inputs = setting_knowledge(setup, cut)
+    stated = any(
+        e.get("effect") == "tool_deflection" for e in document.data.get("effects", []) if isinstance(e, dict)
+    )
+    if not any(e.name == "tool_deflection" for e in (machine.effects if machine else ())) and not stated:
+        bends, known_bends = bending_knowledge(setup, cut)
+        effects, inputs = [*effects, *bends], [*inputs, *known_bends]
     full = None if machine is None else replace(machine, effects=(*machine.effects, *effects))
     found = with_knowledge(document, full, part, environment, None, problems)
     return None if found is None else (found[0], (*found[1], *inputs))
 
 
 def setting_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[Input]]:
-    """Effects of setting up, at zero, and Inputs where an uncertainty is stated."""
-    effects: list[Effect] = [WorkOffset(d) for d in "xyz"]
+    """Effects of setting up, at zero, and Inputs where an uncertainty is stated.
+
+    On a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.
+    """
+    turned = any(tool.shape == "turning" for tool in setup.tools.values())
+    directions = "z" if turned else "xyz"
+    effects: list[Effect] = [WorkOffset(d) for d in directions]
     inputs = []
     if cut.work_offset.u:
         law = Normal(cut.work_offset.u)
-        inputs = [Input("work_offset", d, "shift", law, "setup", "setting of the work offset") for d in "xyz"]
+        inputs = [
+            Input("work_offset", d, "shift", law, "setup", "setting of the work offset") for d in directions
+        ]
     for number in setup.tools:
         name, said = str(number), cut.tools.get(str(number), ToolKnowledge())
         effects += [ToolLength(name), ToolRadius(name)]
@@ -213,6 +245,39 @@ def setting_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
             inputs.append(Input("tool_length", name, "dl", Normal(said.u_length), "setup", "tool setter"))
         if said.u_radius:
             inputs.append(Input("tool_radius", name, "dr", Normal(said.u_radius), "setup", "tool setter"))
+        if setup.tools[number].shape == "turning":
+            effects += [ToolOffset(name, d) for d in "xy"]
+        for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
+            if u:
+                inputs.append(Input("tool_offset", f"{name},{d}", "shift", Normal(u), "setup", "tool setter"))
+    return effects, inputs
+
+
+def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[Input]]:
+    """How far each tool bends, where forces are known and its compliance or stick-out is stated."""
+    effects: list[Effect] = []
+    inputs: list[Input] = []
+    if setup.stock is None or setup.material is None:
+        return effects, inputs
+    for number, tool in setup.tools.items():
+        said = cut.tools.get(str(number), ToolKnowledge())
+        amount = said.compliance
+        if amount is None and tool.stick_out and tool.diameter and tool.shape in ("flat", "ball", "bull"):
+            amount = bending(tool.diameter / 2, tool.stick_out)
+        if amount is not None:
+            effects.append(ToolBending(amount, str(number)))
+            if said.u_compliance:
+                law = Normal(said.u_compliance)
+                inputs.append(
+                    Input(
+                        "tool_deflection",
+                        str(number),
+                        "compliance",
+                        law,
+                        "setup",
+                        "stiffness of tool and spindle",
+                    )
+                )
     return effects, inputs
 
 

@@ -145,8 +145,8 @@ def unit_of(unit: str, component: str = "") -> str:
 def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
     """Keys that are neither place nor parameter: positions carry units, words and counts are taken as they are."""
     key = spec.name
-    if key == "nodes" and "component" in table:
-        return _axis_positions(value, str(table["component"])[-1:], key)
+    if key == "nodes" and ("component" in table or "axis" in table):
+        return _axis_positions(value, str(table.get("component", table.get("axis")))[-1:], key)
     if key in ("nodes", "deviation"):
         if not isinstance(value, list) or not value:
             raise UsageError(

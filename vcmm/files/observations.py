@@ -15,6 +15,7 @@ from vcmm.errors import DataError, ModelLimit
 from vcmm.files.columns import Sheet, axis_column, read_csv, read_positions
 from vcmm.kinematics import UNIT, Motion, nominal_tip, tip_motion
 from vcmm.machine import Machine
+from vcmm.pointing import POINTED, pointing_observations
 from vcmm.recording import Ints, Recording
 from vcmm.run import Array, Run
 
@@ -61,7 +62,10 @@ def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:
     due = "d_urad" if sense.kind == "angle" else "d_um"
     found = [c for c in OBSERVED if c in have]
     out = []
-    for columns in (NORMAL, FROM):
+    pointed = set(POINTED) <= have
+    if pointed and sense.kind != "angle":
+        out.append(f'{at}: pointed_x ... is a direction; write kind = "angle" or remove these columns')
+    for columns in (NORMAL, FROM, POINTED):
         lacking = [c for c in columns if c not in have]
         if 0 < len(lacking) < 3:
             out.append(f"{at}: {' '.join(columns)} go together; {' '.join(lacking)} is missing")
@@ -71,8 +75,13 @@ def _header_problems(sheet: Sheet, sense: Sense) -> list[str]:
         )
     if sense.kind == "angle" and "u_um" in have:
         out.append(f"{at}: u_um is a length; the uncertainty of an angle is u_d_urad")
+    if pointed and found:
+        out.append(f"{at}: {' '.join(found)} and pointed_x ... are both observations; keep one of them")
+    elif pointed:
+        return out
     if not found:
-        or_vector = "" if sense.kind in ("angle", "length") else " (or dx_um dy_um dz_um)"
+        or_vector = " (or pointed_x pointed_y pointed_z)" if sense.kind == "angle" else ""
+        or_vector = or_vector if sense.kind in ("angle", "length") else " (or dx_um dy_um dz_um)"
         out.append(f"{at}: there is no observation; add the column {due}{or_vector}")
     wrong = [c for c in found if (c == "d_urad") != (sense.kind == "angle")]
     wrong += [c for c in found if c in VECTOR and sense.kind == "length"]
@@ -121,7 +130,10 @@ def _check_uncertainties(sheet: Sheet, run: Run, problems: list[str]) -> None:
 
 
 def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet) -> Recording:
-    value, row, direction, u = _observations(run, sense.kind)
+    if POINTED[0] in run.columns:
+        value, row, direction, u = _pointed(run, machine, sense, sheet)
+    else:
+        value, row, direction, u = _observations(run, sense.kind)
     other = np.full(len(value), -1, dtype=np.intp)
     run = with_lateral_share(_without_observations(run), machine)
     if sense.kind == "length" and FROM[0] in run.columns:
@@ -129,6 +141,20 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
         other = ends if ends is not None else other
     lines = np.array(sheet.lines, dtype=np.intp)
     return Recording(name, sense.kind, run, value, sense.measuring, row, direction, other, u, lines=lines)
+
+
+def _pointed(
+    run: Run, machine: Machine, sense: Sense, sheet: Sheet
+) -> tuple[Array, Ints, Array, Array | None]:
+    """Two small rotations per pointed direction (see vcmm.pointing)."""
+    size = np.linalg.norm(run.vector(*POINTED), axis=1)
+    wrong = np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
+    if len(wrong):
+        at = sheet.at(int(wrong[0]))
+        raise DataError(f"{at}: pointed_x ... has the length {size[wrong[0]]:.4g}; give a unit vector")
+    value, direction = pointing_observations(run, machine, -1.0 if sense.measuring else 1.0)
+    u = run.columns.get("u_d_urad")
+    return value, np.repeat(np.arange(run.n), 2), direction, None if u is None else np.repeat(u * 1e-6, 2)
 
 
 def _observations(run: Run, kind: str) -> tuple[Array, Ints, Array, Array | None]:

@@ -15,25 +15,70 @@ from vcmm.pose import Array
 _NAME = re.compile(r'"([^"\n]+\.[A-Za-z0-9]+)"' + r"|'([^'\n]+\.[A-Za-z0-9]+)'")
 
 
-def placed_text(source: Path, target: Path, pose: Array) -> str:
+def placed_text(
+    source: Path, target: Path, pose: Array, machine: Path | None = None, convenient: Array | None = None
+) -> str:
     """Text of the scenario with the pose (6: mm, rad), to be written to `target`.
 
-    Names of files that lie beside the source are rewritten as seen from the new folder.
-    Raises DataError where [pose] is written in a way that cannot be edited.
+    Names of files that lie beside the source are rewritten as seen from the new folder. machine: a file that takes the
+    place of the scenario's machine. convenient (6,): a pose in round numbers that is nearly as good, named in a comment.
+    Raises DataError where [pose] or the machine is written in a way that cannot be edited.
     """
     text = source.read_text(encoding="utf-8-sig")
-    shift = f'"{" ".join(_number(v, 6) for v in pose[:3])} mm"'
-    turn = f'"{" ".join(_number(v, 9) for v in np.degrees(pose[3:]))} deg"'
+    shift, turn = _pair(pose)
     lines = text.splitlines()
     where = read_toml(source).lines
     if ("pose",) not in where:
         lines += ["", "[pose]", f"shift = {shift}", f"turn = {turn}"]
+        first = len(lines) - 2
     else:
-        lines = _edited(lines, where.get(("pose",), 0), shift, turn, source)
-    return _moved("\n".join(lines) + "\n", source.parent, target.parent)
+        first = where.get(("pose",), 0)
+        lines = _edited(lines, first, shift, turn, source)
+    if convenient is not None:
+        round_shift, round_turn = _pair(convenient)
+        lines.insert(
+            first, f"# in round numbers and nearly as good: shift = {round_shift}, turn = {round_turn}"
+        )
+    moved = moved_names("\n".join(lines) + "\n", source.parent, target.parent)
+    if machine is None:
+        return moved
+    return _with_machine(moved, os.path.relpath(machine, target.parent), source)
 
 
-def _number(value: float, digits: int) -> str:
+def _pair(pose: Array) -> tuple[str, str]:
+    """Shift and turn of a pose (6,) as values of a file."""
+    turns = " ".join(number_text(v, 9) for v in np.degrees(pose[3:]))
+    return f'"{" ".join(number_text(v, 6) for v in pose[:3])} mm"', f'"{turns} deg"'
+
+
+def _with_machine(text: str, name: str, source: Path) -> str:
+    """The text with another machine file; tables that described the machine go, with the comments inside them."""
+    kept: list[str] = []
+    heading: list[str] = []  # blank lines and comments that stand over the next table
+    inside = False
+    for line in text.splitlines():
+        header = re.match(r"\s*\[\[?\s*([A-Za-z0-9_-]+)", line)
+        if header and header[1] != "machine" and inside:
+            kept += heading
+        inside = header[1] == "machine" if header else inside
+        heading = [*heading, line] if re.match(r"\s*(#|$)", line) else []
+        if not inside:
+            kept.append(line)
+    first = next((i for i, line in enumerate(kept) if re.match(r"\s*\[", line)), len(kept))
+    for i in range(first):
+        if re.match(r"\s*machine\s*[=.]", kept[i]):
+            found = re.match(r"""(\s*machine\s*=\s*)("[^"]*"|'[^']*')(.*)$""", kept[i])
+            if not found:
+                raise DataError(
+                    f'{source}: the machine is not written as machine = "file" or [machine]; write it so, then it can be replaced'
+                )
+            kept[i] = f'{found[1]}"{name}"{found[3]}'
+            return "\n".join(kept) + "\n"
+    after = max((i + 1 for i in range(first) if not re.match(r"\s*(#|$)", kept[i])), default=first)
+    return "\n".join([*kept[:after], f'machine = "{name}"', *kept[after:]]) + "\n"
+
+
+def number_text(value: float, digits: int) -> str:
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -69,7 +114,7 @@ def _with_value(line: str, value: str, where: str) -> str:
     return f"{found[1]}{value}{found[3]}"
 
 
-def _moved(text: str, old: Path, new: Path) -> str:
+def moved_names(text: str, old: Path, new: Path) -> str:
     """Names of files, seen from the new folder."""
 
     def moved(match: re.Match[str]) -> str:

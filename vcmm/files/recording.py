@@ -38,8 +38,10 @@ from vcmm.files.schema import checked_model
 from vcmm.files.scope import read_scope, recording_of_scope
 from vcmm.files.toml import Document, check_version, read_toml
 from vcmm.history import axis_unit, path_history, row_history, time_since_acceleration, travel
+from vcmm.indexing import settled
 from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
+from vcmm.pointing import with_down
 from vcmm.pose import Pose
 from vcmm.recording import Recording
 from vcmm.run import Array, Run
@@ -83,6 +85,8 @@ def _checked(
         ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
         ("series", lambda r: replace(r, run=with_readings(own_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
+        ("nuisance", partial(settled, machine=machine)),
+        ("down", partial(_with_down, machine=machine, down=model.down)),
         ("data", partial(_with_part, machine=machine)),
         ("nuisance", partial(_with_nuisance, machine=machine)),
     ]
@@ -227,6 +231,13 @@ def _with_part(recording: Recording, machine: Machine) -> Recording:
         rows = values == value
         part[rows] = tip[rows] - tip[rows].mean(axis=0)
     return replace(recording, run=run.with_columns({f"part_{c}_mm": part[:, i] for i, c in enumerate("xyz")}))
+
+
+def _with_down(recording: Recording, machine: Machine, down: list[float] | None) -> Recording:
+    """Gravity in the frame of the tool, where the file says which way is down."""
+    if down is None:
+        return recording
+    return replace(recording, run=with_down(recording.run, machine, np.array(down)))
 
 
 def _starts(run: Run) -> Any:

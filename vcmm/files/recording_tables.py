@@ -66,6 +66,7 @@ class RecordingFile(Table):
     kind: Literal["probe", "displacement", "length", "angle", "path"] = Field(examples=['"probe"'])
     observed: Literal["", "indicated - true", "actual - commanded"] = ""
     history: Literal["", "none", "travel", "rows", "path"] = ""
+    down: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, -1]"])
     nuisance: dict[str, str] = Field(default_factory=dict, examples=['{ rigid = "pose" }'])
     noise: NoiseTable | None = None
     series: list[SeriesTable] = Field(default_factory=list)

@@ -22,7 +22,7 @@ from vcmm.run import Run, Series
 
 DEG = np.pi / 180.0
 DERIVED = re.compile(
-    r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]_rad.*|play_.*"
+    r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]_rad.*|play_.*|pointed_[xyz]"
 )  # made again on reading
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from vcmm.cutting.force import LINEAR_EDGE
+from vcmm.cutting.force import KIENZLE, LINEAR_EDGE
 from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Problems
 from vcmm.files.scenario import Temperatures, columns_of
@@ -17,7 +17,7 @@ from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml
 from vcmm.nc.dialects import names
 from vcmm.nc.limits import control_from
-from vcmm.nc.setup import ZERO, Setup, Tool
+from vcmm.nc.setup import ZERO, Bar, Setup, Tool
 
 _OFFSET = re.compile(r"G5[4-9]|G59\.[123]|G54\.1 P[1-9]\d*|G505|G5[1-9]\d")
 
@@ -39,8 +39,15 @@ class ToolTable(Table):
 
 
 class StockTable(Table):
-    box: Point = Field(examples=['["100 mm", "60 mm", "30 mm"]'])
+    """box: milling; diameter and length: a bar on a lathe, its face at Z = front in work coordinates."""
+
+    box: Point | None = Field(default=None, examples=['["100 mm", "60 mm", "30 mm"]'])
     corner: Point | None = None
+    diameter: Size | None = Field(default=None, examples=['"60 mm"'])
+    length: Size | None = Field(default=None, examples=['"120 mm"'])
+    bore: Size | None = None
+    front: Offset = 0.0
+    thrust_ratio: Annotated[float, Field(gt=0)] | None = Field(default=None, examples=["0.45"])
     material: str | None = Field(default=None, examples=['"Al7075"'])
 
 
@@ -85,6 +92,7 @@ def load_setup(path: str | Path) -> Setup:
         machine=folder / model.machine if model.machine else None, dialect=model.dialect, offsets=dict(model.offsets),
         rotations=dict(model.rotations), tools=tools, reference=model.reference, second_reference=model.second_reference,
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
+        bar=_bar(model.stock),
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
         control=control, compensation=active,
         constants=columns_of(model.temperature) if model.temperature else {},
@@ -114,11 +122,32 @@ def _check_names(model: SetupFile, problems: Problems) -> None:
                     (table, name),
                     f'"{name}" is no work offset; write G54 to G59, G59.1 to G59.3, or "G54.1 P1"',
                 )
-    if model.stock is not None and min(model.stock.box) <= 0:
+    if model.stock is not None:
+        _check_stock(model.stock, problems)
+
+
+def _check_stock(stock: StockTable, problems: Problems) -> None:
+    """A box or a bar, not both; a material whose forces are known."""
+    if (stock.box is None) == (stock.diameter is None):
+        text = 'give either box = ["100 mm", "60 mm", "30 mm"] (milling) or diameter = "60 mm" and length = "120 mm" (turning)'
+        problems.add(("stock",), text)
+        return
+    if stock.box is not None and min(stock.box) <= 0:
         problems.add(("stock", "box"), "the sizes of the stock must be positive")
-    if model.stock is not None and model.stock.material not in (None, *LINEAR_EDGE):
-        text = f'no cutting forces are known of "{model.stock.material}".{choose_from(str(model.stock.material), LINEAR_EDGE)}'
+    if stock.diameter is not None and stock.length is None:
+        problems.add(("stock",), 'a bar needs its length, for example length = "120 mm"')
+    if stock.diameter is not None and stock.bore is not None and not stock.bore < stock.diameter:
+        problems.add(("stock", "bore"), "the bore must be smaller than the diameter")
+    known = LINEAR_EDGE if stock.box is not None else KIENZLE
+    if stock.material not in (None, *known):
+        text = f'no cutting forces are known of "{stock.material}".{choose_from(str(stock.material), known)}'
         problems.add(("stock", "material"), text)
+
+
+def _bar(stock: StockTable | None) -> Bar | None:
+    if stock is None or stock.diameter is None or stock.length is None:
+        return None
+    return Bar(stock.diameter, stock.length, stock.bore or 0.0, stock.front, stock.thrust_ratio)
 
 
 def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:

@@ -7,12 +7,16 @@ import numpy as np
 from vcmm.cutting.envelope import CutSurface, tips
 from vcmm.errors import ModelLimit
 from vcmm.inputs import Input
+from vcmm.machining.batch import later_in_batch
 from vcmm.machining.contacts import Contacts, Ints
+from vcmm.machining.forces_at import forces_at
 from vcmm.machining.neighbours import candidates
 from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_rows, settings_of
 from vcmm.machining.shop import Shop, zeros
 from vcmm.machining.states import states_at
 from vcmm.machining.toolside import ToolSide
+from vcmm.machining.turned import TurnedSurface
+from vcmm.machining.turned_side import turned_side
 from vcmm.run import Array, Run
 
 
@@ -20,6 +24,8 @@ def tool_side(
     shop: Shop, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
 ) -> tuple[ToolSide, Contacts]:
     """States of the machine tool when it cuts each point, and how its errors there move the surface."""
+    if isinstance(surface, TurnedSurface):
+        return turned_side(shop, surface, touch, feature, inputs)
 
     def off(row: Ints, share: Array, at: Array) -> Array:
         return states_at(shop.path, shop.sweep.move[row], share, at)[1]
@@ -28,8 +34,9 @@ def tool_side(
     contacts, point, candidate = contacts_of(surface, found, shop.sweep)
     row, at = found.row[point, candidate], found.tip[point, candidate]
     states, known = states_at(shop.path, shop.sweep.move[row], found.share[point, candidate], at)
+    states = later_in_batch(states, shop.path, shop.scenario.batch_part)
     if shop.blank is not None and shop.blank.forces is not None:
-        force = shop.blank.forces[row]
+        force = forces_at(shop.blank.forces, shop.sweep, row, found.share[point, candidate])
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
     run = cut_run(
         states, surface, found, point, candidate, touch, feature, shop.pose, shop.scenario.constants

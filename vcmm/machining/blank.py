@@ -14,18 +14,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.cutting import tools as shapes
-from vcmm.cutting.dexels import Dexels, carve, surface
+from vcmm.cutting.dexels import Dexels, carve
 from vcmm.cutting.force import linear_edge, milling_force, to_workpiece
 from vcmm.cutting.stock import Removal, Stock, block, remove
 from vcmm.cutting.sweeps import UP, Sweep, position
 from vcmm.errors import UsageError
+from vcmm.machining.turned_blank import TurnedBlank
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
 from vcmm.run import Array
 
 NODES = 600  # along the longer side, of a map of heights
 RAYS = 100  # along the longest side, where rays are needed
-DRAWN = 14_000, 28_000  # triangles of the block, and most of them all, in the picture of a stock of rays
 LEAST = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
 
 
@@ -43,7 +43,6 @@ class Blank:
     forces: Array | None
     shanks: tuple[tuple[int, int, float], ...] = ()
     said: tuple[str, ...] = ()
-    drawn: Dexels | None = None  # the same with fewer rays, for a picture
 
     @property
     def kept_as(self) -> str:
@@ -89,16 +88,7 @@ def _from_all_sides(setup: Setup, sweep: Sweep, rapid: Array, low: Array, high: 
         said.append(
             f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
         )
-    return Blank(before, after, removed, (), None, (), tuple(said), _drawn(low, high, sweep))
-
-
-def _drawn(low: Array, high: Array, sweep: Sweep) -> Dexels:
-    """Rays so far apart that a picture can hold their surface."""
-    a, b, c = high - low
-    cell = float(np.sqrt(4.0 * (a * b + b * c + c * a) / DRAWN[0]))
-    while len(surface(found := carve(low, high, cell, sweep))[1]) > DRAWN[1]:
-        cell *= 1.3
-    return found
+    return Blank(before, after, removed, (), None, (), tuple(said))
 
 
 def _volume(stock: Dexels) -> float:
@@ -164,7 +154,7 @@ def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Remova
     return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis)
 
 
-def notes(blank: Blank | None) -> list[str]:
+def notes(blank: Blank | TurnedBlank | None) -> list[str]:
     """What the blank has to say: collisions, and a program that misses it."""
     if blank is None:
         return []

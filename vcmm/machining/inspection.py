@@ -13,6 +13,7 @@ from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.probing import ProbedHere
 from vcmm.machining.scenario import IDEAL, SAME
 from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, first_offset, look, zeros
+from vcmm.machining.wrong_unit import unit_hint
 from vcmm.plan import Plan, touches
 from vcmm.qualification import qualified_machine
 from vcmm.result import CharacteristicResult, UncertaintyResult
@@ -31,10 +32,11 @@ def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...
             raise ModelLimit(
                 f"feature {step.feature}: the program cuts {len(kept)} of its {len(step.points)} inspection points within "
                 f"{HEIGHT:g} mm; check the work offset, the pose of the part and the tool, or leave the feature out"
+                f"{unit_hint(shop.scenario)}"
             )
         if len(kept) < len(step.points):
             notes.append(
-                f"{step.feature}: at {len(step.points) - len(kept)} of {len(step.points)} points more than {HEIGHT:g} mm is left or nothing was "
+                f"{step.feature}: at {len(step.points) - len(kept)} of {len(step.points)} inspection points more than {HEIGHT:g} mm is left or nothing was "
                 "cut; the figures are of the other points, and what depends on it does not conform"
             )
         notes += gouges(shop, step.feature, found)
@@ -57,10 +59,13 @@ def gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
     if (found.status == BEYOND).any():
         raise ModelLimit(
             f"feature {feature}: line {line} of the program cuts more than {DEEPEST:g} mm below it; check the work offset, the "
-            "pose of the part and the tool"
+            f"pose of the part and the tool{unit_hint(shop.scenario)}"
         )
     count, depth = int((found.contact_s[:, 0] < -GOUGE).sum()), -float(found.contact_s[worst, 0])
-    return [f"{feature}: the program itself gouges {count} points, by {depth:.3f} mm at most (line {line})"]
+    return [
+        f"{feature}: the program itself gouges {count} of its {len(found.points)} inspection points deeper than {GOUGE * 1e3:g} um, by "
+        f"{depth:.3f} mm at most (line {line})"
+    ]
 
 
 def measuring_world(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
@@ -80,7 +85,11 @@ def measuring_world(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
     if not same:
         own = [replace(i, owner=machine.name) for i in (*machine.inputs, *qualified)]
         return Measuring(Task(machine, scenario.part, plan, placed, tuple(own), empty))
-    given = [i for i in (*machine.inputs, *scenario.inputs) if i.effect not in ("tool_length", "tool_radius")]
+    given = [
+        i
+        for i in (*machine.inputs, *scenario.inputs)
+        if i.effect not in ("tool_length", "tool_radius", "tool_offset")
+    ]
     shared = [
         i if i.redraw == "machine" or i.effect == "work_offset" else replace(i, owner="probing")
         for i in given

@@ -22,6 +22,8 @@ from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, CutScenario
 from vcmm.machining.shop import GOUGE, Shop, look, remarks, set_up
+from vcmm.machining.turned import TurnedSurface, backs
+from vcmm.machining.turned_recut import lifted, recut_turned
 from vcmm.machining.world import Cutting
 from vcmm.run import Array
 from vcmm.sampling import Progress
@@ -46,17 +48,23 @@ def cut(
     shop = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)
     task, world, notes = finished_part(shop)
-    again = recut(shop.path, shop.sweep, shop.machine, _inspected(shop, task), dict(scenario.constants))
+    again = _again(shop, task)
     found = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
     patches = surface_map(shop)
-    warnings = (*remarks(shop), *notes, *_beyond_contacts(again), *found.warnings)
+    warnings = (*remarks(shop), *notes, *_beyond_contacts(again, notes), *found.warnings)
     found = replace(found, warnings=warnings, characteristics=with_uncut(found, task, shop))
     halves = {c.name: batch(c) for c in found.characteristics}
     return CutResult(
         found, extremes(patches, GOUGE), patches, shop.seconds, {c.name: grouped(c) for c in found.characteristics},
         {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings, shop.blank, again,
     )  # fmt: skip
+
+
+def _cut_again(shop: Shop, surface: CutSurface) -> Recut | None:
+    if isinstance(surface, TurnedSurface):
+        return recut_turned(shop, surface)
+    return recut(shop.path, shop.sweep, shop.machine, surface, dict(shop.scenario.constants))
 
 
 def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
@@ -71,6 +79,8 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     inputs = (*shop.machine.inputs, *scenario.inputs)
     measuring = measuring_world(shop, plan)
     touch, feature = (measuring.task.touches.run.labels[name] for name in ("touch", "feature"))
+    if isinstance(surface, TurnedSurface) and shop.turning is not None:
+        notes = (*notes, *backs(shop.turning, surface, feature))
     tool, contacts = tool_side(shop, surface, touch, feature, inputs)
     world = Cutting(measuring, tool, contacts)
     form = world.level + _lifted(shop, surface, measuring.task.touches.tip_radius)
@@ -79,21 +89,41 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
     return task, replace(world, measuring=measuring), notes
 
 
-def _inspected(shop: Shop, task: Task) -> CutSurface:
-    return look(shop, task.touches.points, task.touches.normals)
+def _again(shop: Shop, task: Task) -> Recut | None:
+    """Points cut again with displaced tools; those in the side of a gouge by the program itself move by more than any error."""
+    found = look(shop, task.touches.points, task.touches.normals)
+    if isinstance(found, TurnedSurface):
+        return recut_turned(shop, found)
+    sound = np.flatnonzero(found.contact_s[:, 0] >= -GOUGE)
+    if not len(sound):
+        return None
+    names = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
+    kept = replace(found, **{n: getattr(found, n)[sound] for n in names})
+    smooth = tuple(
+        e for e in shop.machine.effects if e.name != "tool_deflection"
+    )  # forces jump from move to move
+    machine = replace(shop.machine, effects=smooth)
+    return recut(shop.path, shop.sweep, machine, kept, dict(shop.scenario.constants))
 
 
 def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
     """How much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
     out = np.zeros(len(surface.points))
+    turning = shop.turning
     for r in np.unique(radius[radius > 0]):
         mine = np.flatnonzero(radius == r)
+        if turning is not None:
+            assert isinstance(surface, TurnedSurface)
+            out[mine] = lifted(turning, surface, mine, float(r))
+            continue
         found = rolled(surface.points[mine], surface.normals[mine], float(r), shop.index)
         out[mine] = np.where(np.isfinite(found.s), np.maximum(found.s - surface.contact_s[mine, 0], 0.0), 0.0)
     return out
 
 
-def _beyond_contacts(again: Recut | None) -> list[str]:
+def _beyond_contacts(again: Recut | None, notes: tuple[str, ...]) -> list[str]:
+    if again is None and any("gouges" in note for note in notes):
+        return []  # of points that are all gouged there is nothing to cut again
     if again is None:
         return [
             "the errors change too fast along the path to cut some points again as a check of the contacts"

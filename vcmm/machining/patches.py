@@ -9,6 +9,8 @@ from vcmm.machining.atcut import tool_side
 from vcmm.machining.maps import Net, net
 from vcmm.machining.result import Patch
 from vcmm.machining.shop import Shop, look
+from vcmm.machining.turned_faces import turned_net
+from vcmm.part import Feature
 
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
 
@@ -17,7 +19,13 @@ def surface_map(shop: Shop) -> tuple[Patch, ...]:
     """All features of the part that have an extent, as densely as a picture of all of them can show."""
     features = shop.scenario.part.features.values()
     across = int(min(MOST_ACROSS, np.sqrt(MOST_FACES / 2 / max(len(features), 1))))
-    return tuple(patch(shop, n) for f in features if (n := net(f, across)) is not None)
+    return tuple(patch(shop, n) for f in features if (n := _net(shop, f, across)) is not None)
+
+
+def _net(shop: Shop, feature: Feature, across: int) -> Net | None:
+    if shop.turning is None:
+        return net(feature, across)
+    return turned_net(feature, across, shop.pose, shop.turning)
 
 
 def patch(shop: Shop, over: Net) -> Patch:

@@ -165,6 +165,11 @@ def place_cut(
     seed = scenario.settings.seed if seed is None else seed
     report("reading and cutting the program", 0.0)
     shop = set_up(scenario)
+    if shop.turning is not None:
+        raise ModelLimit(
+            "vcmm place cannot move a turned part: it lies on the axis of the spindle. How far it stands out of the chuck is the work "
+            "offset in Z; change it in the set-up and run vcmm cut again"
+        )
     task, world, _ = finished_part(shop)
     model = build(task, world)
     present = six_of(shop.pose)

@@ -10,11 +10,20 @@ import numpy as np
 from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
 from vcmm.machining.recut import Recut
+from vcmm.machining.turned_blank import TurnedBlank
 from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.run import Array
 
 GROUPS = ("machine", "tool", "setup", "part", "measurement")
-OF_TOOL = ("tool_length", "tool_radius", "tool_wear", "tool_runout", "tool_deflection", "spindle_growth")
+OF_TOOL = (
+    "tool_length",
+    "tool_radius",
+    "tool_offset",
+    "tool_wear",
+    "tool_runout",
+    "tool_deflection",
+    "spindle_growth",
+)
 OF_SETUP = ("work_offset",)
 OF_PART = ("part_expansion", "workpiece_heating", "clamping")
 SCATTERS = (
@@ -65,7 +74,7 @@ class CutResult:
     repeats: Mapping[str, float]
     scatters: Mapping[str, float]
     warnings: tuple[str, ...] = ()
-    blank: Blank | None = None
+    blank: Blank | TurnedBlank | None = None
     recut: Recut | None = None
 
     @property

@@ -53,6 +53,7 @@ class CutScenario:
     set_here: bool = True
     set_at: tuple[float, float, float] | None = None
     step: float = 1.0
+    batch_part: int = 1  # which part in a row: wear and warmth of those before it count
     fixture: Fixture | None = None  # what `place` may move
     weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1
 

@@ -17,6 +17,10 @@ from vcmm.machining.rows import Words
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.sweeps import swept
 from vcmm.machining.toolside import cutting_effects
+from vcmm.machining.turned import Turning, turned_surface, turning_of, turns
+from vcmm.machining.turned_blank import TurnedBlank, turned_blank
+from vcmm.machining.turned_faces import with_faces
+from vcmm.machining.wrong_unit import unit_hint
 from vcmm.nc.interpret import read_program
 from vcmm.nc.moves import Program
 from vcmm.nc.toolpath import Toolpath, toolpath
@@ -40,7 +44,8 @@ class Shop:
     index: Index
     pose: Pose
     machine: Machine
-    blank: Blank | None
+    blank: Blank | TurnedBlank | None
+    turning: Turning | None = None  # on a lathe: sweep and index are those of the meridian then
 
     @property
     def seconds(self) -> float:
@@ -52,15 +57,54 @@ def set_up(scenario: CutScenario) -> Shop:
     program = read_program(scenario.program, scenario.dialect, scenario.setup)
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
+    _check_lengths(scenario, program)
+    _check_forces(scenario)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
-    sweep = swept(program.moves, scenario.setup.tools)
     zero = _work_zero(scenario, program)
+    if turns(scenario, program):
+        return _set_up_to_turn(scenario, program, path, zero)
+    sweep = swept(program.moves, scenario.setup.tools)
     blank = machined_blank(scenario.setup, program, sweep, zero)
     pose = scenario.pose or Pose(
         np.eye(3), zero
     )  # the drawing frame is the work coordinate system of the first cut
     return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank)
+
+
+def _set_up_to_turn(scenario: CutScenario, program: Program, path: Toolpath, zero: Array) -> Shop:
+    """The same for a lathe: everything in the meridian."""
+    turning = turning_of(scenario, program, path)
+    pose = scenario.pose or Pose(np.eye(3), zero)
+    blank = turned_blank(scenario.setup, program, turning, float(zero[2]))
+    shop = Shop(
+        scenario, program, path, turning.sweep, build(turning.sweep), pose, scenario.machine, blank, turning
+    )
+    return replace(shop, scenario=with_faces(scenario, pose, turning))
+
+
+def _check_lengths(scenario: CutScenario, program: Program) -> None:
+    """A tool whose length the program does not take into account would cut too deep by that length."""
+    tools = scenario.setup.tools
+    for move in program.moves:
+        cuts = move.kind in ("line", "arc") and move.tool in tools and tools[move.tool].shape != "turning"
+        if cuts and tools[move.tool].length and not any(move.tool_offset):
+            raise UsageError(
+                f"line {move.source.line} of the program cuts with tool {move.tool} while no tool length is in force: the tool "
+                f'would cut {tools[move.tool].length:g} mm too deep; add G43 H{move.tool}, or state length = "0 mm" in '
+                f"[tools.{move.tool}] of the set-up where the work offset was set with this tool"
+            )
+
+
+def _check_forces(scenario: CutScenario) -> None:
+    """Deflection needs forces, and they need to be told what is cut."""
+    bends = [e for e in scenario.machine.effects if e.name == "tool_deflection"]
+    stated = scenario.setup.stock is not None or scenario.setup.bar is not None
+    if bends and not (stated and scenario.setup.material is not None):
+        raise UsageError(
+            f"{bends[0].id} needs cutting forces: add [stock] with box (or bar) and material, and teeth to milling tools of the set-up, or leave "
+            "the effect out"
+        )
 
 
 def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
@@ -74,7 +118,7 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
             scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
             raise ModelLimit(
                 f"line {line:.0f} of the program leaves the machine: axis {letter} = {q[bad[0]] * scale:.6g} {unit}, its travel is "
-                f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length"
+                f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length{unit_hint(scenario)}"
             )
 
 
@@ -99,6 +143,8 @@ def zeros(shop: Shop, names: Words) -> Array:
 def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
     """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes."""
     at, out = shop.pose.apply(points), shop.pose.turn(normals)
+    if shop.turning is not None:
+        return turned_surface(shop.turning, at, out, DEPTH, DEEPEST, HEIGHT)
     found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=CONTACTS)
     deep = np.flatnonzero(found.status == BEYOND)
     if not len(deep):
@@ -112,18 +158,12 @@ def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
 
 
 def _unready(shop: Shop) -> list[str]:
-    """Cuts without the tool length in force, or with a spindle that stands still."""
-    tools, out = shop.scenario.setup.tools, []
+    """The first cut with a spindle that stands still."""
+    tools = shop.scenario.setup.tools
     for move in shop.program.moves:
-        if move.kind not in ("line", "arc") or move.tool not in tools:
-            continue
-        if tools[move.tool].length and not any(move.tool_offset):
-            out.append(
-                f"line {move.source.line} cuts with tool {move.tool} while no tool length is in force (G43)"
-            )
-        elif not move.spindle:
-            out.append(f"line {move.source.line} cuts while the spindle stands still")
-    return out[:1]
+        if move.kind in ("line", "arc") and move.tool in tools and not move.spindle:
+            return [f"line {move.source.line} cuts while the spindle stands still"]
+    return []
 
 
 def remarks(shop: Shop) -> tuple[str, ...]:
@@ -136,4 +176,5 @@ def remarks(shop: Shop) -> tuple[str, ...]:
         if shop.path.assumptions
         else ()
     )
-    return (*program, *_unready(shop), *blank_notes(shop.blank), *said, *assumed)
+    turned = () if shop.turning is None else shop.turning.notes
+    return (*program, *_unready(shop), *turned, *blank_notes(shop.blank), *said, *assumed)

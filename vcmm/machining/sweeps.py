@@ -20,9 +20,11 @@ STILL = 1e-12  # mm
 def cutter(tool: Tool) -> shapes.Tool:
     """The solid of revolution of a tool of the set-up. Raises UsageError where a size is missing."""
     if tool.shape == "turning":
-        raise ModelLimit(
-            f"tool {tool.number} turns: virtual cutting of lathe parts is not built yet; nc and timing work"
-        )
+        if not tool.nose_radius:
+            raise UsageError(
+                f'tool {tool.number} has no nose radius; add nose_radius = "0.8 mm" to [tools.{tool.number}] of the set-up'
+            )
+        return shapes.insert(tool.nose_radius)
     if not tool.diameter:
         raise UsageError(
             f'tool {tool.number} has no diameter; add diameter = "10 mm" to [tools.{tool.number}] of the set-up'

@@ -20,7 +20,7 @@ from vcmm.nc.execute import execute
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.flow import Runner, call_program, end_program, macro, macro_call, modal_call, o_word
 from vcmm.nc.motion import signed_speed
-from vcmm.nc.moves import Move, Point, Program, Source
+from vcmm.nc.moves import Move, Point, Program, Remark, Source
 from vcmm.nc.parameters import attach
 from vcmm.nc.reading import guess, read_bytes
 from vcmm.nc.setup import Setup
@@ -84,8 +84,18 @@ def _run(text: str, dialect: Dialect, setup: Setup, name: str, trace: bool) -> P
     moves: list[Move] = c.moves
     if any(c.sides):
         moves = resolve_compensation(moves, c.sides, dialect.words, name)
+    _tool_left_in_the_changer(c, moves)
     traces = _with_runs(runner, tracer) if tracer is not None else ()
     return Program(dialect.name, tuple(moves), tuple(c.remarks), dict(c.called), traces)
+
+
+def _tool_left_in_the_changer(c: Control, moves: list[Move]) -> None:
+    """A T without M6 selects a tool and puts none in the spindle."""
+    if c.next_tool and not c.tool and not c.called:
+        first = next((m.source.line for m in moves if m.kind in ("line", "arc")), 0)
+        if first:
+            text = f"this cuts without a tool: T{c.next_tool} is selected, but M6, which puts it in the spindle, is missing"
+            c.remarks.append(Remark(first, 1, text))
 
 
 def _blocks(r: Runner, tracer: list[Any] | None) -> None:

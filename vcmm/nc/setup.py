@@ -48,6 +48,20 @@ class Tool:
         return (self.offset_x, self.offset_y, self.length)
 
 
+@dataclass(frozen=True)
+class Bar:
+    """Round stock of a lathe, mm: front = Z of its face in work coordinates; bore = 0: solid.
+
+    thrust: force across the edge over the main cutting force, None = the usual rule.
+    """
+
+    diameter: float
+    length: float
+    bore: float = 0.0
+    front: float = 0.0
+    thrust: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Setup:
     """How the program is run. Points in mm, machine frame.
@@ -68,12 +82,14 @@ class Setup:
     second_reference: Point = ZERO
     stock: Point | None = None
     stock_corner: Point | None = None
+    bar: Bar | None = None
     material: str | None = None
     decimal_point: str | None = None
     arc_centre: str | None = None
     block_delete: bool = False
     path: Path | None = None
     control: Control | None = None
+    set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
     constants: Mapping[str, float] = field(default_factory=dict)  # columns of the whole run: temperatures
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said

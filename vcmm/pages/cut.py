@@ -9,6 +9,7 @@ from vcmm import report as r
 from vcmm.cutting.solid import picture as stock_mesh
 from vcmm.machining.result import CutResult, Patch, expected
 from vcmm.machining.scenario import CutScenario
+from vcmm.machining.turned_blank import TurnedBlank, mesh
 from vcmm.pages.uncertainty import STATE, characteristic_blocks, computed_table, large, small, span
 from vcmm.result import CharacteristicResult
 
@@ -101,9 +102,9 @@ def surface_table(found: CutResult) -> str:
     rows = [
         ["largest departure", f"{s.max_um:.2f} µm"],
         ["rms departure", f"{s.rms_um:.2f} µm"],
-        ["points looked at", f"{s.points:,}"],
-        ["left uncut", f"{s.uncut:,}"],
-        [f"gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["points looked at, on nets over all features", f"{s.points:,}"],
+        ["of these left uncut", f"{s.uncut:,}"],
+        [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
         ["contacts against displaced tools", f"{found.recut.largest * 1e3:.3f} µm" if found.recut else "–"],
         ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
     ]
@@ -135,18 +136,26 @@ def picture(found: CutResult) -> str:
     )
 
 
-MOST_FACES = 28_000  # in the picture of the stock
+MOST_FACES = 24_000  # of the picture of the stock: the scene refuses more than 30 000
 
 
 def stock_picture(found: CutResult) -> list[str]:
     """What is left of the blank; of a map of heights every few nodes."""
     if found.blank is None:
         return []
-    vertices, faces = stock_mesh(found.blank.drawn or found.blank.after, MOST_FACES)
+    if isinstance(found.blank, TurnedBlank):
+        return [_turned_picture(found.blank)]
+    vertices, faces = stock_mesh(found.blank.after, MOST_FACES)
     removed = f"{found.blank.removed / 1e3:.1f} cm³ removed; kept as {found.blank.kept_as}, workpiece axes of the machine."
     return [
         r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
     ]
+
+
+def _turned_picture(blank: TurnedBlank) -> str:
+    vertices, faces = mesh(blank.after, max(1, len(blank.after.z) // 300))
+    removed = f"{blank.removed / 1e3:.1f} cm³ removed; machine axes."
+    return r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the bar", caption=removed)
 
 
 def maps(found: CutResult) -> list[str]:

@@ -32,7 +32,10 @@ VERDICT = {
 
 def sentences(d: Diagnosis) -> list[str]:
     """The verdict in plain words."""
-    out = [VERDICT[d.verdict]]
+    out = [
+        VERDICT[d.verdict],
+        *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
+    ]
     if d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
     for a in d.answer:

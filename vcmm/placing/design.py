@@ -221,26 +221,6 @@ def best_candidate(design: Design, f: int, repeats: bool) -> int:
     return int(rows[best]) if best >= 0 and np.isfinite(change[best]) else -1
 
 
-def white_noise_bound(rows: Array, outputs: Array, weight: Array, steps: int = 2000) -> tuple[float, Array]:
-    """No n touches with independent scatter sigma do better than bound sigma^2 / n; also the shares (N,) of the best.
-
-    For psi(x) = sum weight b^T M(x)^-1 b over shares x (convex), psi(best) >= 2 psi(x) - max_j sum weight (b^T M^-1 J_j)^2.
-    Multiplicative gradient steps: Silvey, Titterington & Torsney, Commun. Stat. A7 (1978) 1379.
-    """
-    share = np.full(len(rows), 1.0 / len(rows))
-    bound = 0.0
-    for _ in range(steps):
-        read = np.linalg.solve((rows.T * share) @ rows, outputs.T).T @ rows.T
-        slope = weight @ read**2
-        psi = float(share @ slope)
-        bound = max(bound, 2.0 * psi - float(slope.max()))
-        share = share * np.sqrt(slope / psi)
-        share /= share.sum()
-        if psi - bound < 1e-6 * psi:
-            break
-    return bound, share
-
-
 def by_name(values: Array, names: Mapping[str, slice]) -> dict[str, float]:
     """Square roots of sums of variances by characteristic."""
     return {name: float(np.sqrt(max(values[s].sum(), 0.0))) for name, s in names.items()}

@@ -18,7 +18,7 @@ from vcmm.placing.reach import Feasibility as Reach
 from vcmm.placing.relax import no_reachable_pose, relaxation
 from vcmm.placing.result import At, Placed
 from vcmm.placing.search import Found, search
-from vcmm.placing.space import Box, all_boxes, boxes, default_fixture, probed
+from vcmm.placing.space import Box, all_boxes, boxes, default_fixture, probed, unreachable
 from vcmm.placing.travels import Feasibility, Hindrance, Travels
 from vcmm.remarks import remarks
 from vcmm.result import UncertaintyResult
@@ -61,12 +61,14 @@ def place(
     further: Sequence[Feasibility] = (reach,) if reach is not None else constraints or ()
     problems = _problems(scenario, travels, further)
     found_boxes = _boxes(fixture, six, travels, further, reach)
+    left_out = unreachable(fixture, six, travels, further, found_boxes)
     objective = _at_reference(objective, found_boxes, problems)
     found = search(objective, found_boxes, evaluations=evaluations, seed=seed, progress=report)
     found, seen, earlier = scan_after(objective, found_boxes, found, scanned, seed, report)
     present = None if problems else _at(objective, six)
     outcome = _outcome(objective, found_boxes, found, (seen, earlier), present, seed, report)
-    return _evaluated(outcome, problems, trials, report)
+    placed = _evaluated(outcome, problems, trials, report)
+    return replace(placed, warnings=(*left_out, *placed.warnings))
 
 
 def _boxes(

@@ -178,6 +178,15 @@ class Feasibility:
             self._kept[key] = room(self.tooling, self.solid, self.rows, rotation.T)
         return self._kept[key]
 
+    def met(self, rotation: Array) -> dict[str, Room]:
+        """Room against the part alone and against each clamp that it carries, for saying which of them is in the way."""
+        around = self.scenario.surroundings
+        solids: dict[str, Solid] = {"the part": part_solid(self.scenario.part, around.wall)}
+        for c in around.clamps:
+            if c.on == "part":
+                solids[f'the clamp "{c.name}"'] = Box(c.pose, 0.5 * np.array(c.size))
+        return {name: room(self.tooling, solid, self.rows, rotation.T) for name, solid in solids.items()}
+
     def part_back(self, rotation: Array, which: npt.NDArray[np.intp]) -> Array:
         """(n,) mm that the tool lacks of the part while it draws back from `which`; inf at touches nobody asked about."""
         known = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))

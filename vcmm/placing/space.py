@@ -87,6 +87,29 @@ def boxes(
     return kept
 
 
+def unreachable(
+    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Feasibility], kept: Sequence[Box]
+) -> list[str]:
+    """One sentence on the discrete choices (slots, faces down, listed turns) that no search can use, and why."""
+    labels = {box.label for box in kept}
+    lost = [b for b in all_boxes(fixture, present, travels, further) if b.label not in labels]
+    if not lost:
+        return []
+    why = "; ".join(f"{b.label} ({_why_not(b)})" for b in lost[:4]) + ("; ..." if len(lost) > 4 else "")
+    return [
+        f"{len(lost)} of {len(lost) + len(kept)} choices of the fixture cannot be reached and were left out: {why}"
+    ]
+
+
+def _why_not(box: Box) -> str:
+    """Why the middle of a box cannot be used, in a few words."""
+    six, _ = box.poses(np.full((1, box.d), 0.5))
+    if _lacks(box, six)[0].any():
+        return _missing(box, six[0]).split("; ")[0]
+    problems = [p for one in box.further for p in one.problems(pose_of(six[0]))]
+    return min(problems, key=lambda p: p.amount).text if problems else "not every touch can be reached"
+
+
 def _reachable(box: Box, batch: int = 32) -> bool:
     """Whether some probe is feasible; the first that is ends the look."""
     unit = _probes(box)

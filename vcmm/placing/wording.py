@@ -108,10 +108,13 @@ def _side(check: Any, pose: Pose) -> list[Problem]:
         text = f"{names[i]}: the stylus leans {np.degrees(steep[i]) + limit:.4g} deg from the normal, allowed are {limit:.4g}"
         found.append(Problem("direction", text, names[i], float(steep[i]), "rad"))
     of_part, table = check.room(pose.rotation), check.table_room(pose)
+    met = _met(check, pose, of_part)
     for body in NAMES:
-        found += _lacking(names, body, of_part.bodies[body], f"the {body} meets the part", WHAT[body])
+        what = [f"the {body} meets {name}" for name in met[body]]
+        found += _lacking(names, body, of_part.bodies[body], what, WHAT[body])
     fix = "reduce approach, use a smaller tip, or correct the part's features"
-    found += _lacking(names, "approach", of_part.tip, "the tip meets the part on its approach", fix)
+    what = [f"the tip meets {name} on its approach" for name in met["approach"]]
+    found += _lacking(names, "approach", of_part.tip, what, fix)
     if table is not None:
         worst = np.max([*table.room.bodies.values(), table.room.tip], axis=0)
         found += _lacking(names, "clamps", worst, "the tool meets a clamp or the table", "move clamp or part")
@@ -131,12 +134,31 @@ def _side(check: Any, pose: Pose) -> list[Problem]:
     return found
 
 
-def _lacking(names: tuple[str, ...], constraint: str, amount: Array, what: str, fix: str) -> list[Problem]:
+def _met(check: Any, pose: Pose, of_part: Any) -> dict[str, list[str]]:
+    """For each body of the tool and for the tip: what it meets at each touch, the part or a clamp that the part carries."""
+    amounts = {**of_part.bodies, "approach": of_part.tip}
+    carried = any(c.on == "part" for c in check.scenario.surroundings.clamps)
+    if not carried or not any(a.any() for a in amounts.values()):
+        return {body: ["the part"] * len(a) for body, a in amounts.items()}
+    alone = {name: {**r.bodies, "approach": r.tip} for name, r in check.met(pose.rotation).items()}
+    return {
+        body: [" and ".join(n for n, a in alone.items() if a[body][i] > 0.0) or "the part" for i in range(len(lack))]
+        for body, lack in amounts.items()
+    }  # fmt: skip
+
+
+def _lacking(
+    names: tuple[str, ...], constraint: str, amount: Array, what: str | list[str], fix: str
+) -> list[Problem]:
+    said = [what] * len(amount) if isinstance(what, str) else what
     rows = np.flatnonzero(amount)
     rows = rows[np.argsort(-amount[rows], kind="stable")]
     return [
         Problem(
-            constraint, f"{names[i]}: {what} ({amount[i]:.4g} mm too near); {fix}", names[i], float(amount[i])
+            constraint,
+            f"{names[i]}: {said[i]} ({amount[i]:.4g} mm too near); {fix}",
+            names[i],
+            float(amount[i]),
         )
         for i in rows
     ]

@@ -168,11 +168,14 @@ def optimum(
     progress: Progress | None = None,
     evaluations: int = 3000,
     scanned: int = 2048,
+    trials: int = 20_000,
+    seed: int | None = None,
 ) -> Optimum:
     """The best pose found on a correlated field (redraw "run") or on interpolated standard deviations ("touch")."""
     changed = field_scenario(scenario, redraw)
     found = place(
-        changed, fixture=free_fixture(), goal=goal(scenario), evaluations=evaluations, scanned=scanned, trials=20_000, progress=progress
+        changed, fixture=free_fixture(), goal=goal(scenario), evaluations=evaluations, scanned=scanned, trials=trials, seed=seed,
+        progress=progress,
     )  # fmt: skip
     six = np.array([six_of(p) for p in scenario.places.values()])
     values = found.objective.values(six)

@@ -1,0 +1,29 @@
+"""What a diagnosis leaves of the rows as they are, and of rows that it was not given."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.result import Diagnosis
+
+
+def left(problem: Problem, d: Diagnosis) -> np.ndarray:
+    """The residual (m,) without what was named. Terms without a crisp number stay in."""
+    gone = [problem.observer.of_effect(a.fitted) for a in d.answer if a.fitted is not None]
+    own = {e.id: e for e in problem.machine.effects}
+    assert not any(
+        a.fitted.id in own for a in d.answer if a.fitted is not None
+    )  # these machines have no errors
+    return np.asarray(problem.residual - np.sum(gone, axis=0) if gone else problem.residual)
+
+
+def without_nuisance(rest: np.ndarray, problem: Problem, fitted: np.ndarray) -> np.ndarray:
+    """rest (m,) less the nuisance as fitted to the rows `fitted`."""
+    length = np.linalg.norm(problem.nuisance[fitted], axis=0)
+    columns = problem.nuisance / np.where(length > 0, length, 1.0)
+    return np.asarray(rest - columns @ np.linalg.lstsq(columns[fitted], rest[fitted], rcond=1e-9)[0])
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,139 @@
+"""One search: everything that depends on the noise preparation, the null, and what mistakes and effects explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.diagnosis.candidates import Catalogue, Family
+from vcmm.diagnosis.confusion import NATS
+from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
+from vcmm.diagnosis.mistakes import Mistake, factor_fits, find_mistake
+from vcmm.diagnosis.nested import generalises
+from vcmm.diagnosis.noise import Audit
+from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.select import Selection, Setting, select
+from vcmm.gaussian import Whitener
+from vcmm.run import Array
+
+CLEARLY = (
+    3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Everything that depends on the noise preparation."""
+
+    white: Whitener
+    u: Array
+    noise: Audit
+    found: Dictionary
+    generic: Dictionary
+    threshold: float
+    generic_threshold: float
+    chance: Array  # largest generic score of every null recording
+    sample: Array  # the null recordings themselves, white and prepared
+
+
+def staged(
+    problem: Problem,
+    known: Catalogue,
+    generics: Sequence[Family],
+    noise: Audit,
+    seed: int,
+    nulls: int,
+) -> Stage:
+    """Whitener, dictionaries and thresholds under the noise that the audit found."""
+    u = noise.u(problem)
+    white = problem.whitener(u, noise.rho)
+    found, generic = dictionary(known.families, white), dictionary(generics, white)
+    sample = draws(noise.noise, white, seed, "null", nulls)
+    sample = clipped(sample, white, noise.noise.clip)
+    largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
+    return Stage(
+        white,
+        u,
+        noise,
+        found,
+        generic,
+        max(upper_quantile(largest, FALSE_ALARM), 1.0),
+        max(upper_quantile(chance, FALSE_ALARM), 1.0),
+        chance,
+        sample,
+    )
+
+
+def _largest(given: Scorer, sample: Array) -> Array:
+    if not given.found.families:
+        return np.zeros(sample.shape[1])
+    return np.asarray(given.scores(sample).max(axis=0))
+
+
+def setting_of(problem: Problem, stage: Stage) -> Setting:
+    """What the selection works with."""
+    raw = stage.white.apply(problem.residual)
+    refiner = Refiner(problem, stage.white)
+    return Setting(stage.found, stage.white, raw, stage.noise.noise.clip, stage.threshold, refiner)
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What the search settled on. problem: repaired; tied: ids of terms that a mistake of the table may stand for."""
+
+    selection: Selection
+    mistake: Mistake | None
+    problem: Problem
+    tied: tuple[str, ...] = ()
+
+
+def search(problem: Problem, stage: Stage) -> Chosen:
+    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
+    plain = select(setting_of(problem, stage))
+    raw = stage.white.apply(problem.residual)
+    mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
+    if mistake is None:
+        return Chosen(plain, None, problem)
+    repaired = replace(problem, residual=problem.residual - mistake.departure)
+    with_it = select(setting_of(repaired, stage))
+    if not _exact(mistake, stage, with_it):
+        return Chosen(plain, None, problem)
+    best, rival = _free(plain, stage)
+    lead = mistake.score + _evidence(with_it) - best
+    kept = {t.family.id for t in with_it.terms}
+    instead = [t.family for t in plain.terms if t.family.id not in kept]
+    held = bool(instead) and all(generalises(f.name, "map_mistake") for f in instead)
+    if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
+        return Chosen(plain, None, problem, tuple(f.id for f in instead) if lead > -NATS else ())
+    free = tuple(dict.fromkeys(f.name for f in instead)) or rival
+    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired)
+
+
+def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:
+    """Does the mistake's number fit, or only some multiple of its shape?"""
+    chosen = np.concatenate([with_it.y[:, None][:, :0], *(t.white for t in with_it.terms)], axis=1)
+    rest = with_it.rest
+    sigma = with_it.fit.sigma if with_it.fit else float(np.sqrt(rest @ rest / stage.white.dof))
+    return factor_fits(stage.white.apply(mistake.departure), rest, chosen, sigma)
+
+
+def _free(plain: Selection, stage: Stage) -> tuple[float, tuple[str, ...]]:
+    """Nats of the best explanation without a mistake, and its name where it is no term: a calibration that is stale by
+    an amount too small to be named is still an alternative to a mistake.
+    """
+    if plain.terms or not stage.found.families:
+        return _evidence(plain), ()
+    scores = scorer(stage.found).scores(plain.y[:, None])[:, 0]
+    best = int(np.argmax(scores))
+    return max(float(scores[best]), 0.0), (stage.found.families[best].name,)
+
+
+def _evidence(selection: Selection) -> float:
+    """Nats of all chosen terms together, priors included."""
+    if selection.fit is None:
+        return 0.0
+    return selection.fit.log_evidence + sum(t.family.log_prior + t.option.log_prior for t in selection.terms)

@@ -1,0 +1,51 @@
+"""What of a curve is a simple name: a change of geometry whose slope is a scale or a squareness says so, with its number.
+
+A curve with a small bend wins over its straight part by evidence; a person still wants to read "square by -60 urad".
+"""
+
+from __future__ import annotations
+
+from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.evidence import visible
+from vcmm.diagnosis.nested import generalises
+from vcmm.diagnosis.select import Selection
+from vcmm.effect import parameter
+from vcmm.gaussian import Whitener
+from vcmm.units import in_unit
+
+SIMPLE = (
+    "scale_factor",
+    "squareness",
+    "rotary_location",
+    "backlash",
+)  # one number, independent of where it is looked at
+MOSTLY = 0.5  # share of the energy of a curve from which it is called by its straight part
+
+
+def simple_part(selection: Selection, i: int, families: tuple[Family, ...], white: Whitener) -> str:
+    """'95 % of it is squareness C0Y, -61.2 urad'; '' where term i is no curve or holds no simple name to that extent."""
+    term = selection.terms[i]
+    if term.option.columns.shape[1] < 2:
+        return ""
+    signal = selection.signal(i)
+    best: tuple[float, Family, Option, float] | None = None
+    for family in families:
+        if family.name not in SIMPLE or not generalises(term.family.name, family.name):
+            continue
+        for option in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
+            x = visible(option.columns, white)
+            if x is None:
+                continue
+            size = float(x[:, 0] @ signal / (x[:, 0] @ x[:, 0]))
+            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), 1e-300)
+            if share > (best[0] if best else MOSTLY):
+                best = share, family, option, size
+    return _text(*best) if best else ""
+
+
+def _text(share: float, family: Family, option: Option, size: float) -> str:
+    assert option.effect is not None
+    unit = parameter(option.effect, option.labels[0]).metadata["show"]
+    value = in_unit(size * float(option.unit[0]), unit)
+    where = " ".join(family.where.values())
+    return f"{100 * share:.0f} % of it is {family.name} {where}".rstrip() + f", {value:.3g} {unit}"
