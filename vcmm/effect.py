@@ -4,7 +4,8 @@ An Effect is a physical reason why one link of the machine is not where it shoul
 its parameters and one method, and then serves simulation, Monte Carlo, budget, diagnosis, command line and docs.
 
     link          which link moves: an axis letter, "tip" (workpiece axes), "tool" (frame of the last tool-side
-                  axis) or "reading" (added to indicated - true, not carried and not negated)
+                  axis), "command" (moves what X, Y and Z are told, machine axes: a work offset) or "reading" (added to
+                  indicated - true, not carried and not negated)
     error_motion  (n, 6): x y z in mm, a b c in rad, in tip sense, in that link's frame
     place         where in the link's transform the six numbers act: "motion" (after the nominal motion),
                   "travel" (turns the direction of travel only: squareness), "location" (moves the centre line)
@@ -30,6 +31,7 @@ from vcmm.errors import UsageError, choose_from
 from vcmm.run import Array, Run
 
 AXES = "XYZABC"
+FREE_LINKS = ("tip", "tool", "command", "reading")  # links that are no axis
 COLUMN = {letter: i for i, letter in enumerate("XYZABC")}  # EXj -> 0 ... ECj -> 5
 E = TypeVar("E", bound="Effect")
 
@@ -73,7 +75,7 @@ class Effect(ABC):
     @property
     @abstractmethod
     def link(self) -> str:
-        """Axis letter, "tip", "tool" or "reading"."""
+        """Axis letter, "tip", "tool", "command" or "reading"."""
 
     @abstractmethod
     def error_motion(self, run: Run) -> Array:

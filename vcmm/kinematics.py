@@ -195,6 +195,20 @@ def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequen
     return total
 
 
+def commanded_directions(ends: tuple[dict[str, Pose6], Frame, Frame], n: int) -> Array:
+    """Way of the tip in workpiece axes per mm that X, Y and Z are commanded to go, as columns (n, 3, 3).
+
+    ends: `link_frames` of a run of n rows. The identity while all rotary axes stand at zero; a direction in which no axis
+    moves is that of the machine frame.
+    """
+    frames, _, work = ends
+    columns = []
+    for letter in LINEAR:
+        way = np.tile(UNIT[letter], (n, 1))
+        columns.append(work.turn_back(frames[letter].before.turn(way) if letter in frames else way))
+    return np.stack(columns, axis=2)
+
+
 def _carried(
     motion: Motion,
     frames: Mapping[str, Pose6],
@@ -210,6 +224,9 @@ def _carried(
         return work, shift, turn
     if motion.link == "tool":
         return tool, shift, turn
+    if motion.link == "command":
+        ways = commanded_directions((dict(frames), tool, work), run.n)
+        return work, np.einsum("nij,nj->ni", ways, shift), np.zeros_like(turn)
     axis, pose = axes[motion.link], frames[motion.link]
     if motion.place == "travel":
         # the travel q e turns to q (e + w x e); nothing else changes
@@ -246,6 +263,9 @@ def sensed(
         out[:, :3] = direction if link == "tip" else tool.turn_back(seen)
         out[:, 3:] = 0.0
         return out
+    if link == "command":
+        out[:, :3] = np.einsum("nij,ni->nj", commanded_directions(frames_of, run.n), direction)
+        return out
     axis, pose = axes[link], frames[link]
     fixed = place in ("travel", "location") or axis.error_frame == "fixed"
     frame = pose.before if fixed else pose.after
@@ -269,10 +289,14 @@ def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: S
             here = here.then(_actual_motion(axes[letter], run.q(letter), carries_work, summed))
         ends.append(here)
     at_tip, at_tool = summed.get(("tip", "motion")), summed.get(("tool", "motion"))
+    command = summed.get(("command", "motion"))
     offset = run.offset if at_tool is None else run.offset + at_tool[:, :3]
     actual = ends[1].undo(ends[0].apply(offset))
     if at_tip is not None:
         actual = actual + at_tip[:, :3]
+    if command is not None:
+        ways = commanded_directions(link_frames(chain, axes, run), run.n)
+        actual = actual + np.einsum("nij,nj->ni", ways, command[:, :3])
     return actual - nominal_tip(chain, axes, run)
 
 

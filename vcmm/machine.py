@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.effect import Effect
+from vcmm.effect import FREE_LINKS, Effect
 from vcmm.errors import ModelLimit, UsageError, choose_from
 from vcmm.inputs import Input
 from vcmm.kinematics import Axis, Chain, Motion, exact_tip_error, nominal_tip, tip_motion
@@ -43,7 +43,7 @@ class Machine:
                     f'[axes.{letter}] is not in structure = "{self.chain.structure}"; add it there or remove it'
                 )
         for effect in self.effects:
-            if effect.link not in ("tip", "tool", "reading", *self.chain.letters):
+            if effect.link not in (*FREE_LINKS, *self.chain.letters):
                 raise UsageError(
                     f"{effect.id} acts on axis {effect.link}, which is not in structure {self.chain.structure}"
                 )

@@ -1,7 +1,7 @@
 """Nuisance: free parameters of a recording that are nobody's fault, as columns over its observations.
 
     rigid, alignment  6 per value   where the artefact (part) lies: shift, and turn about the centroid of its points
-    offset            3 per value   tip offset of a stylus; of an angle: how the tool stands in its own frame
+    offset            3 per value   tip offset of a stylus; of an angle: how the tool stands in its head
     index             1 per axis    and value: where the counter is zero, the axis stands at reading + index
     radius            1 per value   tip radius, along the outward normal; of a length: a constant (both ends)
     zero              1 per value   the instrument was set to zero anywhere
@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.errors import ModelLimit
-from vcmm.kinematics import Motion, tip_motion
+from vcmm.kinematics import ROTARY, Motion, tip_motion
 from vcmm.machine import Machine
 from vcmm.recording import Ints, Recording
 from vcmm.run import Array, Run
@@ -94,7 +94,8 @@ def _columns(word: str, group: _Group) -> Columns:
         return _rigid(group)
     if word == "index":
         return _moved(group, {f".{a}": (a, "XYZABC".index(a)) for a in group.machine.chain.letters})
-    if word == "offset" and group.recording.kind == "angle":
+    heads = any(a in ROTARY for a in group.machine.chain.tool)
+    if word == "offset" and group.recording.kind == "angle" and heads:
         return _moved(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})
     if word in ("offset", "centre", "station"):
         return _shift(group)

@@ -33,9 +33,11 @@ def scale(k_um_m: float, axis: str = "X") -> Machine:
     return mill(ScaleFactor(axis, k_um_m * 1e-6))
 
 
-def wavy(component: str, amplitude: float, length: float, phase: float = 0.0) -> ComponentTable:
+def wavy(
+    component: str, amplitude: float, length: float, phase: float = 0.0, reach: float = 500.0
+) -> ComponentTable:
     """A tabulated component error, um or urad, over its own axis: a sine of the given length, mm."""
-    grid = np.linspace(-500.0, 500.0, 101)
+    grid = np.linspace(-reach, reach, 2 * round(reach / 10.0) + 1)
     values = amplitude * np.sin(2 * np.pi * grid / length + phase)
     unit = 1e-3 if component.startswith(("EX", "EY", "EZ")) else 1e-6
     return ComponentTable(
@@ -43,11 +45,12 @@ def wavy(component: str, amplitude: float, length: float, phase: float = 0.0) ->
     )
 
 
-def rough() -> Machine:
-    """Every kind of smooth geometric error at once, about 10 um."""
+def rough(reach: float = 500.0) -> Machine:
+    """Every kind of smooth geometric error at once, about 10 um; tables from -reach to reach, mm."""
     return mill(
         ScaleFactor("X", 60e-6), ScaleFactor("Z", -40e-6), Squareness("C0Y", 30e-6), Squareness("B0Z", 20e-6),
-        wavy("EYX", 4.0, 300.0), wavy("EXY", 3.0, 250.0, 1.0), wavy("EZX", 3.0, 400.0, 0.5), wavy("ECX", 15.0, 500.0),
+        wavy("EYX", 4.0, 300.0, reach=reach), wavy("EXY", 3.0, 250.0, 1.0, reach), wavy("EZX", 3.0, 400.0, 0.5, reach),
+        wavy("ECX", 15.0, 500.0, reach=reach),
     )  # fmt: skip
 
 

@@ -128,6 +128,23 @@ def test_holes_move_and_keep_their_depth(tmp_path):
     assert lines[5:7] == ["X200.\n", "Y50.\n"]
 
 
+def test_the_way_out_of_a_boring_cycle(tmp_path):
+    # Z +1000 um/m: G85 cuts from 2 mm to -10 mm and back: -10 mm is 10 um too low, 2 mm is 2 um too high
+    text = HEAD + "G0 Z50.\nG85 X100. Y0 Z-10. R2. F100\nG80\nM30\n%\n"
+    assert body(run(tmp_path, text, scale(1000.0, "Z")))[4] == "G85 X100. Y0 Z-9.990 R1.998 F100\n"
+    # in steps: from 49.950 (50 mm) down to R at 1.998 are 47.952, from there to the bottom at -9.990 are 11.988
+    text = HEAD + "G0 Z50.\nG91 G85 X100. Y0 Z-12. R-48. F100\nG80\nM30\n%\n"
+    assert body(run(tmp_path, text, scale(1000.0, "Z")))[4] == "G91 G85 X100. Y0 Z-11.988 R-47.952 F100\n"
+
+
+def test_back_boring_ends_where_it_must(tmp_path):
+    # LinuxCNC's G87 bores from Z up to K: at -5 mm the tip is 5 um too low
+    setup = replace(SETUP, dialect="linuxcnc")
+    text = "G21 G90 G54\nG0 Z50.\nG87 X100. Y0 Z-10. R2. I1. J0 K-5. F100\nG80\nM2\n"
+    found = run(tmp_path, text, scale(1000.0, "Z"), setup)
+    assert body(found)[2] == "G87 X100. Y0 Z-9.990 R2.010 I1. J0 K-4.995 F100\n"
+
+
 def test_repeated_increments_are_written_out(tmp_path):
     # holes at 30, 60, 90 with +200 um/m: 29.994, 59.988, 89.982: steps 29.994 each, so K3 stays
     text = HEAD + "G0 X0 Y0 Z0\nG91 G81 X30. Z-5. R-1. K3 F100\nG80 G90\nM30\n%\n"

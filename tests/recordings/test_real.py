@@ -110,7 +110,7 @@ def test_reversal_that_changes_sign_along_the_travel(tmp_path):
     assert np.abs(np.abs(gap) - np.abs(reversal)).max() < 8.0
     assert (np.sign(gap) == np.sign(-reversal)).all() or (np.sign(gap) == np.sign(reversal)).all()
     assert found.fit.after < 3e-3
-    assert found.verdict == "partly explained"  # 2.6 um where the sensor repeats to 1 um
+    assert found.verdict == "partly explained"  # 2.6 um where 1 um was stated
 
 
 def test_resolver_gap_is_a_delay_and_no_backlash(diagnosed, tmp_path):

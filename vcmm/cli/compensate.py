@@ -10,22 +10,11 @@ from cyclopts import Parameter
 
 
 def compensate_command(
-    program: Path,
-    *,
-    setup: Path | None = None,
-    dialect: str | None = None,
-    tolerance: str = "1 um",
-    decimals: int | None = None,
-    set_on: str = "this machine",
-    carry: Annotated[bool, Parameter(name="--carry-rounding")] = True,
-    growth: float = 20.0,
-    out: Path | None = None,
-    offset_only: bool = False,
-    diff: bool = False,
-    points: Path | None = None,
-    table: str | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
-) -> int:
+    program: Path, *, setup: Path | None = None, dialect: str | None = None, tolerance: str = "1 um", decimals: int | None = None,
+    set_on: str = "this machine", carry: Annotated[bool, Parameter(name="--carry-rounding")] = True, growth: float = 20.0,
+    inline: float = 200.0, out: Path | None = None, offset_only: bool = False, diff: bool = False, points: Path | None = None,
+    table: str | None = None, json: Annotated[bool, Parameter(name="--json")] = False,
+) -> int:  # fmt: skip
     """Rewrite an NC program so that the machine with its known errors cuts the part right.
 
     Other forms: MACHINE --points measured.csv, MACHINE --table FORMAT. Exit code 1: the tolerance is not met everywhere.
@@ -48,6 +37,8 @@ def compensate_command(
         Carry the rounding error along chains of short blocks; --no-carry-rounding rounds every number by itself.
     growth
         How many times as many blocks there may be before the tolerance is relaxed.
+    inline
+        Most blocks for each line of the program when subprograms and loops are written out; 0 refuses such programs.
     out
         File (for --table: folder) of the result; default: PROGRAM-compensated in the current folder.
     offset_only
@@ -66,13 +57,13 @@ def compensate_command(
 
         return machine_form(program, points, table, out, json)
     return _program(
-        program, setup, dialect, tolerance, decimals, set_on, carry, growth, out, offset_only, diff, json
-    )
+        program, setup, dialect, tolerance, decimals, set_on, carry, growth, inline, out, offset_only, diff, json
+    )  # fmt: skip
 
 
 def _program(
     program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
-    carry: bool, growth: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
+    carry: bool, growth: float, inline: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
 ) -> int:  # fmt: skip
     from vcmm.cli.common import document, print_json, progress, say
     from vcmm.compensating.job import compensate
@@ -111,7 +102,7 @@ def _program(
     with progress() as report:
         found = compensate(
             program, given, machine, dialect=dialect, tolerance=limit, decimals=decimals, set_here=here,
-            carry=carry, growth=growth, constants=constants, progress=report,
+            carry=carry, growth=growth, inline=inline, constants=constants, progress=report,
         )  # fmt: skip
     write_source(target, found.data)
     say(f"wrote {target}")

@@ -20,6 +20,12 @@ _O_NUMBER = re.compile(
     r"\s*[O:]\s*\d+\s*(?:\(|$)", re.IGNORECASE
 )  # no O-word: those go on with sub, if, while
 
+SEMICOLON = ("sinumerik", "heidenhain")  # dialects whose comments begin with a semicolon
+_HEADS = {
+    "sinumerik": re.compile(r"\s*(?:%|;\$PATH|PROC\b)", re.IGNORECASE),
+    "heidenhain": re.compile(r"\s*(?:\d+\s+)?BEGIN\s+PGM\b", re.IGNORECASE),
+}
+
 
 def digest(parts: Sequence[bytes]) -> str:
     """Twelve characters that change with any of the inputs."""
@@ -48,6 +54,8 @@ def machine_parts(machine: Machine) -> list[bytes]:
 
 def comment(text: str, dialect: Dialect) -> str:
     """A comment: capitals, digits and plain signs only, no brackets inside."""
+    if dialect.name in SEMICOLON:
+        return f"; {' '.join(re.sub(r'[^ -:<-}]', ' ', text).split())[:LONGEST]}"
     clean = (
         re.sub(r"[^A-Z0-9 .,=/+-]", " ", text.upper())
         if dialect.words == "macro"
@@ -67,8 +75,14 @@ def header(machine: str, tolerance: float, hashed: str, dialect: Dialect) -> lis
     return [comment(text, dialect) for text in said]
 
 
-def place(source: SourceText) -> int:
-    """Index of the line before which the mark stands: behind % and the O number."""
+def place(source: SourceText, dialect: Dialect) -> int:
+    """Index of the line before which the mark stands: behind % and the O number, %_N_NAME_MPF and its path, BEGIN PGM."""
+    if dialect.name in SEMICOLON:
+        head = _HEADS[dialect.name]
+        at = 0
+        while at < len(source.lines) and (not source.lines[at][0].strip() or head.match(source.lines[at][0])):
+            at += 1
+        return at if any(head.match(line) for line, _ in source.lines[:at]) else 0
     at = _code_from(source, 0)
     percent = at < len(source.lines) and source.lines[at][0].strip().startswith("%")
     begin = at + 1 if percent else 0

@@ -1,7 +1,7 @@
 """Drilling cycles: each hole is shifted by the correction at its own place; R and the depth move together.
 
 X and Y take the mean of the corrections at the clearance height and at the bottom (a hole stays straight), R and Z that at
-the bottom, so that depth and number of pecks stay. Repeats (L, K) in increments are written out where holes differ.
+the bottom, so that depth and number of pecks stay; where the way out is cut too (G85, G89), R takes its own. Repeats (L, K) in increments are written out where holes differ.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.fitting import Fit
+from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
 from vcmm.compensating.numbers import SAME, nearest, written
-from vcmm.compensating.writer import AXES, Frame, Writer, frame_of
+from vcmm.compensating.writer import Writer
 from vcmm.errors import DataError
 from vcmm.nc.cycles import CYCLES
 from vcmm.nc.moves import PLANES
@@ -21,14 +22,19 @@ from vcmm.nc.trace import Trace
 from vcmm.run import Array
 
 NEAR = 1e-6  # mm
+FEED_OUT = (
+    "G85",
+    "G89",
+)  # they cut on the way out as well, and have no pecks: R gets a correction of its own
 
 
 @dataclass(frozen=True, eq=False)
 class Hole:
-    """Numbers of the program: place (3,) of the bottom, and its correction (3,)."""
+    """Numbers of the program: place (3,) of the bottom, its correction (3,), and along the hole the correction at R."""
 
     place: Array
     shift: Array
+    top: float
 
 
 def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -> None:
@@ -45,6 +51,8 @@ def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -
         blocks = blocks[:1]
         repeat = None
     _write(writer, first, frame, normal, blocks)
+    if first.cycle == "G87" and writer.dialect.words == "o":
+        _back_bore(writer, traces, fits, frame, normal, blocks)
     if repeat is not None:
         writer.drop(first.line - 1, first.words[repeat])
     _arrive(writer, traces[-1], frame, normal, r, bottom, holes, blocks)
@@ -103,7 +111,8 @@ def _holes(
             mean[others] = (shift[others] + top[others]) / 2
         place = numbers.copy()
         if not found or np.abs((place - found[-1].place)[others]).max() > NEAR:
-            found.append(Hole(place, mean))
+            out = trace.cycle in FEED_OUT and top is not None
+            found.append(Hole(place, mean, float(top[normal] if out and top is not None else shift[normal])))
     if not found:
         raise DataError(
             f"{traces[0].file}:{traces[0].line}: the holes of {traces[0].cycle} cannot be told; write the block as single moves"
@@ -128,16 +137,16 @@ def _blocks(
     step, out = writer.step(frame.inch), []
     cur = frame.numbers(writer.q - frame.offset)
     for hole in holes:
-        down = nearest(float(hole.shift[normal]), step)
+        down, up = nearest(float(hole.shift[normal]), step), nearest(hole.top, step)
         words: dict[str, float] = {}
         for i in (i for i in range(3) if i != normal):
             wanted = nearest(float(hole.place[i] + hole.shift[i]), step)
             words[AXES[i]] = wanted if frame.absolute else nearest(wanted - float(cur[i]), step)
             cur[i] = wanted if frame.absolute else cur[i] + words[AXES[i]]
             words[f"off {i}"] = float(cur[i] - hole.place[i] - hole.shift[i])
-        words[AXES[normal]] = bottom + down if frame.absolute else bottom - r
-        words["R"] = r + down if frame.absolute else r + down - writer.cycle["new level"]
-        words["down"], words[f"off {normal}"] = down, down - float(hole.shift[normal])
+        words[AXES[normal]] = bottom + down if frame.absolute else bottom + down - r - up
+        words["R"] = r + up if frame.absolute else r + up - writer.cycle["new level"]
+        words["up"], words["down"], words[f"off {normal}"] = up, down, down - float(hole.shift[normal])
         out.append(words)
     return out
 
@@ -174,6 +183,24 @@ def _write(
             writer.insert(index, more)
 
 
+def _back_bore(
+    writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], frame: Frame, normal: int,
+    blocks: Sequence[dict[str, float]],
+) -> None:  # fmt: skip
+    """I, J or K of G87: where the bore ends, with the correction there; from the bottom on where the program counts steps."""
+    first, letter = traces[0], CENTRES[normal]
+    word = first.words.get(letter)
+    feeds = [i for i, t in enumerate(traces) if t.contour.kind == "line" and fits[i] is not None]
+    if word is None or not feeds or len(blocks) > 1:
+        return
+    end, fit = np.array(traces[feeds[0]].contour.end), fits[feeds[0]]
+    assert fit is not None
+    up = nearest(float(frame.ways(fit.pieces[-1].end - end)[normal]), writer.step(frame.inch))
+    old = _said(writer, first, letter, frame.inch) if word.plain else float(frame.numbers(end)[normal])
+    value = old + up - (0.0 if frame.absolute else blocks[0]["down"])
+    writer.word(first.line - 1, first, letter, value, old, frame.inch)
+
+
 def _arrive(
     writer: Writer, last: Trace, frame: Frame, normal: int, r: float, bottom: float, holes: Sequence[Hole],
     blocks: Sequence[dict[str, float]],
@@ -191,7 +218,7 @@ def _arrive(
     height = float(frame.numbers(np.array(last.contour.end))[normal])
     c = writer.cycle
     if abs(height - r) < NEAR:
-        new[normal] = r + blocks[-1]["down"]
+        new[normal] = r + blocks[-1]["up"]
     elif abs(height - c["level"]) < NEAR:
         new[normal] = c["new level"]
     else:

@@ -6,16 +6,18 @@ program -> moves with traces -> corrected points (fixed point) -> lines and arcs
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.contours import length_of
-from vcmm.compensating.field import Field, Known, field_of, known_errors_of
-from vcmm.compensating.header import digest, file_parts, header, machine_parts, place
-from vcmm.compensating.holes import drill
+from vcmm.compensating.field import Known, field_of, known_errors_of
+from vcmm.compensating.frame import AXES, CENTRES
+from vcmm.compensating.header import SEMICOLON, digest, file_parts, header, machine_parts
+from vcmm.compensating.inlining import INLINE, check_written_out, must_be_written_out, written_out
+from vcmm.compensating.languages import LANGUAGES
 from vcmm.compensating.loading import loaded
 from vcmm.compensating.numbers import decimals_of
 from vcmm.compensating.offsets import with_shifts
@@ -36,42 +38,23 @@ from vcmm.compensating.refusals import (
     check_program,
     check_state,
     check_travel,
-    codes_of,
 )
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
+from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText
-from vcmm.compensating.targets import Targets, moves_of, targets
-from vcmm.compensating.writer import AXES, CENTRES, SHORT, Writer
-from vcmm.errors import DataError, ModelLimit, UsageError
+from vcmm.compensating.targets import Targets
+from vcmm.compensating.writer import Writer
+from vcmm.errors import DataError, ModelLimit, UsageError, VcmmError
 from vcmm.machine import Machine
-from vcmm.nc.dialects import G_CODE, Dialect
+from vcmm.nc.dialects import Dialect
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
 from vcmm.sampling import Progress
 
-FIT_SHARE = 0.7  # of the tolerance for what lies between the ends of blocks; the rest is for the ends
-SLACK = 0.3  # of the tolerance: an axis that a block does not name is corrected only where it is off by more
 GROWTH = 20.0  # blocks after / before, beyond which the tolerance is relaxed
 RELAXED, MOST_RELAXED = 2.0, 10
-
-
-@dataclass(frozen=True, eq=False)
-class Work:
-    """Everything that is known before rewriting."""
-
-    source: SourceText
-    program: Program
-    dialect: Dialect
-    setup: Setup
-    machine: Machine
-    known: Known
-    field: Field
-    decimals: tuple[int, int]
-    hashed: str
-    notes: tuple[str, ...]
-    carry: bool
 
 
 def compensate(
@@ -86,10 +69,12 @@ def compensate(
     carry: bool = True,
     growth: float = GROWTH,
     constants: Mapping[str, float] | None = None,
+    inline: float = INLINE,
     progress: Progress | None = None,
 ) -> Compensation:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
-    carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself.
+    carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
+    are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them.
 
     Raises DataError, UsageError and ModelLimit, with file and line, for whatever cannot be rewritten for certain.
     """
@@ -97,7 +82,27 @@ def compensate(
         raise UsageError(f"tolerance = {tolerance:g} mm must be a positive length")
     report = progress or (lambda text, share: None)
     report("reading the program", 0.0)
-    work = prepare(program, setup, machine, dialect, decimals, set_here, constants, carry)
+    work = prepare(program, setup, machine, dialect, decimals, set_here, constants, carry, inline)
+    try:
+        return _rewritten(work, tolerance, growth, report)
+    except (DataError, ModelLimit) as error:
+        raise _located(error, work) from None
+
+
+def _located(error: VcmmError, work: Work) -> VcmmError:
+    """Lines of the written-out program in a message become those of the file."""
+    if work.origin == tuple(range(1, len(work.origin) + 1)):
+        return error
+
+    def line(found: re.Match[str]) -> str:
+        number = int(found[2])
+        return f"{found[1]}{work.origin[number - 1] if 0 < number <= len(work.origin) else number}"
+
+    return type(error)(re.sub(rf"({re.escape(work.source.name)}:)(\d+)", line, str(error)))
+
+
+def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> Compensation:
+    """The new program with as many blocks as are allowed, and its proof."""
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
         report("correcting", 0.3)
@@ -142,6 +147,7 @@ def _read_back(
 def prepare(
     program: str | Path, setup: str | Path | Setup, machine: Machine | None, dialect: str | None,
     decimals: int | None, set_here: bool, constants: Mapping[str, float] | None, carry: bool = True,
+    inline: float = INLINE,
 ) -> Work:  # fmt: skip
     """Read everything and refuse what must be refused."""
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
@@ -149,10 +155,10 @@ def prepare(
     check_mark(source)
     notes = check_state(machine, machine_file, setup)
     read = interpret(source.text, name, setup, source.name, trace=True)
-    check_program(read, machine, setup, source.name)
+    known, language, given = known_errors_of(machine), LANGUAGES[name], (read, source)
     check_travel(read, machine, False, source.name)
-    known = known_errors_of(machine)
-    language = G_CODE[name]
+    source, read, origin = _flat(source, read, setup, language, known, inline, notes)
+    check_program(read, machine, setup, source.name)
     field = field_of(
         known,
         setup,
@@ -164,21 +170,45 @@ def prepare(
     if setup.decimal_point:
         language = replace(language, decimal_point=setup.decimal_point)
     own = [] if machine_file else machine_parts(machine)
-    hashed = digest([*file_parts([setup.path, machine_file]), *own, source.text.encode("utf-8")])
-    said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
+    hashed = digest([*file_parts([setup.path, machine_file]), *own, given[1].text.encode("utf-8")])
+    said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
     return Work(
         source,
+        origin,
         read,
         language,
         setup,
         machine,
         known,
         field,
-        _decimals(read.traces, decimals),
+        _decimals(given[0].traces, decimals),
         hashed,
         said,
         carry,
     )
+
+
+def _flat(
+    source: SourceText, read: Program, setup: Setup, language: Dialect, known: Known, inline: float, notes: list[str]
+) -> tuple[SourceText, Program, tuple[int, ...]]:  # fmt: skip
+    """The program written out where that is needed, what it means, and where its lines come from."""
+    one = must_be_written_out(read.traces, source.name) if known.machine.effects and inline > 0 else None
+    if one is None:
+        return source, read, tuple(range(1, len(source.lines) + 1))
+    flat, origin = written_out(read, source, language, inline)
+    try:
+        again = interpret(flat.text, language.name, setup, source.name, trace=True)
+    except (DataError, ModelLimit) as error:
+        raise ModelLimit(
+            f"{one.file}:{one.line}: the block is executed {one.runs} times, and the program cannot be written out for each place "
+            f"(lines of the written-out program: {error}); post it without subprograms and loops"
+        ) from None
+    check_written_out(read, again, origin, source.name)
+    notes.append(
+        f"blocks are executed several times (first: line {one.line}, {one.runs} times): the program is written out, {len(flat.lines)} lines "
+        f"for {len(source.lines)}, each block with its own numbers"
+    )
+    return flat, again, origin
 
 
 def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
@@ -195,110 +225,25 @@ def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
     return out[0], out[1]
 
 
-def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Targets, Writer]:
-    """The new text, the source line (from 1, 0 for the mark) of each of its lines, the fits, and the writer's tallies."""
-    traces = work.program.traces
-    codes = codes_of(work.source)
-    index = moves_of(traces, work.program.moves)
-    own = [codes[t.line - 1] for t in traces]
-    found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
-    first = traces[0].contour
-    writer = Writer(
-        work.source,
-        work.dialect,
-        work.decimals,
-        np.array(first.start) + np.array(first.tool_offset),
-        "".join(work.machine.axes),
-        work.carry,
-        slack=SLACK * tolerance,
-    )
-    at = 0
-    while at < len(traces):
-        to = at + 1
-        while to < len(traces) and traces[to].line == traces[at].line and to - at < len(traces):
-            to += 1
-        following = traces[to].contour if to < len(traces) else None
-        cuts = following is not None and following.kind in ("line", "arc")
-        writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
-        writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
-        _block(writer, traces[at:to], found.fits[at:to], work)
-        at = to
-    return (*_assembled(work, writer, tolerance), found, writer)
-
-
-def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[object], work: Work) -> None:
-    """One block of the source with all its moves."""
-    one = traces[0]
-    if one.contour.kind == "dwell" and not one.cycle:
-        return
-    if not one.contour.rewritable:
-        _machine_move(writer, traces, work.dialect)
-        return
-    if one.runs > 1 and not work.known.machine.effects:
-        last = traces[-1].contour
-        writer.q = np.array(last.end) + np.array(last.tool_offset)
-        return
-    if one.runs > 1:
-        raise DataError(
-            f"{one.file}:{one.line}:{one.contour.source.first}: the block is executed {one.runs} times (loop or subprogram), and the "
-            "correction depends on the place: write it out for each place, or post the program without subprograms and loops"
-        )
-    if one.cycle:
-        drill(writer, traces, fits)  # type: ignore[arg-type]
-        return
-    writer.cycle.clear()
-    begin = writer.q.copy()
-    writer.move(one, fits[0])  # type: ignore[arg-type]
-    if len(traces) > 1:
-        back = traces[-1].contour
-        if len(traces) > 2 or back.kind != "thread" or back.end != one.contour.start:
-            raise DataError(
-                f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
-            )
-        writer.q = begin  # a rigid tap comes back to where it began
-
-
-def _machine_move(writer: Writer, traces: Sequence[Trace], dialect: Dialect) -> None:
-    """G28, G30, G53: the named axes go to a machine position, the others stay where the new program has them."""
-    last = traces[-1]
-    named = [a for a in AXES if a in last.words]
-    everything = not any(a in last.words for a in "XYZABC") and dialect.words == "o"
-    end = np.array(last.contour.end) + np.array(last.contour.tool_offset)
-    for i, letter in enumerate(AXES):
-        if everything or letter in named:
-            writer.q[i] = end[i]
-    writer.cycle.clear()
-
-
-def _assembled(work: Work, writer: Writer, tolerance: float) -> tuple[str, list[int]]:
-    """The text with its mark."""
-    mark = header(work.machine.name, tolerance, work.hashed, work.dialect)
-    at, text, lines = place(work.source), [], []
-    body = writer.lines()
-    for number, (line, index) in enumerate([*body, ("", len(work.source.lines))]):
-        if index == at and (number == 0 or body[number - 1][1] != at):
-            text += [m + work.source.end for m in mark]
-            lines += [0] * len(mark)
-        text.append(line)
-        lines.append(index + 1)
-    return "".join(text), lines[:-1]
-
-
 def _proved(
     work: Work, text: str, lines: list[int], found: Targets, writer: Writer, new: Program, tolerance: float, used: float,
     notes: list[str],
 ) -> Compensation:  # fmt: skip
     """Read back, compare, run again."""
     mark = header(work.machine.name, used, work.hashed, work.dialect)
+    origin = (0, *work.origin)
     compare(work.program, new, lines, work.source.name)
-    compare_comments(work.source.text, text, mark)
+    compare_comments(work.source.text, text, mark, work.dialect.name in SEMICOLON)
     check_travel(new, work.machine, True, work.source.name, lines)
     before, offset_only, shifts = with_shifts(work.program.moves, work.field)
     after = _departed(work, work.known, new, lines)
     whole = None
     if work.known.dynamic:
         full = work.known.whole()
-        whole = (_departed(work, full, work.program, ()), _departed(work, full, new, lines))
+        whole = (
+            _at(_departed(work, full, work.program, ()), origin), _at(_departed(work, full, new, lines), origin)
+        )  # fmt: skip
+    before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
     rounding = _rounding(work, writer, after)
     met = after.largest <= used + min(rounding.largest, math.sqrt(3.0) * rounding.step) + 1e-9
     if not met:
@@ -307,12 +252,17 @@ def _proved(
             f"{rounding.largest * 1e3:.2f} um together"
         )
     for index in sorted(writer.expressions)[:5]:
-        notes.append(f"{work.source.name}:{index + 1}: an expression has been replaced by its number")
+        notes.append(f"{work.source.name}:{origin[index + 1]}: an expression has been replaced by its number")
     return Compensation(
         work.source.name, work.dialect.name, work.machine.name, text, work.source.encoded(text), tolerance, used,
         met and used == tolerance, before, offset_only, after, shifts, rounding, _counted(work, writer, new, lines), work.hashed,
-        tuple(notes), tuple(lines), whole,
+        tuple(notes), tuple(origin[n] for n in lines), whole,
     )  # fmt: skip
+
+
+def _at(found: Departure, origin: Sequence[int]) -> Departure:
+    """With the line of the file."""
+    return replace(found, line=origin[found.line])
 
 
 def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) -> Departure:
@@ -344,5 +294,5 @@ def _counted(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> 
     rate, line = block_rate(new.moves)
     return Blocks(
         len({t.line for t in work.program.traces}), len({t.line for t in new.traces}), len(writer.edits),
-        sum(len(v) for v in writer.added.values()), old_rate, rate, lines[line - 1] if line else 0,
+        sum(len(v) for v in writer.added.values()), old_rate, rate, (0, *work.origin)[lines[line - 1]] if line else 0,
     )  # fmt: skip

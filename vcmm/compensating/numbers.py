@@ -52,15 +52,16 @@ def written(value: float, decimals: int, like: str = "", increments: bool = Fals
     if increments:
         return f"{round(value * 10**decimals):d}"
     text = f"{value:.{decimals}f}"
+    point = "," if "," in like else "."
     if float(text) == 0.0:
         text = text.removeprefix("-")
-    if re.match(r"[-+]?\s*\.", like):
+    if re.match(r"[-+]?\s*[.,]", like):
         text = re.sub(r"^(-?)0\.", r"\1.", text)
     if like.strip().startswith("+") and not text.startswith("-"):
         text = "+" + text
-    return text
+    return text.replace(".", point)
 
 
 def value_of(word: WordAt) -> float:
     """The number of a plain word."""
-    return float(re.sub(r"\s", "", word.text))
+    return float(re.sub(r"\s", "", word.text).replace(",", "."))

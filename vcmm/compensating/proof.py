@@ -24,6 +24,7 @@ from vcmm.run import Array
 
 CUTS = ("line", "arc", "thread")
 _COMMENT = re.compile(r"\([^()\r\n]*\)|;[^\r\n]*")
+_SEMICOLON = re.compile(r";[^\r\n]*")
 SPACING, MOST = 2.0, 200
 
 
@@ -196,12 +197,13 @@ def _differs(name: str, line: int, what: str) -> str:
     return f"{name}:{line}: reading the new program again shows that {what}; nothing was written"
 
 
-def compare_comments(old: str, new: str, mark: Sequence[str]) -> None:
+def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = False) -> None:
     """Comments are those of the source, in their order, after the mark."""
-    found = _COMMENT.findall(new)
+    pattern = _SEMICOLON if semicolon else _COMMENT
+    found = pattern.findall(new)
     for one in mark:
         found.remove(one)
-    if found != _COMMENT.findall(old):
+    if found != pattern.findall(old):
         raise ModelLimit("reading the new program again shows other comments; nothing was written")
 
 

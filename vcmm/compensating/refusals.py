@@ -9,7 +9,7 @@ from pathlib import Path
 from vcmm.compensating.source import SourceText
 from vcmm.errors import DataError, ModelLimit, UsageError
 from vcmm.machine import Machine
-from vcmm.nc.dialects import FRONT_ENDS, G_CODE
+from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
@@ -20,10 +20,10 @@ TRAVEL = 1e-6  # mm or rad of rounding that is allowed beyond a travel
 
 def check_dialect(name: str) -> None:
     """Only dialects whose front-end says which word made which move."""
-    if name in FRONT_ENDS:
+    if name in FRONT_ENDS and name not in TRACED:
         raise UsageError(
             f"programs of the dialect {name} cannot be rewritten: its reader does not say which word made which move. Have the "
-            f"program posted for {' or '.join(n for n in G_CODE if n != 'fanuc-lathe')}, or see what a shift of the work offset does (--offset-only)"
+            f"program posted for {' or '.join((*G_CODE, *TRACED))}, or see what a shift of the work offset does (--offset-only)"
         )
 
 

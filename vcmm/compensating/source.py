@@ -81,8 +81,8 @@ class Edit(NamedTuple):
 
 
 def edited(line: str, edits: Sequence[Edit]) -> str:
-    """A line with its edits made; those at one place stay in their order."""
-    for edit in sorted(edits, key=lambda e: e.first)[::-1]:
+    """A line with its edits made; those at one place stay in their order, insertions before what goes."""
+    for edit in sorted(edits, key=lambda e: (e.first, e.last))[::-1]:
         line = line[: edit.first - 1] + edit.text + line[edit.last - 1 :]
     return line
 
@@ -90,6 +90,13 @@ def edited(line: str, edits: Sequence[Edit]) -> str:
 def code_of(line: str) -> str:
     """The line with comments blanked, so that columns stay."""
     return _COMMENT.sub(lambda m: " " * len(m[0]), line)
+
+
+def semicolon_code(line: str) -> str:
+    """The same where only `;` begins a comment, and brackets belong to the words."""
+    at = re.match(r'(?:[^;"]|"[^"]*"?)*', line)
+    code = at[0] if at else line
+    return code + " " * (len(line) - len(code))
 
 
 def separator(source: SourceText) -> str:

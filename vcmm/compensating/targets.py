@@ -21,7 +21,7 @@ SPACING, MOST_SAMPLES = (
     400,
 )  # mm between the points at which a correction is asked for; and at most per move
 CUTTING = ("line", "arc")
-NEVER_SPLIT = ("M98", "M99")  # they act after the motion of their block
+NEVER_SPLIT = ("M98", "M99", "M89")  # they act after the motion of their block
 HALF_TURN = 0.3  # |cos| of half the sweep, below which R fixes the centre badly: a digit of R moves it by 3 digits or more
 
 
@@ -67,7 +67,14 @@ def shares_of(trace: Trace) -> Array:
         count = 8 if length < 1.0 else 48 if length < 20.0 or abs(sweep_of(m)) < 0.2 else 96
         return np.linspace(0.0, 1.0, count + 1)
     count = min(max(math.ceil(length / SPACING), 2 if length > 0.5 else 1), MOST_SAMPLES)
-    return np.linspace(0.0, 1.0, count + 1)
+    share = np.linspace(0.0, 1.0, count + 1)
+    low, high = trace.guard  # a rounding at an end needs the end of the line whole
+    if not low and not high:
+        return share
+    at = share * length
+    kept = (at > low) & (at < length - high)
+    kept[[0, -1]] = True
+    return share[kept]
 
 
 def samples_of(traces: Sequence[Trace]) -> Samples:
@@ -134,14 +141,17 @@ class Targets:
         return max((f.residual for f in self.fits if f is not None), default=0.0)
 
 
-def may_split(trace: Trace, codes: frozenset[str]) -> bool:
+def may_split(trace: Trace, codes: frozenset[str], following: Trace | None = None) -> bool:
     """Whether blocks may be added: not where compensation starts or ends, nor where a code acts after the motion."""
     before, after = trace.before, trace.after
+    cycle_follows = False if following is None else bool(following.cycle) and following.line == trace.line
     one_stop = trace.contour.exact_stop and not after.exact_stop
     return (
         trace.contour.kind in CUTTING
         and before.side == after.side
         and not one_stop
+        and not cycle_follows
+        and (trace.contour.kind != "arc" or trace.guard == (0.0, 0.0))
         and codes.isdisjoint(NEVER_SPLIT)
     )
 
@@ -168,7 +178,8 @@ def targets(
     for i, trace in enumerate(traces):
         rows = samples.rows(i)
         m = trace.contour
-        free = may_split(trace, codes[i]) and (beside or trace.compensation is None)
+        following = traces[i + 1] if i + 1 < len(traces) else None
+        free = may_split(trace, codes[i], following) and (beside or trace.compensation is None)
         if not m.rewritable or m.kind == "dwell":
             fits.append(None)
         elif m.kind == "arc":

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from vcmm.diagnosis.problem import Problem
-from vcmm.effect import Effect, place_fields
+from vcmm.effect import FREE_LINKS, Effect, place_fields
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.kinematics import ROTARY
 from vcmm.run import Array, Run
@@ -48,7 +48,7 @@ def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
             effect = _made(kind, place, problem)
         except (UsageError, ModelLimit):
             continue
-        if effect.link in ("tip", "tool", "reading", *problem.machine.chain.letters):
+        if effect.link in (*FREE_LINKS, *problem.machine.chain.letters):
             out.append(present.get(effect.id, effect))
     return out
 

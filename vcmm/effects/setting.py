@@ -11,11 +11,15 @@ from vcmm.errors import UsageError
 from vcmm.run import Array, Run
 
 TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
+TOOL_AXIS_COLUMNS = ("tool_axis_x", "tool_axis_y", "tool_axis_z")  # where rotary axes have turned it
 
 
 @dataclass(frozen=True, eq=False)
 class WorkOffset(Effect):
     """+shift along one direction: the work zero is set too far by `shift`, so all that is cut lies there.
+
+    An offset is added to what X, Y and Z are told, so its directions are those of the machine: with a table turned by 90
+    deg a shift in x shows along z of the part.
 
     What the machine's own errors do while the zero is set is no part of it: the cutting job subtracts them.
     """
@@ -23,7 +27,7 @@ class WorkOffset(Effect):
     name = "work_offset"
     per = "direction, setup"
     cites = "ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3"
-    direction: str = at("x", "x, y or z, workpiece axes")
+    direction: str = at("x", "x, y or z, machine axes")
     shift: float = param(0.0, "um", "set minus true work zero")
 
     def __post_init__(self) -> None:
@@ -32,7 +36,7 @@ class WorkOffset(Effect):
 
     @property
     def link(self) -> str:
-        return "tip"
+        return "command"
 
     def error_motion(self, run: Run) -> Array:
         return motion(run, **{self.direction.upper(): self.shift * _cut(run)})
@@ -77,8 +81,7 @@ class ToolRadius(Effect):
         return "tip"
 
     def error_motion(self, run: Run) -> Array:
-        axis = run.vector("nose_x", "nose_y", "nose_z") if "nose_x" in run.columns else TOOL_AXIS
-        return along(run, run.normal - axis, -self.dr * run.used("tool", self.tool) * _cut(run))
+        return along(run, run.normal - _tool_axis(run), -self.dr * run.used("tool", self.tool) * _cut(run))
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +111,17 @@ class ToolOffset(Effect):
     def error_motion(self, run: Run) -> Array:
         amount = -self.shift * run.used("tool", self.tool) * _cut(run)
         return motion(run, **{self.direction.upper(): amount})
+
+
+def _tool_axis(run: Run) -> Array:
+    """What a cutter of larger radius moves away along (n, 3), workpiece axes: from the tip to the spindle, of a turning tool
+    set at its imaginary tip the two sides of the nose.
+    """
+    if "nose_x" in run.columns:
+        return run.vector("nose_x", "nose_y", "nose_z")
+    if TOOL_AXIS_COLUMNS[0] in run.columns:
+        return run.vector(*TOOL_AXIS_COLUMNS)
+    return np.broadcast_to(TOOL_AXIS, (run.n, 3))
 
 
 def _cut(run: Run) -> Array:

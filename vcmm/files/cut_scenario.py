@@ -48,10 +48,11 @@ GAUGE = {
 
 
 class OffsetTable(Table):
-    """How the work offset was set."""
+    """How the work offset was set. rotary: where the rotary axes stood meanwhile."""
 
     set_on: Literal["this machine", "elsewhere"] = "this machine"
     at: Point | None = None
+    rotary: Literal["zero", "as cut"] = "zero"
     u: Spread = 0.0
 
 
@@ -165,7 +166,8 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(environment.temperature), inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
-        set_here=offset.set_on == "this machine", set_at=offset.at, step=model.cut.step, batch_part=model.cut.batch_part,
+        set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
+        batch_part=model.cut.batch_part,
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
 

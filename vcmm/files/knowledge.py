@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.effect import FREE_LINKS, Effect, parameter_fields, place_fields
 from vcmm.files.effects import build_effect
 from vcmm.files.inputs import build_input
 from vcmm.files.problems import Problems
@@ -39,7 +39,7 @@ def further_effects(
         built = problems.attempt(here, lambda table=table: build_effect(table))  # type: ignore[misc]
         if built is None:
             continue
-        if chain and built.link not in ("tip", "tool", "reading", *chain.letters):
+        if chain and built.link not in (*FREE_LINKS, *chain.letters):
             key = next((f.name for f in place_fields(built)), "effect")
             problems.add(
                 (*here, key),

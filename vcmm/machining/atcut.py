@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from vcmm.cutting.envelope import CutSurface, tips
+from vcmm.effects.setting import TOOL_AXIS_COLUMNS
 from vcmm.errors import ModelLimit
 from vcmm.inputs import Input
 from vcmm.machining.batch import later_in_batch
 from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.forces_at import forces_at
-from vcmm.machining.neighbours import candidates
-from vcmm.machining.rows import Words, contacts_of, cut_run, joined, setting_rows, settings_of
+from vcmm.machining.neighbours import Candidates, candidates
+from vcmm.machining.rotary import angle_of, commands_to_work, point_of_part
+from vcmm.machining.rows import (
+    Words,
+    contact_points,
+    contacts_of,
+    cut_run,
+    joined,
+    setting_rows,
+    settings_of,
+)
 from vcmm.machining.shop import Shop, zeros
-from vcmm.machining.states import states_at
+from vcmm.machining.states import states_at, turning_states
 from vcmm.machining.toolside import ToolSide
 from vcmm.machining.turned import TurnedSurface
 from vcmm.machining.turned_side import turned_side
@@ -28,22 +41,50 @@ def tool_side(
         return turned_side(shop, surface, touch, feature, inputs)
 
     def off(row: Ints, share: Array, at: Array) -> Array:
-        return states_at(shop.path, shop.sweep.move[row], share, at)[1]
+        if shop.motion is None:
+            return states_at(shop.path, shop.sweep.move[row], share, at)[1]
+        return turning_states(shop.path, shop.motion, row, share, at)[1]
 
-    found = candidates(surface, shop.sweep, tips(surface, shop.sweep), off)
-    contacts, point, candidate = contacts_of(surface, found, shop.sweep)
-    row, at = found.row[point, candidate], found.tip[point, candidate]
-    states, known = states_at(shop.path, shop.sweep.move[row], found.share[point, candidate], at)
+    found = candidates(surface, shop.sweep, _tips(shop, surface), off, shop.motion)
+    contacts, point, candidate = contacts_of(surface, found, shop.sweep, shop.motion)
+    row = found.row[point, candidate]
+    contact = contact_points(surface, found, point, candidate)
+    states, known = _states(shop, found, contact, point, candidate)
     states = later_in_batch(states, shop.path, shop.scenario.batch_part)
     if shop.blank is not None and shop.blank.forces is not None:
         force = forces_at(shop.blank.forces, shop.sweep, row, found.share[point, candidate])
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
-    run = cut_run(
-        states, surface, found, point, candidate, touch, feature, shop.pose, shop.scenario.constants
-    )
+    run = cut_run(states, surface, contact, point, touch, feature, shop.pose, shop.scenario.constants)
     full, setting = _with_setting(shop, run)
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
-    return ToolSide(shop.machine, _prepared(shop, full), setting, known, inputs), contacts
+    full = _prepared(shop, full)
+    turn = None
+    if shop.motion is not None:
+        ways = commands_to_work(shop.machine, full)
+        turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
+    return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
+
+
+def _tips(shop: Shop, surface: CutSurface) -> Array:
+    """Tips (P, K, 3) of the contacts; nan where there is none."""
+    if shop.motion is None:
+        return tips(surface, shop.sweep)
+    out = np.full((*surface.row.shape, 3), np.nan)
+    known = surface.row >= 0
+    out[known] = shop.motion.standing(surface.row[known].astype(np.intp), surface.t[known])[0]
+    return out
+
+
+def _states(shop: Shop, found: Candidates, contact: Array, point: Ints, candidate: Ints) -> tuple[Run, Array]:
+    """States of the machine with their tip at the cutting points (rows, 3), and what is known to lead elsewhere (rows, 3)."""
+    row, share = found.row[point, candidate], found.share[point, candidate]
+    if shop.motion is None:
+        at = found.tip[point, candidate]
+        states, known = states_at(shop.path, shop.sweep.move[row], share, at)
+        return replace(states, offset=states.offset + (contact - at)), known
+    states, known = turning_states(shop.path, shop.motion, row, share, contact)
+    axis = shop.motion.standing(row, share)[1][:, 2]
+    return states.with_columns({name: axis[:, i] for i, name in enumerate(TOOL_AXIS_COLUMNS)}), known
 
 
 def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
@@ -54,9 +95,22 @@ def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
     first, number = settings_of(run)
     tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][first]]
     offset = -np.array([tool.offset for tool in tools])
-    rows = setting_rows(run, first, offset, zeros(shop, run.labels["setup"][first]), shop.pose)
+    names = run.labels["setup"][first]
+    rows = setting_rows(run, first, offset, zeros(shop, names), shop.pose)
+    if shop.scenario.set_as_cut and shop.motion is not None:
+        rows = _turned(rows, shop, [angle_of(shop.program, shop.motion, str(name)) for name in names])
     setting = np.concatenate([run.n + number, np.full(rows.n, -1, dtype=np.intp)])
     return joined(run, rows), setting
+
+
+def _turned(rows: Run, shop: Shop, angles: Sequence[Array]) -> Run:
+    """The rows of setting with A, B, C at angles (3,) each, rad, and what of the part then lies at the zero."""
+    angle = np.array(angles).reshape(-1, 3)
+    position = {a: angle[:, "ABC".index(a)] if a in "ABC" else q for a, q in rows.position.items()}
+    zero = zeros(shop, rows.labels["setup"])
+    at = np.array([point_of_part(shop.machine, z, a) for z, a in zip(zero, angle)]).reshape(-1, 3)
+    part = {f"part_{c}_mm": (at - shop.pose.shift)[:, i] for i, c in enumerate("xyz")}
+    return replace(rows, position=position, columns={**rows.columns, **part})
 
 
 def _prepared(shop: Shop, run: Run) -> Run:

@@ -11,6 +11,7 @@ from vcmm.errors import ModelLimit
 from vcmm.fit.elements import MINIMUM_POINTS
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.probing import ProbedHere
+from vcmm.machining.rotary import angle_of
 from vcmm.machining.scenario import IDEAL, SAME
 from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, first_offset, look, zeros
 from vcmm.machining.wrong_unit import unit_hint
@@ -99,6 +100,11 @@ def measuring_world(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
     if not scenario.set_here:
         return Measuring(task)
     name = first_offset(shop.program)
+    if scenario.set_as_cut and shop.motion is not None and np.any(angle_of(shop.program, shop.motion, name)):
+        raise ModelLimit(
+            f'[inspection] machine = "same" probes with the rotary axes at zero, but {name} was set with them turned '
+            '(work_offset.rotary = "as cut"); inspect on another machine, or begin the program at zero'
+        )
     zero = zeros(shop, np.array([name]))[0]
     return ProbedHere(task, zero, name)
 

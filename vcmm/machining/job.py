@@ -83,7 +83,9 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
         notes = (*notes, *backs(shop.turning, surface, feature))
     tool, contacts = tool_side(shop, surface, touch, feature, inputs)
     world = Cutting(measuring, tool, contacts)
-    form = world.level + _lifted(shop, surface, measuring.task.touches.tip_radius)
+    placed = measuring.task.touches
+    seen = surface if shop.motion is None else look(shop, placed.points, placed.normals, exact=False)
+    form = world.level + _lifted(shop, seen, placed.tip_radius)
     task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=form)
     measuring = replace(measuring, task=replace(measuring.task, form=form))
     return task, replace(world, measuring=measuring), notes
@@ -91,7 +93,7 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
 
 def _again(shop: Shop, task: Task) -> Recut | None:
     """Points cut again with displaced tools; those in the side of a gouge by the program itself move by more than any error."""
-    found = look(shop, task.touches.points, task.touches.normals)
+    found = look(shop, task.touches.points, task.touches.normals, exact=False)
     if isinstance(found, TurnedSurface):
         return recut_turned(shop, found)
     sound = np.flatnonzero(found.contact_s[:, 0] >= -GOUGE)
@@ -103,7 +105,7 @@ def _again(shop: Shop, task: Task) -> Recut | None:
         e for e in shop.machine.effects if e.name != "tool_deflection"
     )  # forces jump from move to move
     machine = replace(shop.machine, effects=smooth)
-    return recut(shop.path, shop.sweep, machine, kept, dict(shop.scenario.constants))
+    return recut(shop.path, shop.sweep, machine, kept, dict(shop.scenario.constants), shop.motion)
 
 
 def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:

@@ -21,6 +21,7 @@ from vcmm.cutting.standing import entry
 from vcmm.cutting.sweeps import Sweep, lengths, position
 from vcmm.machining.between import Heights, deepest_between
 from vcmm.machining.contacts import Ints
+from vcmm.machining.rotary import Motion, turned, turned_back
 from vcmm.run import Array
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
@@ -47,10 +48,13 @@ class Candidates:
     share: Array
 
 
-def candidates(surface: CutSurface, sweep: Sweep, tips: Array, off: Known | None = None) -> Candidates:
+def candidates(
+    surface: CutSurface, sweep: Sweep, tips: Array, off: Known | None = None, motion: Motion | None = None
+) -> Candidates:
     """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
 
-    off: where given, the deepest cut under it is looked for between the steps too.
+    off: where given, the deepest cut under it is looked for between the steps too. motion: how the rows of the sweep lie on
+    a program that turns rotary axes.
     """
     known = surface.row >= 0
     own = Candidates(
@@ -65,32 +69,35 @@ def candidates(surface: CutSurface, sweep: Sweep, tips: Array, off: Known | None
         points = np.flatnonzero(known[:, k])
         if len(points):
             parts += [
-                _beside(surface, sweep, points, k, np.full(len(points), sign * offset))
+                _beside(surface, sweep, motion, points, k, np.full(len(points), sign * offset))
                 for offset in OFFSETS
                 for sign in (-1, 1)
             ]
             if off is not None:
-                heights = _moved_heights(surface, sweep, points, k, off)
+                heights = _moved_heights(surface, sweep, motion, points, k, off)
                 deeper, at = deepest_between(heights, len(points), STEPS)
                 if len(deeper):
-                    parts.append(_beside(surface, sweep, points[deeper], k, at))
+                    parts.append(_beside(surface, sweep, motion, points[deeper], k, at))
     return Candidates(
         *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in Candidates.__annotations__)
     )
 
 
-def _beside(surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: Array) -> Candidates:
+def _beside(
+    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: Array
+) -> Candidates:
     """The tool `offset` (n,) radii further along the path than the k-th contact of each of the points."""
     count = len(surface.points)
-    row, share, tip = _further(surface, sweep, points, k, offset)
+    row, share, tip, frame = _further(surface, sweep, motion, points, k, offset)
     height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
     for number, tool in enumerate(sweep.tools):
         mine = np.flatnonzero(sweep.tool[row] == number)
-        arm, n = surface.points[points[mine]] - tip[mine], surface.normals[points[mine]]
+        axes = None if frame is None else frame[mine]
+        arm = turned(axes, surface.points[points[mine]] - tip[mine])
+        n = turned(axes, surface.normals[points[mine]])
         height[mine] = entry(tool, arm, n)
-        cutter[mine] = _outward(
-            tool, arm + np.where(np.isfinite(height[mine]), height[mine], 0.0)[:, None] * n, n
-        )
+        met = arm + np.where(np.isfinite(height[mine]), height[mine], 0.0)[:, None] * n
+        cutter[mine] = turned_back(axes, _outward(tool, met, n))
     same_tool = sweep.tool[row] == sweep.tool[surface.row[points, k]]
     good = same_tool & np.isfinite(height) & (height < surface.contact_s[points, 0] + BAND)
     good &= (
@@ -107,27 +114,35 @@ def _beside(surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: Arr
 
 
 def _further(
-    surface: CutSurface, sweep: Sweep, points: Ints, k: int, offset: Array
-) -> tuple[Ints, Array, Array]:
-    """Row, share and tip (n,) of the tool `offset` radii further along the path than the k-th contact of the points."""
+    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: Array
+) -> tuple[Ints, Array, Array, Array | None]:
+    """Row, share, tip and frame of the tool `offset` radii further along the path than the k-th contact of the points.
+
+    frame (n, 3, 3): axes of the tool, None where all tools point along Z.
+    """
     radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
     from_ = surface.row[points, k]
     row, share = _walk(sweep, from_, surface.t[points, k], offset * radius[from_])
-    return row, share, position(sweep.take(row), share)
+    if motion is None:
+        return row, share, position(sweep.take(row), share), None
+    return row, share, *motion.standing(row, share)
 
 
-def _moved_heights(surface: CutSurface, sweep: Sweep, points: Ints, k: int, off: Known) -> Heights:
+def _moved_heights(
+    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, off: Known
+) -> Heights:
     """Heights of points (n,) of `points` cut by the tool `at` radii from their k-th contact and moved by `off`."""
 
     def heights(which: Ints, at: Array) -> tuple[Array, Array]:
         flat = np.repeat(points[which], at.shape[1])
-        row, share, tip = _further(surface, sweep, flat, k, at.ravel())
+        row, share, tip, frame = _further(surface, sweep, motion, flat, k, at.ravel())
         moved = off(row, share, tip)
         s = np.full(len(flat), np.inf)
         for number in np.unique(sweep.tool[row]):
             mine = np.flatnonzero(sweep.tool[row] == number)
-            arm = surface.points[flat[mine]] - tip[mine] - moved[mine]
-            s[mine] = entry(sweep.tools[int(number)], arm, surface.normals[flat[mine]])
+            axes = None if frame is None else frame[mine]
+            arm = turned(axes, surface.points[flat[mine]] - tip[mine] - moved[mine])
+            s[mine] = entry(sweep.tools[int(number)], arm, turned(axes, surface.normals[flat[mine]]))
         s[sweep.tool[row] != sweep.tool[surface.row[flat, k]]] = np.inf
         return s.reshape(at.shape), moved.reshape(*at.shape, 3)
 

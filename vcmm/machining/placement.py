@@ -23,7 +23,7 @@ from vcmm.linear import LinearModel, build
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.result import CutResult
 from vcmm.machining.scenario import CutScenario
-from vcmm.machining.shop import Shop, set_up
+from vcmm.machining.shop import Shop, first_turned, set_up
 from vcmm.machining.world import Cutting
 from vcmm.part import Characteristic
 from vcmm.placing.certificate import Certificate, certify, scan_after
@@ -169,6 +169,11 @@ def place_cut(
         raise ModelLimit(
             "vcmm place cannot move a turned part: it lies on the axis of the spindle. How far it stands out of the chuck is the work "
             "offset in Z; change it in the set-up and run vcmm cut again"
+        )
+    if shop.motion is not None:
+        raise ModelLimit(
+            f"line {first_turned(shop.program, shop.motion)} of the program turns a rotary axis: a part that is shifted on a table "
+            "that turns needs another program for every position, so it is not placed; cut it where it stands (vcmm cut)"
         )
     task, world, _ = finished_part(shop)
     model = build(task, world)

@@ -1,9 +1,10 @@
 """Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
 
-The contacts move the surface by (N . e) / (N . n). In vcmm.cutting.contactmap.audit the sweeps themselves are
-displaced by the errors along their way and asked again. Left out of both sides: effects that depend on the normal of the
-surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole tool; and what jumps or
-starts like a root from rest: reversal, speed and acceleration, rounded corners.
+The contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by (N . e) / (N . n).
+Here the sweeps themselves are displaced by the errors along their way and asked again. Left out of both sides: effects that
+depend on the normal of the surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole
+tool; what jumps or starts like a root from rest: reversal, speed and acceleration, rounded corners; and, where rotary axes
+turn, the mean error along the machine axes, which a work offset holds.
 """
 
 from __future__ import annotations
@@ -12,12 +13,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.cutting.contactmap import Ints, audit
-from vcmm.cutting.envelope import CUT, CutSurface
+from vcmm.cutting.displaced import displaced
+from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
+from vcmm.cutting.index import build
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
-from vcmm.machining.states import states_at
+from vcmm.machining.contacts import Contacts, Ints
+from vcmm.machining.neighbours import candidates
+from vcmm.machining.rotary import Motion, commands_to_work
+from vcmm.machining.states import states_at, turning_states
 from vcmm.machining.toolside import cutting_effects
 from vcmm.nc.toolpath import Toolpath
 from vcmm.run import Array, Run
@@ -35,27 +40,51 @@ class Recut:
 
 
 def recut(
-    path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float]
-) -> Recut | None:
+    path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float], motion: Motion | None = None,
+) -> Recut | None:  # fmt: skip
     """Compare on at most POINTS of the points of `surface`, evenly chosen; None where the errors change too fast for it."""
     cut = np.flatnonzero(surface.status == CUT)
     if not len(cut):
         return None
     part = surface.take(cut[np.unique(np.linspace(0, len(cut) - 1, POINTS).astype(int))])
     plain = _whole_tool(machine)
-    rows = _around(part.row, len(sweep))
+    feed = np.array([path.timing.moves[i].kind != "rapid" for i in sweep.move.tolist()])
+    known = candidates(part, sweep, tips(part, sweep), motion=motion)
+    rows = _around(known.row, feed)
     near = sweep.take(rows)
 
-    def moved(at: Array, row: Ints, share: Array) -> Array:
-        states, _ = states_at(path, near.move[row], share, at)
-        return -plain.indication_error(_bare(states, constants))
+    zero = np.zeros(3)  # what a work offset would hold, machine axes
 
-    near_row = np.where(part.row < 0, -1, np.searchsorted(rows, part.row))
+    def moved(at: Array, row: Ints, share: Array) -> Array:
+        if motion is None:
+            states, _ = states_at(path, near.move[row], share, at)
+            return -plain.indication_error(_bare(states, constants))
+        states, _ = turning_states(path, motion, rows[row], share, at)
+        return -plain.indication_error(_bare(states, constants)) - commands_to_work(machine, states) @ zero
+
+    where = known.row >= 0
+    at, row, share = known.tip[where], np.searchsorted(rows, known.row[where]), known.share[where]
+    if motion is not None:
+        zero = _mean_in_machine_axes(moved(at, row, share), path, motion, rows[row], share, at)
     try:
-        found = audit(replace(part, row=near_row), near, moved)
+        bent = displaced(near, moved)
     except ModelLimit:
         return None
-    return Recut(found.largest, found.compared)
+    again = surface_left(part.points, part.normals, build(bent), candidates=1)
+    shift = np.zeros((*where.shape, 3))
+    shift[where] = moved(at, row, share)
+    number = np.where(where, np.arange(where.size).reshape(where.shape), -1)
+    found = Contacts(known.height, known.cutter, part.normals, number).surface(shift.reshape(-1, 3))
+    both = np.isfinite(again.s) & np.isfinite(found)
+    return Recut(float(np.abs(again.s - found)[both].max(initial=0.0)), int(both.sum()))
+
+
+def _mean_in_machine_axes(
+    moved: Array, path: Toolpath, motion: Motion, row: Ints, share: Array, at: Array
+) -> Array:
+    """Mean error (3,) along X, Y, Z: a zero set on the machine takes it, and the table turns the rest."""
+    ways = commands_to_work(motion.machine, turning_states(path, motion, row, share, at)[0])
+    return np.asarray(np.einsum("nji,nj->ni", ways, moved).mean(axis=0))
 
 
 def _whole_tool(machine: Machine) -> Machine:
@@ -66,11 +95,12 @@ def _whole_tool(machine: Machine) -> Machine:
     return replace(moves, effects=smooth)
 
 
-def _around(row: Ints, count: int) -> Ints:
-    """The rows that touch a point, and a few before and after each, in order."""
+def _around(row: Ints, feed: np.typing.NDArray[np.bool_]) -> Ints:
+    """The rows that touch a point, and a few feed moves before and after each, in order. feed (m,): of each row."""
     touched = np.unique(row[row >= 0])
     wide = (touched[:, None] + np.arange(-BESIDE, BESIDE + 1)).ravel()
-    return np.unique(wide[(wide >= 0) & (wide < count)])
+    wide = wide[(wide >= 0) & (wide < len(feed))]
+    return np.unique(np.concatenate([touched, wide[feed[wide]]]))
 
 
 def _bare(states: Run, constants: dict[str, float]) -> Run:

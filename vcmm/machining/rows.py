@@ -10,6 +10,8 @@ from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.sweeps import Sweep
 from vcmm.machining.contacts import Contacts, Ints, Solids
 from vcmm.machining.neighbours import Candidates
+from vcmm.machining.polish import TurnedSolids
+from vcmm.machining.rotary import Motion
 from vcmm.machining.toolside import SETTING
 from vcmm.pose import Pose
 from vcmm.run import Array, Run
@@ -19,7 +21,9 @@ OF_ROW = ("touch", "feature", "mode")  # labels of a row itself: setting is anot
 Words = np.typing.NDArray[np.str_]
 
 
-def contacts_of(surface: CutSurface, found: Candidates, sweep: Sweep) -> tuple[Contacts, Ints, Ints]:
+def contacts_of(
+    surface: CutSurface, found: Candidates, sweep: Sweep, motion: Motion | None = None
+) -> tuple[Contacts, Ints, Ints]:
     """Contacts of the points that were cut, the index of the point and of the candidate (rows,) of each row of the run."""
     known = found.row >= 0
     point, candidate = np.nonzero(known)
@@ -31,28 +35,39 @@ def contacts_of(surface: CutSurface, found: Candidates, sweep: Sweep) -> tuple[C
     )  # the ray ends in the side of a gouge: the tool moves that end as it moves itself
     cutter = np.where((known & ~steep)[:, :, None], found.cutter, surface.normals[:, None, :])
     which = np.where(known, sweep.tool[np.maximum(found.row, 0)], -1).astype(np.intp)
-    solids = Solids(sweep.tools, which, surface.points[:, None, :] - found.tip)
+    arm = surface.points[:, None, :] - found.tip
+    solids = Solids(sweep.tools, which, arm)
+    if motion is not None:
+        frame = np.broadcast_to(np.eye(3), (*row.shape, 3, 3)).copy()
+        frame[point, candidate] = motion.standing(found.row[point, candidate], found.share[point, candidate])[
+            1
+        ]
+        solids = TurnedSolids(sweep.tools, which, arm, frame)
     return Contacts(found.height, cutter, surface.normals, row, solids), point, candidate
 
 
+def contact_points(surface: CutSurface, found: Candidates, point: Ints, candidate: Ints) -> Array:
+    """Where the cutter meets the surface in each row of the run (rows, 3), workpiece axes."""
+    height = found.height[point, candidate][:, None]
+    return np.asarray(surface.points[point] + height * surface.normals[point])
+
+
 def cut_run(
-    states: Run, surface: CutSurface, found: Candidates, point: Ints, candidate: Ints, touch: Words, feature: Words,
-    pose: Pose, constants: Mapping[str, float],
+    states: Run, surface: CutSurface, contact: Array, point: Ints, touch: Words, feature: Words, pose: Pose,
+    constants: Mapping[str, float],
 ) -> Run:  # fmt: skip
-    """The run of all contacts: `states` are those of the machine, the tip replaced by the cutting point.
+    """The run of all contacts: `states` are those of the machine, with the cutting point (rows, 3) as their tip.
 
     The offset of each row leads to the point where the cutter meets the surface, so that the lever arms of all error
     motions, and with them the tilt of the tool, count to there.
     """
     n = surface.normals[point]
-    contact = surface.points[point] + found.height[point, candidate][:, None] * n
     columns = {f"n{c}": n[:, i] for i, c in enumerate("xyz")}
     columns |= {f"part_{c}_mm": (contact - pose.shift)[:, i] for i, c in enumerate("xyz")}
     columns |= {name: np.full(len(point), value) for name, value in constants.items()}
     kept = {k: v for k, v in states.columns.items() if not k.startswith("tip_")}
     labels = {**states.labels, "touch": touch[point], "feature": feature[point]}
-    offset = states.offset + (contact - found.tip[point, candidate])
-    return Run(states.position, offset, {**kept, **columns}, labels, states.series)
+    return Run(states.position, states.offset, {**kept, **columns}, labels, states.series)
 
 
 def setting_rows(run: Run, chosen: Ints, offset: Array, at: Array, pose: Pose) -> Run:
@@ -76,7 +91,7 @@ def setting_rows(run: Run, chosen: Ints, offset: Array, at: Array, pose: Pose) -
 
 
 def _at_rest(name: str, values: Array, count: int) -> Array:
-    if name == "nz":
+    if name in ("nz", "tool_axis_z"):
         return np.ones(count)
     if name.startswith(("temp_", "reading_", "pressure", "humidity")):
         return np.full(count, values[0])

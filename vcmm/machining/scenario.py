@@ -34,7 +34,7 @@ class CutScenario:
     """program: NC file. pose: machine_from_part in the machine tool, workpiece axes.
 
     set_here: the work offset was set on this very machine, at `set_at` (mm, workpiece axes; None = the work zero), so
-    that its error there is taken away. step: longest stretch of path between two states of the machine, mm.
+    that its error there is taken away; with the rotary axes at zero, or set_as_cut: where they stand while it is used. step: longest stretch of path between two states of the machine, mm.
     """
 
     name: str
@@ -52,6 +52,7 @@ class CutScenario:
     settings: Settings = field(default_factory=Settings)
     set_here: bool = True
     set_at: tuple[float, float, float] | None = None
+    set_as_cut: bool = False
     step: float = 1.0
     batch_part: int = 1  # which part in a row: wear and warmth of those before it count
     fixture: Fixture | None = None  # what `place` may move

@@ -1,6 +1,8 @@
 """Less the row of setting: what a machine errs by where its zero was set is in the zero, and so is taken off, draw by draw.
 
-at (n,): for each row the row in which its zero was set, -1 where nothing is taken off.
+at (n,): for each row the row in which its zero was set, -1 where nothing is taken off. The zero is a number of the machine
+axes: what was taken into it stays along them while a table turns the part. turn (n, 3, 3): from there to workpiece axes, None
+while all rotary axes stand at zero.
 """
 
 from __future__ import annotations
@@ -16,19 +18,23 @@ from vcmm.trials import Draws
 Ints = npt.NDArray[np.intp]
 
 
-def less_errors(found: Array, at: Ints) -> Array:
+def less_errors(found: Array, at: Ints, turn: Array | None = None) -> Array:
     """Errors (..., n, 3) less those in the rows of setting."""
-    return np.asarray(found - np.where((at >= 0)[:, None], found[..., np.maximum(at, 0), :], 0.0))
+    taken = found[..., np.maximum(at, 0), :]
+    if turn is not None:
+        taken = np.einsum("nij,...nj->...ni", turn, taken)
+    return np.asarray(found - np.where((at >= 0)[:, None], taken, 0.0))
 
 
-def less_response(response: Array, at: Ints, *codes: Ints) -> Array:
+def less_response(response: Array, at: Ints, *codes: Ints, turn: Array | None = None) -> Array:
     """Responses (n, 3, ...) less those in the rows of setting, where all draws (codes, n each) are the same there."""
     back = np.maximum(at, 0)
     same = at >= 0
     for one in codes:
         same = same & (one == one[back])
     shape = (-1,) + (1,) * (response.ndim - 1)
-    return np.asarray(response - np.where(same.reshape(shape), response[back], 0.0))
+    taken = response[back] if turn is None else np.einsum("nij,nj...->ni...", turn, response[back])
+    return np.asarray(response - np.where(same.reshape(shape), taken, 0.0))
 
 
 def without_setting(one: Draws, at: Ints) -> Draws:

@@ -13,9 +13,11 @@ from vcmm.errors import ModelLimit, UsageError
 from vcmm.machine import Machine
 from vcmm.machining.blank import Blank, machined_blank
 from vcmm.machining.blank import notes as blank_notes
+from vcmm.machining.polish import polished
+from vcmm.machining.rotary import Motion, point_of_part
 from vcmm.machining.rows import Words
 from vcmm.machining.scenario import CutScenario
-from vcmm.machining.sweeps import swept
+from vcmm.machining.sweeps import part_sweep
 from vcmm.machining.toolside import cutting_effects
 from vcmm.machining.turned import Turning, turned_surface, turning_of, turns
 from vcmm.machining.turned_blank import TurnedBlank, turned_blank
@@ -30,12 +32,17 @@ from vcmm.run import Array
 DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is looked for
 DEEPEST = 20.0  # mm, for points that are gouged deeper
 CONTACTS = 6  # of one point: repeated passes tie
+OF_TURNING = 16  # the same while rotary axes turn: rows beside each other find one contact
+OF_WORKPIECE_AXES = ("residual_field", "correlated_field")
 GOUGE = 0.01  # mm below nominal by the program alone
 
 
 @dataclass(frozen=True, eq=False)
 class Shop:
-    """A scenario made ready: the program read, its motion in time, the tools swept, the part placed."""
+    """A scenario made ready: the program read, its motion in time, the tools swept, the part placed.
+
+    motion: how the rows of the sweep lie on the moves where rotary axes stand off zero; None where all stay at zero.
+    """
 
     scenario: CutScenario
     program: Program
@@ -46,6 +53,7 @@ class Shop:
     machine: Machine
     blank: Blank | TurnedBlank | None
     turning: Turning | None = None  # on a lathe: sweep and index are those of the meridian then
+    motion: Motion | None = None  # where rotary axes leave zero
 
     @property
     def seconds(self) -> float:
@@ -64,12 +72,25 @@ def set_up(scenario: CutScenario) -> Shop:
     zero = _work_zero(scenario, program)
     if turns(scenario, program):
         return _set_up_to_turn(scenario, program, path, zero)
-    sweep = swept(program.moves, scenario.setup.tools)
+    sweep, motion = part_sweep(program.moves, scenario.setup.tools, scenario.machine)
+    if motion is not None:
+        _check_fields(scenario, program, motion)
     blank = machined_blank(scenario.setup, program, sweep, zero)
     pose = scenario.pose or Pose(
         np.eye(3), zero
     )  # the drawing frame is the work coordinate system of the first cut
-    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank)
+    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank, motion=motion)
+
+
+def _check_fields(scenario: CutScenario, program: Program, motion: Motion) -> None:
+    """Fields over workpiece axes are known with rotary axes at zero only."""
+    fixed = [e.id for e in scenario.machine.effects if e.name in OF_WORKPIECE_AXES]
+    if fixed:
+        line = first_turned(program, motion)
+        raise ModelLimit(
+            f"{', '.join(fixed)}: a field over workpiece axes says nothing of a machine whose rotary axes stand off zero, as this "
+            f"program's do (line {line}); leave it out, or state the errors of the axes instead"
+        )
 
 
 def _set_up_to_turn(scenario: CutScenario, program: Program, path: Toolpath, zero: Array) -> Shop:
@@ -122,9 +143,19 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
             )
 
 
+def first_turned(program: Program, motion: Motion) -> int:
+    """Line of the first move with a rotary axis off zero."""
+    row = int(np.argmax(np.abs(motion.turned).max(axis=(1, 2)) > 0))
+    return program.moves[int(motion.base.move[row])].source.line
+
+
 def _work_zero(scenario: CutScenario, program: Program) -> Array:
-    """Work offset of the first cut (3,), workpiece axes."""
-    return np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
+    """Point of the part at the work offset of the first cut (3,), workpiece axes."""
+    zero = np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
+    first = next((m for m in program.moves if m.kind != "rapid"), program.moves[0])
+    if not any(first.rotary_start):
+        return zero
+    return point_of_part(scenario.machine, zero, np.array(first.rotary_start))
 
 
 def first_offset(program: Program) -> str:
@@ -140,21 +171,46 @@ def zeros(shop: Shop, names: Words) -> Array:
     return np.array([scenario.setup.offsets.get(str(name), (0.0, 0.0, 0.0)) for name in names], dtype=float)
 
 
-def look(shop: Shop, points: Array, normals: Array) -> CutSurface:
-    """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes."""
+def look(shop: Shop, points: Array, normals: Array, exact: bool = True) -> CutSurface:
+    """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes.
+
+    exact=False: as the search sees it, turning tools in short rows of constant direction.
+    """
+    if shop.motion is None or not exact or not shop.motion.inexact.any():
+        return _searched(shop, points, normals, CONTACTS)
+    return polished(_searched(shop, points, normals, OF_TURNING), shop.motion, CONTACTS)
+
+
+def _searched(shop: Shop, points: Array, normals: Array, contacts: int) -> CutSurface:
     at, out = shop.pose.apply(points), shop.pose.turn(normals)
     if shop.turning is not None:
         return turned_surface(shop.turning, at, out, DEPTH, DEEPEST, HEIGHT)
-    found = surface_left(at, out, shop.index, DEPTH, HEIGHT, candidates=CONTACTS)
+    found = _left(shop, at, out, DEPTH, contacts)
     deep = np.flatnonzero(found.status == BEYOND)
     if not len(deep):
         return found
-    again = surface_left(at[deep], out[deep], shop.index, DEEPEST, HEIGHT, candidates=CONTACTS)
+    again = _left(shop, at[deep], out[deep], DEEPEST, contacts)
     names = ("status", "contact_s", "row", "t", "normal", "tests")
     merged = {name: getattr(found, name).copy() for name in names}
     for name in names:
         merged[name][deep] = getattr(again, name)
     return replace(found, **merged)
+
+
+def _left(shop: Shop, points: Array, normals: Array, depth: float, contacts: int) -> CutSurface:
+    try:
+        return surface_left(points, normals, shop.index, depth, HEIGHT, candidates=contacts)
+    except ModelLimit as error:
+        if shop.motion is None or not shop.motion.inexact.any():
+            raise
+        lines = sorted(
+            {shop.program.moves[i].source.line for i in shop.sweep.move[shop.motion.inexact].tolist()}
+        )
+        raise ModelLimit(
+            f"a rotary axis turns while the tool is in the part, up to {depth:g} mm below the features; the moves that turn are "
+            f"those of line {', '.join(map(str, lines[:10]))}{' ...' if len(lines) > 10 else ''}. Check from where it turns, the "
+            f"work offset and the pose of the part ({error})"
+        ) from None
 
 
 def _unready(shop: Shop) -> list[str]:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.kinematics import nominal_tip
 from vcmm.machining.contacts import Ints
+from vcmm.machining.rotary import Motion, tool_offset_to
 from vcmm.nc.knots import times_at
+from vcmm.nc.limits import AXES
 from vcmm.nc.toolpath import Toolpath
 from vcmm.run import Array, Run
 
+Words = np.typing.NDArray[np.str_]
 HELD = (
     "sense_",
     "tool_number",
@@ -26,17 +30,8 @@ def states_at(path: Toolpath, move: Ints, share: Array, tips: Array) -> tuple[Ru
     tolerance, and the lag of the nominal position loops (mm, workpiece axes).
     """
     timing = path.timing
-    place = np.searchsorted(timing.moving, move)
-    length = np.diff(timing.ends, prepend=0.0)[place]
-    time = times_at(timing, timing.ends[place] - (1.0 - share) * length)
+    time, columns, labels = _moment(path, move, share)
     offset = np.array([timing.moves[i].tool_offset for i in move.tolist()]).reshape(-1, 3)
-    following = np.clip(np.searchsorted(path.time, time, side="left"), 0, path.n - 1)
-    columns = {
-        name: values[following] if name.startswith(HELD) else np.interp(time, path.time, values)
-        for name, values in path.columns.items()
-    }
-    labels = {name: values[following] for name, values in path.labels.items()}
-    labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
     commanded = timing.state(time).position[:, :3] - offset
     follow = np.column_stack([columns[f"follow_{c}_mm"] for c in "xyz"])
     position = {
@@ -46,3 +41,38 @@ def states_at(path: Toolpath, move: Ints, share: Array, tips: Array) -> tuple[Ru
         for letter, values in path.axes.items()
     }
     return Run(position, -offset, columns, labels), commanded - tips + follow
+
+
+def turning_states(path: Toolpath, motion: Motion, row: Ints, t: Array, at: Array) -> tuple[Run, Array]:
+    """As `states_at` where rotary axes stand off zero: at fractions t (k,) of rows (k,) of the sweep in workpiece axes.
+
+    The offset of the run leads to the points `at` (k, 3), workpiece axes, which count as fixed to the tool; the second
+    result (k, 3) is how far they have left their place on the programmed path.
+    """
+    move, share = motion.row[row], motion.share(row, t)
+    time, columns, labels = _moment(path, motion.base.move[move], share)
+    position = motion.commanded(move, share)
+    offset = tool_offset_to(motion.machine, position, at)
+    state = path.timing.state(time).position
+    really = {letter: state[:, AXES.index(letter)] for letter in position}
+    for letter, c in zip("XYZ", "xyz"):
+        if letter in really:
+            really[letter] = really[letter] + columns[f"follow_{c}_mm"]
+    moved = nominal_tip(motion.machine.chain, motion.machine.axes, Run(really, offset))
+    return Run(position, offset, columns, labels), moved - at
+
+
+def _moment(path: Toolpath, move: Ints, share: Array) -> tuple[Array, dict[str, Array], dict[str, Words]]:
+    """Time (k,) at which shares (k,) of moves (k,) are reached, and columns and labels of the toolpath there."""
+    timing = path.timing
+    place = np.searchsorted(timing.moving, move)
+    length = np.diff(timing.ends, prepend=0.0)[place]
+    time = times_at(timing, timing.ends[place] - (1.0 - share) * length)
+    following = np.clip(np.searchsorted(path.time, time, side="left"), 0, path.n - 1)
+    columns = {
+        name: values[following] if name.startswith(HELD) else np.interp(time, path.time, values)
+        for name, values in path.columns.items()
+    }
+    labels = {name: values[following] for name, values in path.labels.items()}
+    labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
+    return time, columns, labels

@@ -9,7 +9,11 @@ import numpy as np
 
 from vcmm.cutting import tools as shapes
 from vcmm.cutting.sweeps import ARC, HELIX, LINE, Sweep, checked
-from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.errors import UsageError, choose_from
+from vcmm.machine import Machine
+from vcmm.machining.partsweep import STILL as STILL_TURNED
+from vcmm.machining.partsweep import in_workpiece
+from vcmm.machining.rotary import Motion
 from vcmm.nc.moves import PLANES, Move
 from vcmm.nc.setup import Tool
 
@@ -37,15 +41,29 @@ def cutter(tool: Tool) -> shapes.Tool:
     return shapes.drill(radius) if tool.shape == "drill" else shapes.flat(radius)
 
 
+def part_sweep(
+    moves: Sequence[Move], tools: Mapping[int, Tool], machine: Machine
+) -> tuple[Sweep, Motion | None]:
+    """(all motions in workpiece axes, how they lie on the moves; None where all rotary axes stay at zero)."""
+    base = swept(moves, tools)
+    kept = [moves[i] for i in base.move.tolist()]
+    turned = np.array([(m.rotary_start, m.rotary_end) for m in kept], dtype=float)
+    if not (np.abs(turned) > STILL_TURNED).any():
+        return base, None
+    offset = np.array([m.tool_offset for m in kept], dtype=float)
+    rapid = np.array([m.kind == "rapid" for m in kept])
+    return in_workpiece(machine, base, turned, offset, rapid)
+
+
 def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
     """All motions, rapids too: a rapid through the part cuts it. `move` is the index of each row in `moves`.
 
-    Raises UsageError for tools that are not in the table, ModelLimit for rotary axes that are not at zero.
+    Tip positions of the machine, which are those of workpiece axes while all rotary axes stand at zero; `part_sweep` turns
+    them. Raises UsageError for tools that are not in the table.
     """
     rows = [(i, m) for i, m in enumerate(moves) if m.kind in MOVING and _travels(m) and _has_tool(m, tools)]
     if not rows:
         raise UsageError("the program moves no tool; nothing is cut")
-    _check_rotary([m for _, m in rows])
     numbers = list(dict.fromkeys(m.tool for _, m in rows))
     solids = tuple(cutter(tools[n]) for n in numbers)
     start, end = (np.array([getattr(m, side) for _, m in rows]) for side in ("start", "end"))
@@ -60,7 +78,9 @@ def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
 
 
 def _travels(move: Move) -> bool:
-    return move.centre is not None or math.dist(move.start, move.end) > STILL
+    if move.centre is not None or math.dist(move.start, move.end) > STILL:
+        return True
+    return max(abs(b - a) for a, b in zip(move.rotary_start, move.rotary_end)) > STILL_TURNED
 
 
 def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
@@ -74,14 +94,6 @@ def _has_tool(move: Move, tools: Mapping[int, Tool]) -> bool:
         f"line {move.source.line} cuts with tool {move.tool}, which is not in the set-up."
         f"{choose_from(str(move.tool), known) if known else ' Add [tools.1] with length, diameter and shape.'}"
     )
-
-
-def _check_rotary(moves: Sequence[Move]) -> None:
-    for move in moves:
-        if any(abs(a) > 1e-12 for a in (*move.rotary_start, *move.rotary_end)) and move.kind != "rapid":
-            raise ModelLimit(
-                f"line {move.source.line}: a rotary axis is not at zero; virtual cutting handles three linear axes so far"
-            )
 
 
 def _arc(move: Move) -> tuple[tuple[float, float, float], tuple[float, float, float], float, int]:

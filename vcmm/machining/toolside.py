@@ -43,7 +43,8 @@ class ToolSide:
     """run: rows in which points are cut, then rows in which the offset was set; setting (n,): the row set for each row.
 
     setting is -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation of the nominal motion
-    from the programmed path (corners rounded, nominal lag), mm.
+    from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z to workpiece axes in
+    each row, None while all rotary axes stand at zero.
     """
 
     machine: Machine
@@ -51,6 +52,7 @@ class ToolSide:
     setting: Ints
     known: Array
     inputs: tuple[Input, ...]
+    turn: Array | None = None
 
     @property
     def parts(self) -> tuple[Machine, Machine]:
@@ -64,7 +66,7 @@ class ToolSide:
         found = -moves.indication_error(self.run, exact)
         if stated.effects:
             found = found + stated.indication_error(self.run)
-        return less_errors(found, self.setting) + self.known
+        return less_errors(found, self.setting, self.turn) + self.known
 
     def influences(self) -> tuple[Influence, ...]:
         """d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
@@ -80,7 +82,7 @@ class ToolSide:
 
     def relative(self, one: Influence) -> Influence:
         """The influence less that in the row of setting, where both are one draw."""
-        return replace(one, response=less_response(one.response, self.setting, one.codes))
+        return replace(one, response=less_response(one.response, self.setting, one.codes, turn=self.turn))
 
     def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
         """Second-order terms (n, 3) of moved."""
@@ -93,7 +95,7 @@ class ToolSide:
                 for p in products(machine, self.run, here):
                     first, second = number[id(here[p.first])], number[id(here[p.second])]
                     codes = (found[first].codes, found[second].codes)
-                    response = less_response(sign * p.response, self.setting, *codes)
+                    response = less_response(sign * p.response, self.setting, *codes, turn=self.turn)
                     out.append(Product(first, second, response))
         return tuple(out)
 
@@ -104,7 +106,7 @@ class ToolSide:
         total = -exact_errors(moves, self.run, quiet)
         if stated.effects:
             total = total + exact_errors(stated, self.run, quiet)
-        return less_errors(total, self.setting) + self.known
+        return less_errors(total, self.setting, self.turn) + self.known
 
 
 def _acts(machine: Machine, one: Input) -> bool:

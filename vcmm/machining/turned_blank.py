@@ -59,6 +59,7 @@ class TurnedBlank:
     forces: Array | None
     said: tuple[str, ...] = ()
     shanks: tuple[tuple[int, int, float], ...] = ()  # as of Blank; shanks of turning tools are not looked at
+    kept_as: str = "a profile about the axis of the spindle"
 
 
 def turned_blank(setup: Setup, program: Program, turning: Turning, zero: float) -> TurnedBlank | None:

@@ -62,12 +62,20 @@ FANUC_LATHE = Dialect(
 )  # fmt: skip
 G_CODE: dict[str, Dialect] = {d.name: d for d in (FANUC, LINUXCNC, FANUC_LATHE)}
 FRONT_ENDS: dict[str, FrontEnd] = {}
+TRACED: dict[str, FrontEnd] = {}  # the same with Program.traces and Program.steps
 EXTENSIONS: dict[str, str] = {"ngc": "linuxcnc", "mpf": "sinumerik", "spf": "sinumerik", "h": "heidenhain"}
 
 
-def register(name: str, front_end: FrontEnd, extensions: tuple[str, ...] = ()) -> None:
-    """Add a language that is no member of the G-code family: a function (text, file name, set-up) -> Program."""
+def register(
+    name: str, front_end: FrontEnd, extensions: tuple[str, ...] = (), traced: FrontEnd | None = None
+) -> None:
+    """Add a language that is no member of the G-code family: a function (text, file name, set-up) -> Program.
+
+    traced: the same with traces, for languages whose programs can be rewritten.
+    """
     FRONT_ENDS[name] = front_end
+    if traced is not None:
+        TRACED[name] = traced
     EXTENSIONS.update(dict.fromkeys(extensions, name))
 
 

@@ -14,6 +14,13 @@ def sinumerik(text: str, name: str, setup: Setup) -> Program:
     return read(text, name, setup)
 
 
+def sinumerik_traced(text: str, name: str, setup: Setup) -> Program:
+    """The same with traces."""
+    from vcmm.nc.sinumerik import read
+
+    return read(text, name, setup, trace=True)
+
+
 def heidenhain(text: str, name: str, setup: Setup) -> Program:
     """A HEIDENHAIN Klartext program (vcmm.nc.heidenhain.read)."""
     from vcmm.nc.heidenhain import read
@@ -21,5 +28,12 @@ def heidenhain(text: str, name: str, setup: Setup) -> Program:
     return read(text, name, setup)
 
 
-register("sinumerik", sinumerik, ("mpf", "spf"))
-register("heidenhain", heidenhain, ("h",))
+def heidenhain_traced(text: str, name: str, setup: Setup) -> Program:
+    """The same with traces."""
+    from vcmm.nc.heidenhain import read
+
+    return read(text, name, setup, trace=True)
+
+
+register("sinumerik", sinumerik, ("mpf", "spf"), sinumerik_traced)
+register("heidenhain", heidenhain, ("h",), heidenhain_traced)

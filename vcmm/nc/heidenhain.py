@@ -15,10 +15,13 @@ from vcmm.nc.heidenhain_cycles import Cycles
 from vcmm.nc.heidenhain_paths import Paths
 from vcmm.nc.heidenhain_text import Line, Reader, blocks_of, tokenize
 from vcmm.nc.heidenhain_tools import call_tool, define_tool
+from vcmm.nc.heidenhain_traces import cuts_of, words_of
 from vcmm.nc.heidenhain_words import read_words
 from vcmm.nc.moves import Program, Source
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
+from vcmm.nc.trace import WordAt
+from vcmm.nc.tracing import Tracer, lines_with_ends, modal_of
 
 __all__ = ["read", "tokenize"]
 LONGEST = 5_000_000  # blocks executed before a program counts as endless
@@ -31,13 +34,15 @@ CONDITIONS: dict[str, Callable[[float, float], bool]] = {
 }
 
 
-def read(text: str, file: str, setup: Setup) -> Program:
+def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     """The moves of a program. `file` is its name for messages.
 
     Raises ProgramFault (file, line, column, reason, fix) for what cannot be understood, and ModelLimit for a contour that
     the tool cannot follow.
     """
     recorder = Recorder(file, setup, "heidenhain")
+    if trace:
+        recorder.tracer = Tracer(file, [line for line, _ in lines_with_ends(text)])
     paths = Paths(recorder, Cycles(recorder))
     recorder.finishes.append(paths.finish)
     _Runner(recorder, paths, blocks_of(text)).run()
@@ -54,6 +59,7 @@ class _Runner:
     returns: list[int] = field(default_factory=list)
     left: dict[int, int] = field(default_factory=dict)  # repetitions left, by block
     at: int = 0
+    pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
 
     def run(self) -> None:
         self.find_labels()
@@ -68,12 +74,28 @@ class _Runner:
                 )
             self.at += 1
             try:
-                if self.block(Reader(line.tokens, self.parameters, self.unset)):
+                if self.traced(Reader(line.tokens, self.parameters, self.unset), line):
                     return
             except BlockFault as fault:
                 raise ProgramFault(
                     self.recorder.file, line.number, max(fault.column, 1), fault.text
                 ) from None
+
+    def traced(self, reader: Reader, line: Line) -> bool:
+        """One block, and what is noted of it."""
+        tracer, paths = self.recorder.tracer, self.paths
+        if tracer is None:
+            return self.block(reader)
+        made, call = len(self.recorder.moves), len(self.returns)
+        before = modal_of(self.recorder, None, paths.unit, True, self.recorder.side.side, False)
+        over = self.block(reader)
+        after = modal_of(self.recorder, None, paths.unit, True, self.recorder.side.side, False)
+        tracer.step(line.number, line.tokens[-1].line, call, cuts_of(reader))
+        words = words_of(reader, tracer)
+        if words["path"].text == "CC":
+            self.pole = {f"CC {k}": w for k, w in words.items()}
+        tracer.note(self.recorder, made, before, after, {**words, **self.pole}, line.number, call)
+        return over
 
     def unset(self, name: str) -> None:
         self.recorder.remark(f"{name} is used before it is set; 0 is taken")

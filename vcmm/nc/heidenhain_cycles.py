@@ -7,13 +7,15 @@ rotation, scaling, the later inside the earlier.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from vcmm.nc.frames import Frame, rotation, stretched, translation
 from vcmm.nc.heidenhain_text import Reader
+from vcmm.nc.heidenhain_traces import words_of
 from vcmm.nc.moves import PLANES, Point
 from vcmm.nc.recorder import Recorder
+from vcmm.nc.trace import WordAt
 
 AXES = "XYZ"
 
@@ -30,6 +32,7 @@ class Cycles:
     scale: float = 1.0
     drilling: dict[str, float] | None = None
     name: str = ""
+    words: Mapping[str, WordAt] = field(default_factory=dict)  # of the definition, where traces are kept
 
     def define(self, reader: Reader, parameters: dict[str, float]) -> None:
         """One CYCL DEF block."""
@@ -40,7 +43,12 @@ class Cycles:
         number, _, part = token.text.replace(",", ".").partition(".")
         if number == "200" or number == "247":
             values = self.q_values(reader, parameters)
-            self.preset(values, token.column) if number == "247" else self.drill_data(values, token.column)
+            if number == "247":
+                self.preset(values, token.column)
+                return
+            self.drill_data(values, token.column)
+            if self.recorder.tracer is not None:
+                self.words = words_of(reader, self.recorder.tracer)
             return
         handler = _CLASSIC.get(number)
         if handler is None:
@@ -65,7 +73,9 @@ class Cycles:
                 continue
             name = reader.parameter()
             reader.expect("=", f"after {name}")
+            begin = reader.at
             found[name] = parameters[name] = reader.value(name)
+            reader.spans[name] = (begin - 3, begin, reader.at)
         return found
 
     def rebuild(self) -> None:
@@ -180,6 +190,9 @@ class Cycles:
             r.fault("a cycle is called, but none is defined; add CYCL DEF 200 before")
         surface, clear = q["Q203"] * self.unit, q["Q200"] * self.unit
         final, step = surface + q["Q201"] * self.unit, q["Q202"] * self.unit
+        r.marker = "CYCL DEF 200"
+        if r.tracer is not None:
+            r.tracer.cycle = self.words
         feed, r.feed = r.feed, q["Q206"] * (2.54 if self.unit > 1.0 else 1.0)
         mode, r.feed_mode = r.feed_mode, "G94"
         r.line(self.at(surface + clear), True)
@@ -195,7 +208,7 @@ class Cycles:
         if q.get("Q211"):
             r.dwell(q["Q211"])
         r.line(self.at(surface + max(clear, q.get("Q204", 0.0) * self.unit)), True)
-        r.feed, r.feed_mode = feed, mode
+        r.feed, r.feed_mode, r.marker = feed, mode, ""
 
     def at(self, height: float) -> Point:
         point = list(self.recorder.p)

@@ -82,6 +82,10 @@ class Reader(Cursor):
     ) -> None:
         super().__init__(tokens)
         self.parameters, self.unset = parameters, unset
+        self.spans: dict[
+            str, tuple[int, int, int]
+        ] = {}  # address -> tokens: its own, first and past last of its value
+        self.computed: list[tuple[int, int, float]] = []  # values that are no plain numbers: tokens, value
 
     def rest(self) -> str:
         """What is left of the block, as one text."""
@@ -92,7 +96,7 @@ class Reader(Cursor):
     # -- values --
     def value(self, what: str) -> float:
         """A number or Q parameter with signs before it, as it follows an address."""
-        sign = 1.0
+        sign, begin = 1.0, self.at
         while self.upper() in ("+", "-"):
             sign = -sign if self.upper() == "-" else sign
             self.at += 1
@@ -101,7 +105,9 @@ class Reader(Cursor):
             self.at += 1
             return sign * float(token.text.replace(",", "."))
         if token is not None and self.is_parameter():
-            return sign * self.read(self.parameter())
+            found = sign * self.read(self.parameter())
+            self.computed.append((begin, self.at, found))
+            return found
         raise self.fault(
             f"{what} needs a number or a Q parameter{f', {token.text} stands there' if token else ''}; write for example {what}+12.5"
         )

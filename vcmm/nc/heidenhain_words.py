@@ -45,14 +45,18 @@ def read_words(reader: Reader, addresses: tuple[str, ...], bare: str = "") -> Wo
                 raise reader.fault(
                     f'"{token.text}" cannot be understood here; words are an address and a value, as in X+12.5'
                 )
+            begin = reader.at
             words.values[bare], words.columns[bare] = reader.value("the block"), column
+            reader.spans[bare] = (begin, begin, reader.at)
         elif _modal(reader, words, name):
             continue
         elif name in names:
             reader.at += 1
             if name in words.values:
                 raise reader.fault(f"{name} stands twice in this block; remove one", column)
+            begin = reader.at
             words.values[name], words.columns[name] = reader.value(name), column
+            reader.spans[name] = (begin - 1, begin, reader.at)
         else:
             raise reader.fault(
                 f"{token.text} is not understood in this block; rewrite it with L, C, CR and plain coordinates"
@@ -74,6 +78,7 @@ def _modal(reader: Reader, words: Words, name: str) -> bool:
         sign = reader.upper(1)
         if sign not in ("+", "-"):
             raise reader.fault("DR takes the sense of rotation, DR+ (counterclockwise) or DR-")
+        reader.spans["DR"] = (reader.at, reader.at + 1, reader.at + 2)
         reader.at += 2
         words.clockwise = sign == "-"
         return True
@@ -110,4 +115,6 @@ def _feed(reader: Reader, words: Words, name: str) -> None:
     elif name == "F" and reader.accept("MAX"):
         words.rapid = True
     else:
+        begin = reader.at
         words.feed, words.feed_kind = reader.value(name), name
+        reader.spans["F"] = (begin - 1, begin, reader.at)

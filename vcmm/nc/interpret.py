@@ -15,15 +15,17 @@ from vcmm.nc.blocks import Block
 from vcmm.nc.codes import Words
 from vcmm.nc.compensation import resolve_compensation
 from vcmm.nc.control import IDENTITY, Affine, Control, new_control
-from vcmm.nc.dialects import FRONT_ENDS, G_CODE, Dialect, check_name
+from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect, check_name
 from vcmm.nc.execute import execute
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.flow import Runner, call_program, end_program, macro, macro_call, modal_call, o_word
+from vcmm.nc.flow import Runner, o_word
+from vcmm.nc.macros import call_program, end_program, macro, macro_call, modal_call
 from vcmm.nc.motion import signed_speed
 from vcmm.nc.moves import Move, Point, Program, Remark, Source
 from vcmm.nc.parameters import attach
 from vcmm.nc.reading import guess, read_bytes
 from vcmm.nc.setup import Setup
+from vcmm.nc.steps import step_of
 from vcmm.nc.texts import Text
 from vcmm.nc.trace import Trace, WordAt
 
@@ -59,7 +61,7 @@ def interpret(
         chosen, why = guess(text, Path(name))
     check_name(chosen)
     if chosen in FRONT_ENDS:
-        program = FRONT_ENDS[chosen](text, name, setup)
+        program = (TRACED if trace and chosen in TRACED else FRONT_ENDS)[chosen](text, name, setup)
     else:
         program = _run(text, _adapted(G_CODE[chosen], setup), setup, name, trace)
     return replace(program, dialect_reason=why) if why else program
@@ -79,14 +81,16 @@ def _run(text: str, dialect: Dialect, setup: Setup, name: str, trace: bool) -> P
     runner = Runner(c, table, Text(name, text, dialect), Path(name).parent)
     tracer: list[Any] | None = [] if trace else None
     if trace:
-        c.markers = []
+        c.markers, runner.steps = [], []
     _blocks(runner, tracer)
     moves: list[Move] = c.moves
     if any(c.sides):
         moves = resolve_compensation(moves, c.sides, dialect.words, name)
     _tool_left_in_the_changer(c, moves)
     traces = _with_runs(runner, tracer) if tracer is not None else ()
-    return Program(dialect.name, tuple(moves), tuple(c.remarks), dict(c.called), traces)
+    return Program(
+        dialect.name, tuple(moves), tuple(c.remarks), dict(c.called), traces, tuple(runner.steps or ())
+    )
 
 
 def _tool_left_in_the_changer(c: Control, moves: list[Move]) -> None:
@@ -165,6 +169,8 @@ def _one(r: Runner, block: Block, index: int, tracer: list[Any] | None) -> None:
     if block.deleted and c.setup.block_delete:
         return
     r.executed(index, index + 1)
+    if r.steps is not None:
+        r.steps.append(step_of(r, block, index))
     if block.deleted:
         c.remark(
             'blocks with "/" are executed; write block_delete = true in the set-up file to leave them out',

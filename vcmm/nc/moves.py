@@ -75,4 +75,5 @@ class Program:
     warnings: tuple[Remark, ...] = ()
     tools: Mapping[int, str] = field(default_factory=dict)  # numbers called and what the program calls them
     traces: tuple[Any, ...] = ()  # vcmm.nc.trace.Trace of each move, on request
+    steps: tuple[Any, ...] = ()  # vcmm.nc.trace.Step of each executed block, with the traces
     dialect_reason: str = ""  # why this dialect was taken, where it was guessed

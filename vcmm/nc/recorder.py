@@ -19,6 +19,7 @@ from vcmm.nc.moves import NO_ROTARY, PLANES, Move, Point, Program, Remark, Sourc
 from vcmm.nc.radius import SINUMERIK, Style, centre_path
 from vcmm.nc.rounding import Corner, round_corners
 from vcmm.nc.setup import Setup, Tool
+from vcmm.nc.trace import Tracing
 
 LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
 NO_TOOL = Tool(0)
@@ -72,6 +73,9 @@ class Recorder:
     remarks: list[Remark] = field(default_factory=list)
     tools: dict[int, str] = field(default_factory=dict)
     finishes: list[Finish] = field(default_factory=list)
+    marker: str = ""  # the cycle being expanded
+    markers: list[str] = field(default_factory=list)
+    tracer: Tracing | None = None
 
     def __post_init__(self) -> None:
         self.refresh()
@@ -258,6 +262,7 @@ class Recorder:
             if kept is not None and kept[1]:  # a mirror image is cut with the tool on the other side
                 side = side._replace(side="right" if side.side == "left" else "left")
         self.sides.append(side)
+        self.markers.append(self.marker)
         o = self.tool_offset
         self.q = (end[0] + o[0], end[1] + o[1], end[2] + o[2])
 
@@ -270,6 +275,7 @@ class Recorder:
     # -- result --
     def program(self) -> Program:
         """Everything together: rounded corners, approaches, centre path."""
+        traces, steps = ((), ()) if self.tracer is None else self.tracer.result(self)
         moves, sides = list(self.moves), list(self.sides)
         moves, sides = round_corners(moves, sides, self.corners, self.file)
         for finish in self.finishes:
@@ -281,7 +287,7 @@ class Recorder:
             [s.style for s in sides],
             file=self.file,
         )
-        return Program(self.dialect, tuple(path), tuple(self.remarks), dict(self.tools))
+        return Program(self.dialect, tuple(path), tuple(self.remarks), dict(self.tools), traces, steps)
 
 
 def _angle(start: Point, end: Point, centre: Point, plane: str, clockwise: bool, turns: int) -> float:

@@ -8,11 +8,12 @@ from vcmm.nc.setup import Setup
 from vcmm.nc.sinumerik_flow import Runner, sections_of
 from vcmm.nc.sinumerik_motion import Interpreter
 from vcmm.nc.sinumerik_text import tokenize
+from vcmm.nc.tracing import Tracer, lines_with_ends
 
 __all__ = ["read", "tokenize"]
 
 
-def read(text: str, file: str, setup: Setup) -> Program:
+def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     """The moves of a program. `file` is its name for messages.
 
     Raises ProgramFault (file, line, column, reason, fix) for what cannot be understood, and ModelLimit for a contour that
@@ -20,6 +21,8 @@ def read(text: str, file: str, setup: Setup) -> Program:
     """
     sections = sections_of(text, file)
     recorder = Recorder(file, setup, "sinumerik")
+    if trace:
+        recorder.tracer = Tracer(file, [line for line, _ in lines_with_ends(text)])
     by_m6 = any(
         item.name == "M" and item.text in ("6", "06") for s in sections for b in s.blocks for item in b.items
     )

@@ -9,6 +9,7 @@ from vcmm.nc.moves import PLANES, Point
 from vcmm.nc.sinumerik_blocks import Item
 from vcmm.nc.sinumerik_flow import Runner
 from vcmm.nc.sinumerik_state import Control
+from vcmm.nc.sinumerik_traces import cycle_words
 
 CHIP_BREAK = 1.0  # mm of retraction with VARI=0
 Cycle = Callable[[Control, Runner, Item], None]
@@ -130,6 +131,17 @@ def tolerance(i: Control, runner: Runner, item: Item) -> None:
     value = given[0] if given else None
     off = value is None or (len(given) > 1 and given[1] == 0)
     i.r.tolerance = None if off or value is None else value * i.modes.unit
+
+
+def run(i: Control, runner: Runner, item: Item, line: int = 0) -> None:
+    """A cycle, its moves marked with its name. line: where it is defined, 0 for the block under way."""
+    tracer = i.r.tracer
+    if tracer is not None:
+        number = line or i.r.source.line
+        tracer.cycle = cycle_words(item, tracer.lines[number - 1], number)
+    i.r.marker = item.name
+    CYCLES[item.name](i, runner, item)
+    i.r.marker = ""
 
 
 CYCLES: dict[str, Cycle] = {"CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE832": tolerance}

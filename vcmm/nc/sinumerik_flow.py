@@ -12,6 +12,8 @@ from vcmm.nc.moves import Source
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.sinumerik_blocks import Block, Flow, Item, parse_block
 from vcmm.nc.sinumerik_text import Expr, lines_of
+from vcmm.nc.sinumerik_traces import cuts_of
+from vcmm.nc.trace import Tracing
 
 LONGEST = 5_000_000  # blocks executed before a program counts as endless
 DEEPEST = 16  # nested subprograms, as on the control
@@ -122,6 +124,8 @@ class Runner:
     def _step(self, section: Section, at: int, block: Block) -> tuple[int, bool]:
         if block.skipped and self.recorder.setup.block_delete:
             return at + 1, False
+        if self.recorder.tracer is not None:
+            self._note(self.recorder.tracer, block)
         if block.items and self.work(self, block):
             return at + 1, True
         if block.flow is None:
@@ -129,6 +133,12 @@ class Runner:
         if block.flow.kind == "RET":
             return at + 1, True
         return self._flow(section, at, block.flow), False
+
+    def _note(self, tracer: Tracing, block: Block) -> None:
+        """The block as it is executed now, for whoever writes the program out."""
+        call = len(self.scopes) - 1
+        cuts = cuts_of(self, block, tracer.lines[block.line - 1], call)
+        tracer.step(block.line, block.line, call, cuts)
 
     def _flow(self, section: Section, at: int, flow: Flow) -> int:
         kind, data, partner = flow.kind, flow.data, section.partner.get(at, at)

@@ -6,6 +6,7 @@ import math
 
 from vcmm.errors import did_you_mean
 from vcmm.nc import sinumerik_cycles as cycles
+from vcmm.nc.control import Modal
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import Frame, rotation, stretched, translation
 from vcmm.nc.moves import PLANES
@@ -16,6 +17,8 @@ from vcmm.nc.sinumerik_flow import Runner
 from vcmm.nc.sinumerik_paths import Paths
 from vcmm.nc.sinumerik_state import AXES, CENTRES, ROTARY, Words, point_of
 from vcmm.nc.sinumerik_text import FUNCTIONS
+from vcmm.nc.sinumerik_traces import words_of
+from vcmm.nc.tracing import modal_of
 
 FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 
@@ -25,6 +28,7 @@ class Interpreter(Paths):
 
     def work(self, runner: Runner, block: Block) -> bool:
         """One block. True where the program or subprogram ends with it."""
+        made, before = len(self.r.moves), self.modal()
         words = self.collect(runner, block)
         self.codes(words)
         self.technology(words)
@@ -38,10 +42,25 @@ class Interpreter(Paths):
                 f"{item.name} has no use in this block; remove it or add the function that it belongs to",
             )
         self.functions(words, before=False)
+        self.note(made, before, runner, block)
         for command in words.commands:
             self.command(runner, command)
+        self.note(made, before, runner, block)
         self.r.exact_once = False
         return ended
+
+    def modal(self) -> Modal | None:
+        """The modal state, where traces are kept."""
+        if self.r.tracer is None:
+            return None
+        m = self.modes
+        return modal_of(self.r, m.motion, m.unit, m.absolute, m.side, self.diametral(0))
+
+    def note(self, made: int, before: Modal | None, runner: Runner, block: Block) -> None:
+        tracer, after = self.r.tracer, self.modal()
+        if tracer is not None and before is not None and after is not None and len(self.r.moves) > made:
+            words = words_of(block, tracer.lines[block.line - 1])
+            tracer.note(self.r, made, before, after, words, block.line, len(runner.scopes) - 1)
 
     # -- sorting --
     def collect(self, runner: Runner, block: Block) -> Words:
@@ -257,7 +276,7 @@ class Interpreter(Paths):
         if item.name == "MCALL":
             self.modes.cycle = None
         elif item.name in cycles.CYCLES:
-            cycles.CYCLES[item.name](self, runner, item)
+            cycles.run(self, runner, item)
         elif item.name in runner.sections:
             runner.call(item)
         elif item.name == "SETAL":

@@ -19,6 +19,7 @@ class Paths(Control):
             words.commands.remove(called)
             rest = [c for c in words.commands if c.name in cycles.CYCLES]
             self.modes.cycle = rest[0] if rest else None
+            self.modes.cycle_line = words.block.line
             if rest:
                 words.commands.remove(rest[0])
         if not words.has(*AXES, *ROTARY, *CENTRES, "CR", "AR", "I1", "J1", "K1"):
@@ -32,7 +33,7 @@ class Paths(Control):
         self.interpolate(words)
         self.corner(words)
         if self.modes.cycle is not None and len(self.r.moves) > before:
-            cycles.CYCLES[self.modes.cycle.name](self, words.runner, self.modes.cycle)
+            cycles.run(self, words.runner, self.modes.cycle, self.modes.cycle_line)
 
     def interpolate(self, words: Words) -> None:
         motion = self.modes.motion

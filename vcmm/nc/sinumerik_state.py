@@ -30,6 +30,7 @@ class Modes:
     next_name: str = ""
     by_m6: bool = False
     cycle: Item | None = None
+    cycle_line: int = 0  # where it is defined
     rnd: float = 0.0  # RNDM
 
 

@@ -6,8 +6,8 @@ outside corners are added and the two are no longer parallel: the traces are tho
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
 
 from vcmm.nc.control import Affine, Compensation, Modal
 from vcmm.nc.moves import Move
@@ -25,6 +25,10 @@ class WordAt(NamedTuple):
     text: str
     plain: bool
     decimals: int | None
+    begin: int = 0  # column at which the value begins, and one past its end; 0: behind the letter, to the end of the word
+    end: int = 0
+    mode: str = ""  # "AC", "IC": absolute or incremental in this word alone
+    line: int = 0  # of the word, where the block has several lines; 0: that of the trace
 
 
 class Trace(NamedTuple):
@@ -50,3 +54,38 @@ class Trace(NamedTuple):
     call: int
     contour: Move
     compensation: Compensation | None
+    guard: tuple[float, float] = (0.0, 0.0)  # mm at start and end that a rounding or chamfer takes away
+
+
+class Cut(NamedTuple):
+    """A place of a line that changes when the program is written out: columns from 1, `text` instead of what stands there."""
+
+    line: int
+    first: int
+    last: int
+    text: str
+
+
+class Step(NamedTuple):
+    """One executed block: its lines, how deep in calls it stands, and how it reads without expressions and flow control."""
+
+    file: str
+    line: int
+    last: int
+    call: int
+    cuts: tuple[Cut, ...]
+
+
+class Tracing(Protocol):
+    """Who notes what every block does (vcmm.nc.tracing.Tracer), as the recorder and the front-ends see it. r: the recorder."""
+
+    lines: Sequence[str]
+    cycle: Mapping[str, WordAt]
+
+    def step(self, line: int, last: int, call: int, cuts: Sequence[Cut]) -> None: ...
+
+    def note(
+        self, r: Any, made: int, before: Modal, after: Modal, words: Mapping[str, WordAt], line: int, call: int
+    ) -> None: ...  # fmt: skip
+
+    def result(self, r: Any) -> tuple[tuple[Trace, ...], tuple[Step, ...]]: ...

@@ -1,0 +1,55 @@
+"""Frame of a block: machine point of the tip <-> numbers of the program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.nc.trace import Trace
+from vcmm.run import Array
+
+AXES, CENTRES = "XYZ", "IJK"
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Machine point of the tip <-> numbers of the program (its unit; diameters where X is one)."""
+
+    matrix: Array
+    inverse: Array
+    shift: Array
+    scale: Array
+    offset: Array
+    absolute: bool
+    inch: bool
+    arc_absolute: bool
+
+    def numbers(self, tip: Array) -> Array:
+        return np.asarray((tip - self.shift) @ self.inverse.T * self.scale)
+
+    def ways(self, way: Array) -> Array:
+        """A vector instead of a point; never a diameter."""
+        return np.asarray(way @ self.inverse.T * abs(self.scale[1]))
+
+    def tip(self, numbers: Array) -> Array:
+        return np.asarray(self.matrix @ (numbers / self.scale) + self.shift)
+
+    def length(self, value: float, axis: int) -> float:
+        """A length (mm) along an axis of the plane, as the program says it."""
+        way = np.zeros(3)
+        way[axis] = value
+        return float(np.linalg.norm(self.ways(way)))
+
+
+def frame_of(trace: Trace) -> Frame:
+    t, m = trace.transformation, trace.after
+    scale = np.full(3, 1.0 / m.unit)
+    if m.diameter:
+        scale[0] *= 2.0
+    matrix = np.array(t.matrix)
+    turned = np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-9  # no scaling
+    return Frame(
+        matrix, matrix.T if turned else np.linalg.inv(matrix), np.array(t.shift), scale,
+        np.array(trace.contour.tool_offset), m.absolute, m.unit > 1.0, m.arc_absolute,
+    )  # fmt: skip
