@@ -157,3 +157,9 @@ def test_conditions_that_only_the_machine_knows(tmp_path):
     text = HEAD + "#1=0\nWHILE[#1 LT 3]DO1\nG31 X100. F500\n#1=#5061\nEND1\nM30\n%\n"
     with pytest.raises(DataError, match=r"part\.nc:6.*G31"):
         go(tmp_path, text)
+
+
+def test_an_unknown_offset_in_a_subprogram_names_the_line_of_the_file(tmp_path):
+    text = HEAD + "G0 X0\nM98 P2 L2\nM30\nO2\nG57 G1 X100. F500\nG0 X0\nM99\n%\n"
+    with pytest.raises(DataError, match=r"part\.nc:8:.*G57"):
+        go(tmp_path, text)

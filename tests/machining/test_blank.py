@@ -68,8 +68,8 @@ def test_pictures_hold_few_enough_triangles(tmp_path):
     assert np.ptp(vertices, axis=0) == pytest.approx([140, 140, 20], rel=0.03)
     slot = lines([[-10, 10, 6]], [[40, 10, 6]], TOOLS)
     bore = lines([[40, 10, 3]], [[-5, 10, 3]], TOOLS, tool=1, axis=[1.0, 0, 0])
-    after = cut(tmp_path, join([slot, bore]), [5, 6]).after
-    assert 2_000 < len(picture(after, 28_000)[1]) <= 28_000
+    rays = cut(tmp_path, join([slot, bore]), [5, 6]).after
+    assert 2_000 < len(picture(rays, 28_000)[1]) <= 28_000
 
 
 def test_one_side_stays_a_map_of_heights(tmp_path):

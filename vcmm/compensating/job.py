@@ -35,6 +35,7 @@ from vcmm.compensating.proof import (
 from vcmm.compensating.refusals import (
     check_dialect,
     check_mark,
+    check_moves,
     check_program,
     check_state,
     check_travel,
@@ -98,7 +99,8 @@ def _located(error: VcmmError, work: Work) -> VcmmError:
         number = int(found[2])
         return f"{found[1]}{work.origin[number - 1] if 0 < number <= len(work.origin) else number}"
 
-    return type(error)(re.sub(rf"({re.escape(work.source.name)}:)(\d+)", line, str(error)))
+    kind = DataError if isinstance(error, DataError) else ModelLimit
+    return kind(re.sub(rf"({re.escape(work.source.name)}:)(\d+)", line, str(error)))
 
 
 def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> Compensation:
@@ -157,6 +159,7 @@ def prepare(
     read = interpret(source.text, name, setup, source.name, trace=True)
     known, language, given = known_errors_of(machine), LANGUAGES[name], (read, source)
     check_travel(read, machine, False, source.name)
+    check_moves([t.contour for t in read.traces], machine, setup, source.name)
     source, read, origin = _flat(source, read, setup, language, known, inline, notes)
     check_program(read, machine, setup, source.name)
     field = field_of(

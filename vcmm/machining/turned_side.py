@@ -50,11 +50,11 @@ class NoseCircles:
         return nose.entry(moved, rays, self.r)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class TurnedSide(ToolSide):
-    """setting (n,): first of the `angles` rows in which the zero of each row was set, -1 = none; turn (n,): C of the frame."""
+    """setting (n,): first of the `angles` rows in which the zero of each row was set, -1 = none; phi (n,): C of the frame."""
 
-    turn: Array
+    phi: Array
     angles: int
 
     def errors(self, exact: bool = False) -> Array:
@@ -92,7 +92,7 @@ class TurnedSide(ToolSide):
 
     def _back(self, vectors: Array) -> Array:
         """Vectors (..., n, 3) of workpiece axes, in the meridian frame of their row."""
-        c, s = np.cos(self.turn), np.sin(self.turn)
+        c, s = np.cos(self.phi), np.sin(self.phi)
         x, y, z = (vectors[..., i] for i in range(3))
         return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)
 
@@ -131,7 +131,7 @@ def turned_side(
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
     turn = turn if turning.rotary else np.zeros(full.n)
     return TurnedSide(
-        shop.machine, shop.machine.prepare(full), setting, known, inputs, turn, angles
+        shop.machine, shop.machine.prepare(full), setting, known, inputs, phi=turn, angles=angles
     ), contacts
 
 
