@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from effects.factory import INSTANCES, scaled, some_run
 
-from vcmm.effect import Effect, basis, parameter_fields, place_fields, stepped_basis, with_parameter
+from vcmm.effect import (
+    FREE_LINKS,
+    Effect,
+    basis,
+    parameter_fields,
+    place_fields,
+    stepped_basis,
+    with_parameter,
+)
 from vcmm.effects import ALL, BY_NAME, find
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.files.effects import build_effect
@@ -19,7 +27,7 @@ from vcmm.units import dimension_of, in_unit, quantity
 
 RUN = some_run()
 each = pytest.mark.parametrize("effect", INSTANCES, ids=lambda e: e.id)
-LINKS = ("tip", "tool", "reading", *"XYZABC")
+LINKS = (*FREE_LINKS, *"XYZABC")
 
 
 def test_the_factory_covers_the_catalogue():

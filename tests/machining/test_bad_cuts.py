@@ -69,7 +69,7 @@ def test_a_tool_that_stays_in_the_changer_is_remarked():
 
 def test_deflection_without_forces_says_what_the_set_up_lacks(tmp_path):
     bends = '[[effects]]\neffect = "tool_deflection"\ncompliance = "0.1 um/N"\n'
-    with pytest.raises(UsageError, match=r"add \[stock\] with box and material"):
+    with pytest.raises(UsageError, match=r"add \[stock\] with box \(or bar\) and material"):
         cut(vcmm.load_cut(shop.write(tmp_path, bends)))
 
 
