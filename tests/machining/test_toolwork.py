@@ -102,3 +102,18 @@ def test_a_batch_goes_on_in_time_and_travel_and_warms_the_spindle(tmp_path):
     assert cold == pytest.approx(-0.03 * (1 - np.exp(-on / 600)), rel=1e-6)
     assert warm == pytest.approx(-0.03 * (1 - np.exp(-(on + 2 * ready.seconds) / 600)), rel=1e-6)
     assert later_in_batch(run, ready.path, 1) is run
+
+
+RUNOUT = '[[effects]]\neffect = "tool_runout"\namplitude = "3 um"\n'
+
+
+def test_a_gain_of_radius_takes_from_walls_and_leaves_floors(tmp_path):
+    """An edge that runs 3 um further out: the boss loses 6 um of diameter, the floor beside it nothing."""
+    floor = 'floor = { type = "plane", point = "60 0 -10 mm", normal = [0, 0, 1], size = "10 10 mm" }\n[[part.characteristics]]\nname = "floor"\ntype = "flatness"\nof = "floor"\nzone = "0.02 mm"\n'
+    scenario = shop.SCENARIO.replace('length = "6 mm" }\n', f'length = "6 mm" }}\n{floor}', 1)
+    _, world, _ = finished_part(set_up(vcmm.load_cut(shop.write(tmp_path, RUNOUT, scenario))))
+    height = world.contacts.surface(world.tool.errors())
+    wall = np.abs(world.measuring.task.touches.run.column("nz")) < 0.5
+    assert 0 < wall.sum() < len(wall)
+    assert height[wall] == pytest.approx(np.full(wall.sum(), -3e-3), abs=1e-7)
+    assert height[~wall] == pytest.approx(np.zeros((~wall).sum()), abs=1e-9)

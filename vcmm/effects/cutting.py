@@ -50,7 +50,11 @@ class ToolBending(ToolDeflection):
 
 @dataclass(frozen=True, eq=False)
 class ToolWear(_Cutting):
-    """+rate x cut length along n: a worn tool is smaller and leaves material, so shafts grow and bores shrink."""
+    """+rate x cut length along n: a worn tool is smaller and leaves material, so shafts grow and bores shrink.
+
+    It is a loss of radius: where the axis of the tool is known (column across_tool, the share of n across it, 0 on a floor),
+    that share of it counts.
+    """
 
     name = "tool_wear"
     needs = ("cut_length_mm", "nx", "ny", "nz")
@@ -59,7 +63,7 @@ class ToolWear(_Cutting):
     tool: str = at("", "tool name; empty = all")
 
     def error_motion(self, run: Run) -> Array:
-        return along(run, run.normal, self.rate * run.column("cut_length_mm") * run.used("tool", self.tool))
+        return along(run, run.normal, self.rate * run.column("cut_length_mm") * _across(run, self.tool))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +71,7 @@ class ToolRunout(_Cutting):
     """-(cosine cos(h phi) + sine sin(h phi)) along n, phi = spindle angle: a larger cutting radius takes more away.
 
     harmonic h = 0 (default): the constant part, an edge that runs on a larger circle; 1: once per turn, which needs the
-    column spindle_angle.
+    column spindle_angle. As a gain of radius it counts with the share of n across the tool, as tool_wear does.
     """
 
     name = "tool_runout"
@@ -88,5 +92,10 @@ class ToolRunout(_Cutting):
 
     def error_motion(self, run: Run) -> Array:
         phi = self.harmonic * run.column("spindle_angle_rad") if self.harmonic else np.zeros(run.n)
-        used = run.used("tool", self.tool)
-        return along(run, run.normal, -(self.cosine * np.cos(phi) + self.sine * np.sin(phi)) * used)
+        gain = self.cosine * np.cos(phi) + self.sine * np.sin(phi)
+        return along(run, run.normal, -gain * _across(run, self.tool))
+
+
+def _across(run: Run, tool: str) -> Array:
+    """(n,): how much of a change of radius of the tool shows along n; 0 in rows of other tools."""
+    return run.used("tool", tool) * run.columns.get("across_tool", 1.0)

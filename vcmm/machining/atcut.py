@@ -55,7 +55,7 @@ def tool_side(
         force = forces_at(shop.blank.forces, shop.sweep, row, found.share[point, candidate])
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
     run = cut_run(states, surface, contact, point, touch, feature, shop.pose, shop.scenario.constants)
-    full, setting = _with_setting(shop, run)
+    full, setting = _with_setting(shop, run.with_columns({"across_tool": _across_tool(run)}))
     known = np.concatenate([known, np.zeros((full.n - run.n, 3))])
     full = _prepared(shop, full)
     turn = None
@@ -63,6 +63,13 @@ def tool_side(
         ways = commands_to_work(shop.machine, full)
         turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
     return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
+
+
+def _across_tool(run: Run) -> Array:
+    """Share (n,) of the surface normal that lies across the axis of the tool: 1 on walls, 0 on floors."""
+    known = TOOL_AXIS_COLUMNS[0] in run.columns
+    axis = run.vector(*TOOL_AXIS_COLUMNS) if known else np.array([0.0, 0.0, 1.0])
+    return np.asarray(np.linalg.norm(np.cross(run.normal, axis), axis=1))
 
 
 def _tips(shop: Shop, surface: CutSurface) -> Array:
