@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from vcmm.cutting.force import (
+    at_chip,
     compliance,
     immersion,
     kienzle,
     linear_edge,
+    mean_chip,
     milling_force,
     to_workpiece,
     turning_force,
@@ -84,3 +86,23 @@ def test_bending_by_hand() -> None:
 def test_unknown_material_is_explained() -> None:
     with pytest.raises(UsageError, match="42CrMo4"):
         kienzle("42CrMo")
+
+
+def test_steel_is_milled_by_the_tangent_of_kienzles_law() -> None:
+    """42CrMo4, slot: chip 0.1 mm per tooth is 2 x 0.1 / pi = 0.063662 mm thick on average. There h^0.75 = 0.126737:
+    K_c = 0.75 x 2526 x 0.063662^-0.25 = 1894.5 x 1.990778 = 3771.5, K_e = 0.25 x 2526 x 0.126737 = 80.034; at the mean chip
+    K_c h + K_e = 240.10 + 80.03 = 320.14 = 2526 x 0.126737, the law itself. Along y of a slot (N 2, a 2 mm):
+    Fy = 4/2pi (0.025 x 3771.5 x 2pi + 2 x 80.034) = 377.15 + 101.90 = 479.05 N, Fx = -0.3 x 479.05 = -143.72 N.
+    """
+    start, stop, chip = np.array([0.0]), np.array([np.pi]), np.array([0.1])
+    thickness = mean_chip(start, stop, chip)
+    assert thickness == pytest.approx([0.0636620], abs=1e-6)
+    edges = at_chip(kienzle("42CrMo4"), thickness)
+    assert edges.tangential == pytest.approx([3771.5], rel=1e-4)
+    assert edges.edge_tangential == pytest.approx([80.034], rel=1e-4)
+    assert edges.tangential * thickness + edges.edge_tangential == pytest.approx(
+        turning_force(np.array([1.0]), thickness, kienzle("42CrMo4"))
+    )
+    force = milling_force(start, stop, np.array([2.0]), chip, np.array([2]), edges)
+    assert force[0] == pytest.approx([-143.72, 479.05, 0.0], rel=1e-3)
+    assert mean_chip(np.array([1.0]), np.array([1.0]), chip) == pytest.approx([0.0])

@@ -10,7 +10,8 @@ edge carries dF_j = (K_jc h + K_je) db, j = tangential, radial, axial, h = c sin
 
 x = feed of the tool, z = tool axis towards the spindle, y to the left of the feed; phi from +y, clockwise seen from the
 spindle (M3): 0 left, pi/2 ahead, pi right. These are forces of the part on the tool. Climb milling has the material on the
-right: phi from pi - acos(1 - ae/R) to pi. Turning: Kienzle, Fc = b kc1.1 h^(1 - mc).
+right: phi from pi - acos(1 - ae/R) to pi. Turning: Kienzle, Fc = b kc1.1 h^(1 - mc). Milling of a material known by Kienzle's
+numbers only goes by the tangent of that law at the mean chip of the engagement (`at_chip`).
 """
 
 from __future__ import annotations
@@ -28,16 +29,20 @@ CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
 FLUTED = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
 
 
+RADIAL = 0.3  # radial over tangential force of a milling edge
+LEAST_CHIP = 1e-4  # mm, below which no tangent is taken: edges rub
+
+
 @dataclass(frozen=True)
 class LinearEdge:
-    """Coefficients of the linear edge model: cutting in N/mm2, edge in N/mm."""
+    """Coefficients of the linear edge model: cutting in N/mm2, edge in N/mm; numbers, or one per move (m,)."""
 
-    tangential: float
-    radial: float
-    axial: float
-    edge_tangential: float
-    edge_radial: float
-    edge_axial: float
+    tangential: float | Array
+    radial: float | Array
+    axial: float | Array
+    edge_tangential: float | Array
+    edge_radial: float | Array
+    edge_axial: float | Array
     source: str
 
 
@@ -84,6 +89,25 @@ def kienzle(material: str) -> Kienzle:
     if material not in KIENZLE:
         raise UsageError(f'no Kienzle coefficients of "{material}".{choose_from(material, KIENZLE)}')
     return KIENZLE[material]
+
+
+def mean_chip(start: Array, exit_: Array, chip: Array) -> Array:
+    """Mean thickness (mm) of the chips c sin(phi) from start to exit: c (cos start - cos exit) / (exit - start); 0 without a cut."""
+    way = np.asarray(exit_, float) - np.asarray(start, float)
+    full = np.cos(start) - np.cos(exit_)
+    return np.asarray(chip * np.divide(full, way, out=np.zeros_like(way), where=way > 1e-9))
+
+
+def at_chip(of: Kienzle, thickness: Array, radial: float = RADIAL) -> LinearEdge:
+    """The linear edge model that has force and slope of Kienzle's law at chips of this thickness h (m,) mm.
+
+    kc1.1 h^(1 - mc) ~ K_c h + K_e with K_c = (1 - mc) kc1.1 h^-mc, K_e = mc kc1.1 h^(1 - mc). The radial force is `radial` of
+    the tangential one (0.3: Tlusty & MacNeil, Ann. CIRP 24 (1975) 21), the axial one is left out: the helix is not known.
+    """
+    h = np.maximum(np.asarray(thickness, float), LEAST_CHIP)
+    cut, edge = (1.0 - of.mc) * of.kc11 * h**-of.mc, of.mc * of.kc11 * h ** (1.0 - of.mc)
+    none = np.zeros_like(h)
+    return LinearEdge(cut, radial * cut, none, edge, radial * edge, none, of.source)
 
 
 def turning_force(width: Array, thickness: Array, of: Kienzle) -> Array:

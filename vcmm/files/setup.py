@@ -97,6 +97,7 @@ def load_setup(path: str | Path) -> Setup:
         control=control, compensation=active,
         constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
+        thrust=model.stock.thrust_ratio if model.stock else None,
     )  # fmt: skip
 
 
@@ -138,7 +139,7 @@ def _check_stock(stock: StockTable, problems: Problems) -> None:
         problems.add(("stock",), 'a bar needs its length, for example length = "120 mm"')
     if stock.diameter is not None and stock.bore is not None and not stock.bore < stock.diameter:
         problems.add(("stock", "bore"), "the bore must be smaller than the diameter")
-    known = LINEAR_EDGE if stock.box is not None else KIENZLE
+    known = (*LINEAR_EDGE, *KIENZLE) if stock.box is not None else (*KIENZLE,)
     if stock.material not in (None, *known):
         text = f'no cutting forces are known of "{stock.material}".{choose_from(str(stock.material), known)}'
         problems.add(("stock", "material"), text)

@@ -15,7 +15,16 @@ import numpy as np
 
 from vcmm.cutting import tools as shapes
 from vcmm.cutting.dexels import Dexels, carve
-from vcmm.cutting.force import linear_edge, milling_force, to_workpiece
+from vcmm.cutting.force import (
+    LINEAR_EDGE,
+    RADIAL,
+    LinearEdge,
+    at_chip,
+    kienzle,
+    mean_chip,
+    milling_force,
+    to_workpiece,
+)
 from vcmm.cutting.stock import Removal, Stock, block, remove
 from vcmm.cutting.sweeps import UP, Sweep, position
 from vcmm.errors import UsageError
@@ -133,7 +142,6 @@ def _shank(setup: Setup, number: int) -> tuple[shapes.Tool, float] | None:
 
 def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Removal) -> Array:
     """Mean force of the part on the tool (rows, 3) N, workpiece axes, while each row of the sweep cuts."""
-    material = linear_edge(str(setup.material))
     moves = [program.moves[i] for i in sweep.move.tolist()]
     teeth = np.array([setup.tools[m.tool].teeth or 0 for m in moves])
     missing = sorted({m.tool for m, z in zip(moves, teeth) if z == 0 and m.kind != "rapid"})
@@ -145,6 +153,7 @@ def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Remova
     feed = np.array([m.feed or 0.0 for m in moves])
     chip = np.divide(feed, turning * teeth, out=np.zeros(len(feed)), where=turning * teeth > 0)
     at_work = (removal.volume > 0) & (feed > 0)
+    material = _edges(setup, mean_chip(removal.enter, removal.leave, chip))
     force = milling_force(
         removal.enter, removal.leave, np.where(at_work, removal.axial, 0.0), chip, teeth, material
     )
@@ -152,6 +161,14 @@ def cutting_forces(setup: Setup, program: Program, sweep: Sweep, removal: Remova
     way = middle[1] - middle[0]
     length = np.linalg.norm(way, axis=1)
     return to_workpiece(force, way / np.where(length > 0, length, 1.0)[:, None], sweep.axis)
+
+
+def _edges(setup: Setup, chip: Array) -> LinearEdge:
+    """Edge coefficients of the material, those of Kienzle's law at the mean chip (rows,) of each move."""
+    name = str(setup.material)
+    if name in LINEAR_EDGE:
+        return LINEAR_EDGE[name]
+    return at_chip(kienzle(name), chip, RADIAL if setup.thrust is None else setup.thrust)
 
 
 def notes(blank: Blank | TurnedBlank | None) -> list[str]:

@@ -69,7 +69,7 @@ class Setup:
     offsets: G54 ... -> machine position of the work zero; rotations: the same -> rad about the tool axis (G10 L2 R).
     reference: machine position of G28; second_reference: of G30. stock: size of the box, None = not stated;
     stock_corner: its lowest corner in work coordinates, None = centred, top at work zero.
-    material of the stock: for cutting forces, None = none are computed.
+    material of the stock: for cutting forces, None = none are computed. thrust: force square to the edge over the main one.
     path: the set-up file, for messages. control: tolerance of corners, time of a tool change; None = not stated.
     """
 
@@ -84,6 +84,7 @@ class Setup:
     stock_corner: Point | None = None
     bar: Bar | None = None
     material: str | None = None
+    thrust: float | None = None
     decimal_point: str | None = None
     arc_centre: str | None = None
     block_delete: bool = False
