@@ -25,11 +25,13 @@ from vcmm.machining.job import finished_part
 from vcmm.machining.shop import set_up
 
 scenario = vcmm.load_cut(path("turned_shaft"))
-result = vcmm.cut(scenario, trials=5000)
+result = vcmm.cut(scenario, trials=1000)
 for c in result.uncertainty.characteristics[:4]:
     owner = max(result.shares[c.name], key=result.shares[c.name].get)
     said = c.decision.text if c.decision else ""
-    print(f"{c.name:18s} {(c.value - c.nominal) * 1e3:+6.2f} um  U {c.expanded * 1e3:5.2f} um  {owner:8s} {said}")
+    print(
+        f"{c.name:18s} {(c.value - c.nominal) * 1e3:+6.2f} um  U {c.expanded * 1e3:5.2f} um  {owner:8s} {said}"
+    )
 
 # %% [markdown]
 # By hand: a Z slide out of parallel with the spindle by 15 urad makes a cylinder 2 x 15e-6 = 0.3 um of diameter thicker per

@@ -14,6 +14,7 @@ from lathe import effect
 import vcmm
 from vcmm.cli import run as command
 from vcmm.errors import VcmmError
+from vcmm.evaluation import EXACT
 from vcmm.library import folder
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.shop import remarks, set_up
@@ -97,7 +98,7 @@ def test_the_shipped_shaft(tmp_path, capsys):
     _task, world, notes = finished_part(ready)
     assert notes == ()
     assert np.abs(world.errors()).max() < 10 * UM
-    code = command(["cut", str(path), "--trials", "2000", "--out", str(tmp_path / "out"), "--json"])
+    code = command(["cut", str(path), "--trials", "1000", "--out", str(tmp_path / "out"), "--json"])
     body = json.loads(capsys.readouterr().out)
     assert code in (0, 1)
     assert len(body["characteristics"]) == len(ready.scenario.part.characteristics)
@@ -311,3 +312,20 @@ def test_the_force_turns_with_the_feed_along_the_ball(tmp_path):
     assert found["force_x_N"] == pytest.approx(10 * np.sin(a), abs=0.2)
     assert found["force_y_N"] == pytest.approx(3.0)
     assert found["force_z_N"] == pytest.approx(10 * np.cos(a), abs=0.2)
+
+
+def test_without_an_engine_asked_for_turned_parts_are_computed_exactly(tmp_path):
+    path = plain(tmp_path)
+    path.write_text(
+        path.read_text().replace("[part.features]", '[cut.tools.1]\nu_offset_x = "3 um"\n[part.features]')
+    )
+    scenario = vcmm.load_cut(path)
+    found = cut(scenario, trials=3000)
+    assert {c.tier for c in found.uncertainty.characteristics} == {EXACT}
+    assert any("2000 exact trials" in w for w in found.warnings)
+    assert not any("linear model errs" in w for w in found.warnings)
+    linear = cut(scenario, trials=3000, engine="montecarlo")
+    assert EXACT not in {c.tier for c in linear.uncertainty.characteristics}
+    # the tool stands 3 um of radius off: 6 um of diameter either way
+    for one in (found, linear):
+        assert one.uncertainty.characteristics[0].u == pytest.approx(6 * UM, rel=0.08)
