@@ -194,9 +194,9 @@ def test_outside_the_residual_field(tmp_path, capsys):
 
 
 def test_a_column_that_nobody_gives(tmp_path, capsys):
-    drift = '[[machine.effects]]\neffect = "thermal_drift"\ndirection = "z"\nsensor = "air"\nk = "1 um/K"\ntau = "60 s"\n[part]\n'
-    err = _fails(capsys, "check", str(edited(tmp_path, ("[part]\n", drift))))
-    assert "a lag of 60 s needs a log of temp_air_C" in err
+    load = '[[machine.effects]]\neffect = "part_load"\naxis = "X"\ndirection = "z"\nc = "0.05 um/(m kg)"\n[part]\n'
+    err = _fails(capsys, "check", str(edited(tmp_path, ("[part]\n", load))))
+    assert "load_kg" in err
 
 
 def test_rotations_above_one_milliradian(tmp_path, capsys):
