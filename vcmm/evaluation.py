@@ -33,6 +33,7 @@ from vcmm.settings import CORRECTED, Settings
 from vcmm.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.world import World
 
+NOTED = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
 CURVATURE = (
     0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
@@ -267,7 +268,7 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
         out.append(
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"
         )
-    if r.tier != EXACT and np.isfinite(r.linear_error) and r.linear_error > max(0.01 * r.expanded, 1e-6):
+    if r.tier != EXACT and np.isfinite(r.linear_error) and r.linear_error > max(0.01 * r.expanded, NOTED):
         share = (
             f" ({r.linear_error / r.expanded:.1%} of U)" if r.expanded > r.linear_error else ", more than U"
         )

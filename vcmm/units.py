@@ -190,7 +190,7 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
         raise UsageError(f'{what} = "{text}" is not finite; {due}')
     if not unit_text and dimension != "number":
         raise UsageError(
-            f'{what} = "{text}" has no unit; write for example {what} = "{_per_million(text, dimension)}{_unit_of(example)}"'
+            f'{what} = "{text}" has no unit; write for example {what} = "{_per_million(text, dimension)}{_likely(numbers, dimension, example)}"'
         )
     try:
         unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
@@ -212,6 +212,12 @@ def _per_million(text: str, dimension: str) -> str:
     if dimension == "expansion" and all(abs(float(n)) < 1e-3 for n in text.split()):
         return " ".join(f"{float(n) * 1e6:g}" for n in text.split())
     return text.strip()
+
+
+def _likely(numbers: list[float], dimension: str, example: str) -> str:
+    """The unit of the example; mm for a bare length that would be large in micrometres."""
+    unit = _unit_of(example)
+    return " mm" if dimension == "length" and unit == " um" and max(map(abs, numbers)) >= 10.0 else unit
 
 
 def _no_text(value: object, what: str, example: str) -> str:

@@ -7,6 +7,8 @@ import pytest
 import shop
 
 import vcmm
+from vcmm.cli import run as command
+from vcmm.errors import UsageError
 from vcmm.machining.batch import later_in_batch
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.shop import set_up
@@ -125,3 +127,19 @@ def test_steel_bends_the_tool_more_than_aluminium(tmp_path):
     hard = bent(shop.write(tmp_path, setup=SLENDER + STOCK.replace("Al7075", "42CrMo4")))[0]
     ratio = np.linalg.norm(hard, axis=1).max() / np.linalg.norm(soft, axis=1).max()
     assert 3.0 < ratio < 8.0
+
+
+def test_a_wave_of_runout_is_refused_while_milling(tmp_path):
+    """The tooth that stands out most passes once per turn: 0.2 % more speed must not change the part."""
+    wave = RUNOUT + "harmonic = 1\n"
+    with pytest.raises(UsageError, match="write harmonic = 0"):
+        set_up(vcmm.load_cut(shop.write(tmp_path, wave)))
+
+
+def test_check_says_when_the_program_spoils_the_part(tmp_path, capsys):
+    path = shop.write(tmp_path, program=shop.PROGRAM.replace("X20. Y60.", "X20. Y50."))
+    assert command(["check", str(path)]) == 1
+    out = capsys.readouterr().out
+    assert "the file is right, the program is not: 1 remark" in out
+    assert command(["check", str(shop.write(tmp_path))]) == 0
+    assert "no problems found" in capsys.readouterr().out

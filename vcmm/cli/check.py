@@ -39,12 +39,27 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
         raise DataError(
             f'{head.where(("vcmm",))}: the first line must be vcmm = "scenario/1", "machine/1", "setup/1" or "recording/1".{hint}'
         )
+    lost = [["spoilt", text] for name, text in rows if name.startswith("remark ") and spoils(text)]
     if json:
-        body = {"file": str(file), "kind": kind, "understood": dict(rows)}
+        body = {
+            "file": str(file),
+            "kind": kind,
+            "understood": dict(rows),
+            "spoilt": [text for _, text in lost],
+        }
         print_json(document("vcmm.check/1", body, files=sources(file)))
     else:
-        show_table(f"{file}: no problems found", ["", "understood as"], rows, left=(0, 1))
-    return 0
+        title = f"the file is right, the program is not: {len(lost)} remarks" if lost else "no problems found"
+        show_table(f"{file}: {title}", ["", "understood as"], [*lost, *rows], left=(0, 1))
+    return 1 if lost else 0
+
+
+SPOILS = ("itself gouges", "would break", "the shank of tool")  # in a remark: part or tool are lost
+
+
+def spoils(remark: str) -> bool:
+    """Whether a remark on a program says that the part or the tool would not survive it."""
+    return any(words in remark for words in SPOILS)
 
 
 def _machine_rows(file: Path) -> list[list[str]]:

@@ -34,13 +34,25 @@ def nc_command(
     json
         Print one JSON document.
     """
+    from dataclasses import replace
+
     from vcmm.cli.common import document, print_json, say
+    from vcmm.files.machine import load_machine
     from vcmm.files.setup import load_setup
     from vcmm.nc.interpret import read_program
+    from vcmm.nc.moves import Remark
+    from vcmm.nc.sensible import remarks_on
     from vcmm.nc.summary import summary
 
     loaded = load_setup(setup) if setup else None
     found = read_program(program, dialect, loaded)
+    if loaded is not None:
+        there = loaded.machine is not None and Path(loaded.machine).is_file()
+        machine = load_machine(loaded.machine) if there and loaded.machine else None
+        said = list(remarks_on(found.moves, loaded, machine))
+        if loaded.machine and not there:
+            said.append(Remark(1, 1, f"{loaded.machine} does not exist: travels are not looked at"))
+        found = replace(found, warnings=(*found.warnings, *said))
     if found.dialect_reason and not json:
         say(f"dialect {found.dialect}: {found.dialect_reason}")
     total = summary(found.moves, loaded)

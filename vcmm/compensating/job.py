@@ -50,6 +50,7 @@ from vcmm.machine import Machine
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
+from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
 from vcmm.sampling import Progress
@@ -158,6 +159,9 @@ def prepare(
     notes = check_state(machine, machine_file, setup)
     read = interpret(source.text, name, setup, source.name, trace=True)
     known, language, given = known_errors_of(machine), LANGUAGES[name], (read, source)
+    short = without_length(read.moves, setup.tools)
+    if short is not None:
+        raise UsageError(f"{source.name}: {length_missing(short, setup.tools)}")
     check_travel(read, machine, False, source.name)
     check_moves([t.contour for t in read.traces], machine, setup, source.name)
     source, read, origin = _flat(source, read, setup, language, known, inline, notes)

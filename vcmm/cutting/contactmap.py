@@ -71,7 +71,9 @@ class Contacts:
     def gain(self) -> Array:
         """(P, K, 3): change of the height per error of the tool."""
         along = np.einsum("pki,pi->pk", self.cutter, self.normal)
-        safe = np.where(self.row >= 0, along, 1.0)
+        safe = np.where(
+            (self.row >= 0) & (along != 0.0), along, np.inf
+        )  # a ray along the cutter is not moved by it
         return self.cutter / safe[:, :, None]
 
     def heights(self, moved: Array) -> Array:

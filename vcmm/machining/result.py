@@ -101,9 +101,14 @@ def group_of(line: BudgetLine) -> str:
     return "machine"
 
 
+NOTHING = 1e-6  # mm or rad: of a u below a nanometre no shares are told
+
+
 def grouped(c: CharacteristicResult) -> dict[str, float]:
-    """Share of u^2 by group; what inputs do only together is left out."""
+    """Share of u^2 by group; what inputs do only together is left out, and so is a u of next to nothing."""
     out = dict.fromkeys(GROUPS, 0.0)
+    if c.u < NOTHING:
+        return out
     for line in c.budget:
         out[group_of(line)] += line.share if np.isfinite(line.share) else 0.0
     return out

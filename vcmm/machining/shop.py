@@ -9,6 +9,7 @@ import numpy as np
 from vcmm.cutting.envelope import BEYOND, CutSurface, surface_left
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep
+from vcmm.effects.cutting import ToolRunout
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.machine import Machine
 from vcmm.machining.blank import Blank, machined_blank
@@ -25,6 +26,7 @@ from vcmm.machining.turned_faces import with_faces
 from vcmm.machining.wrong_unit import unit_hint
 from vcmm.nc.interpret import read_program
 from vcmm.nc.moves import Program
+from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.toolpath import Toolpath, toolpath
 from vcmm.pose import Pose
 from vcmm.run import Array
@@ -72,6 +74,7 @@ def set_up(scenario: CutScenario) -> Shop:
     zero = _work_zero(scenario, program)
     if turns(scenario, program):
         return _set_up_to_turn(scenario, program, path, zero)
+    _check_runout(scenario)
     sweep, motion = part_sweep(program.moves, scenario.setup.tools, scenario.machine)
     if motion is not None:
         _check_fields(scenario, program, motion)
@@ -107,14 +110,19 @@ def _set_up_to_turn(scenario: CutScenario, program: Program, path: Toolpath, zer
 def _check_lengths(scenario: CutScenario, program: Program) -> None:
     """A tool whose length the program does not take into account would cut too deep by that length."""
     tools = scenario.setup.tools
-    for move in program.moves:
-        cuts = move.kind in ("line", "arc") and move.tool in tools and tools[move.tool].shape != "turning"
-        if cuts and tools[move.tool].length and not any(move.tool_offset):
-            raise UsageError(
-                f"line {move.source.line} of the program cuts with tool {move.tool} while no tool length is in force: the tool "
-                f'would cut {tools[move.tool].length:g} mm too deep; add G43 H{move.tool}, or state length = "0 mm" in '
-                f"[tools.{move.tool}] of the set-up where the work offset was set with this tool"
-            )
+    move = without_length(program.moves, tools)
+    if move is not None:
+        raise UsageError(length_missing(move, tools))
+
+
+def _check_runout(scenario: CutScenario) -> None:
+    """Of a tool that runs out the tooth that stands out most passes everywhere once per turn; a wave in time would be sampled."""
+    waves = [e for e in scenario.machine.effects if isinstance(e, ToolRunout) and e.harmonic > 0]
+    if waves:
+        raise UsageError(
+            f"{waves[0].id}: while milling the tooth that stands out most leaves the surface, whatever its angle; write harmonic = 0 with the "
+            "amplitude (feed marks, f^2 / 8R per turn, come on top). Waves per turn are for lathes and for diagnose"
+        )
 
 
 def _check_forces(scenario: CutScenario) -> None:

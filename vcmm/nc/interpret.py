@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vcmm.errors import DataError
 from vcmm.nc.blocks import Block
 from vcmm.nc.codes import Words
 from vcmm.nc.compensation import resolve_compensation
@@ -44,7 +45,17 @@ def read_program(
     Raises DataError 'file:line:column: reason; what to do' and ModelLimit.
     """
     path = Path(path)
-    return interpret(read_bytes(path), dialect, setup, str(path), trace)
+    text = read_bytes(path)
+    try:
+        return interpret(text, dialect, setup, str(path), trace)
+    except DataError as error:
+        said = dialect or (setup.dialect if setup else None)
+        likely, why = guess(text, path)
+        if said is None or likely == said or why.startswith("nothing"):
+            raise
+        whose = "asked for" if dialect else "that of the set-up"
+        hint = f"{path} was read as {said}, {whose}; {why}, which is {likely}: perhaps --dialect {likely}"
+        raise DataError([*error.problems, hint]) from None
 
 
 def interpret(

@@ -287,11 +287,17 @@ def _compensation(c: Control, side: str, number: int, column: int) -> Compensati
     tool = tool_of(c, number, column, "D")
     if number == 0 and tool is None:
         return Compensation(side, 0.0)
-    if tool is None or tool.radius is None:
+    if tool is None:
         raise BlockFault(
             column,
             f"cutter radius compensation needs the diameter of tool {number}: name a set-up file with --setup that has "
             f'[tools.{number}] diameter = "10 mm"',
+        )
+    if tool.radius is None:
+        key, size = ("nose_radius", "0.8 mm") if tool.shape == "turning" else ("diameter", "10 mm")
+        raise BlockFault(
+            column,
+            f'radius compensation needs the {key.replace("_", " ")} of tool {number}: add {key} = "{size}" to [tools.{number}] of the set-up',
         )
     return Compensation(side, tool.radius, tool.orientation)
 

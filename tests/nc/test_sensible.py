@@ -1,0 +1,97 @@
+"""What the language allows and a shop would not do: told by nc, refused by cut and compensate."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from vcmm.cli import run
+from vcmm.machine import Machine
+from vcmm.nc.interpret import interpret
+from vcmm.nc.sensible import remarks_on, without_length
+from vcmm.nc.setup import Setup, Tool
+
+SETUP = Setup(
+    dialect="fanuc", offsets={"G54": (100.0, 0.0, 0.0)}, tools={1: Tool(1, length=80.0, diameter=10.0)}
+)
+MILL = """\
+vcmm = "machine/1"
+name = "mill"
+kind = "machine-tool"
+structure = "w X' Y' b Z t"
+[axes.X]
+travel = ["0 mm", "600 mm"]
+[axes.Y]
+travel = ["0 mm", "500 mm"]
+[axes.Z]
+travel = ["-500 mm", "0 mm"]
+"""
+TEXT = (
+    'vcmm = "setup/1"\nmachine = "mill.toml"\ndialect = "fanuc"\n[offsets]\nG54 = ["300 mm", "250 mm", "-350 mm"]\n'
+    '[tools.1]\nlength = "100 mm"\ndiameter = "20 mm"\n[control]\ncompensation = []\n'
+)
+
+
+def meant(body: str):
+    return interpret(f"G21 G90\nT1 M6\n{body}\nM30\n", "fanuc", SETUP)
+
+
+def test_a_cut_without_tool_length():
+    move = without_length(meant("G54 G0 X0 Y0\nG1 Z-5. F100").moves, SETUP.tools)
+    assert move is not None
+    assert move.source.line == 4
+    assert without_length(meant("G54 G0 X0 Y0\nG43 H1 Z5.\nG1 Z-5. F100").moves, SETUP.tools) is None
+
+
+def test_remarks_name_the_first_line_of_each_fault(tmp_path):
+    (tmp_path / "mill.toml").write_text(MILL)
+    from vcmm.files.machine import load_machine
+
+    machine: Machine = load_machine(tmp_path / "mill.toml")
+    program = meant("G57 G43 H1 G0 X0 Y0 Z-200.\nG1 X700. F100\nG1 X710.")
+    # Z -200 + 80 of the tool = -120 is inside; X 700 is not, and is told once
+    assert [(r.line, r.text) for r in remarks_on(program.moves, SETUP, machine)] == [
+        (4, "work offset G57 is not in the set-up: machine zero is taken; add it to [offsets]"),
+        (4, "axis X is sent to 700 mm, its travel is 0 to 600 mm; check work offset and tool length"),
+    ]
+
+
+def test_nc_says_so_and_that_a_machine_is_missing(tmp_path, capsys):
+    (tmp_path / "setup.toml").write_text(TEXT)
+    (tmp_path / "part.nc").write_text("G21 G90 G54\nT1 M6\nS1000 M3\nG0 X0 Y0\nG1 X400. F500\nM30\n")
+    words = ["nc", str(tmp_path / "part.nc"), "--setup", str(tmp_path / "setup.toml"), "--json"]
+    assert run(words) == 0
+    assert "mill.toml does not exist: travels are not looked at" in capsys.readouterr().out
+    (tmp_path / "mill.toml").write_text(MILL)
+    assert run(words) == 0
+    texts = [w["text"] for w in json.loads(capsys.readouterr().out)["warnings"]]
+    assert any("axis X is sent to 700 mm" in t for t in texts)
+    assert any("would cut 100 mm too deep" in t for t in texts)
+
+
+def test_compensate_refuses_a_program_without_tool_length(tmp_path, capsys):
+    (tmp_path / "setup.toml").write_text(TEXT)
+    (tmp_path / "mill.toml").write_text(MILL)
+    (tmp_path / "part.nc").write_text("G21 G90 G54\nT1 M6\nS1000 M3\nG0 X0 Y0\nG1 X100. F500\nM30\n")
+    assert run(["compensate", str(tmp_path / "part.nc"), "--setup", str(tmp_path / "setup.toml")]) == 2
+    assert "add G43 H1" in capsys.readouterr().err
+    assert not (tmp_path / "part-compensated.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("tool", "due"), [(Tool(1, shape="turning", orientation=3), "nose_radius"), (Tool(1), "diameter")]
+)
+def test_radius_compensation_asks_for_the_size_of_this_tool(tool, due):
+    from vcmm.errors import DataError
+
+    with pytest.raises(DataError, match=f"add {due} = "):
+        interpret("G21 G90\nT1 M6\nG41 D1 G1 X10. F100\nM30\n", "fanuc", Setup(tools={1: tool}))
+
+
+def test_a_program_read_in_another_dialect_than_its_name_says(tmp_path, capsys):
+    (tmp_path / "setup.toml").write_text(TEXT)
+    (tmp_path / "part.mpf").write_text('; ring\nN10 G54 G90\nN20 R1=5\nMSG("RING")\nN30 G0 X=R1\nM30\n')
+    assert run(["nc", str(tmp_path / "part.mpf"), "--setup", str(tmp_path / "setup.toml")]) == 2
+    err = capsys.readouterr().err
+    assert "was read as fanuc, that of the set-up; the file ends in .mpf, which is sinumerik" in err

@@ -1,0 +1,72 @@
+"""Is a program sensible on this machine with this set-up? What the language allows and a shop would not do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from vcmm.machine import Machine
+from vcmm.nc.moves import Move, Remark
+from vcmm.nc.setup import Setup, Tool
+
+LINEAR, ROTARY = "XYZ", "ABC"
+CUTS = ("line", "arc", "thread")
+SLACK = 1e-6  # mm, rad
+
+
+def without_length(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Move | None:
+    """The first cut with a tool whose length the program does not take into account."""
+    for move in moves:
+        tool = tools.get(move.tool)
+        cuts = move.kind in CUTS and tool is not None and tool.shape != "turning"
+        if cuts and tool is not None and tool.length and not any(move.tool_offset):
+            return move
+    return None
+
+
+def length_missing(move: Move, tools: Mapping[int, Tool]) -> str:
+    """What such a cut would do, and what to write."""
+    return (
+        f"line {move.source.line} of the program cuts with tool {move.tool} while no tool length is in force: the tool would "
+        f'cut {tools[move.tool].length:g} mm too deep; add G43 H{move.tool}, or state length = "0 mm" in [tools.{move.tool}] of '
+        "the set-up where the work offset was set with this tool"
+    )
+
+
+def remarks_on(moves: Sequence[Move], setup: Setup, machine: Machine | None) -> tuple[Remark, ...]:
+    """Tool lengths not in force, work offsets that the set-up does not name, ends of moves beyond the travels."""
+    out = []
+    late = without_length(moves, setup.tools)
+    if late is not None:
+        out.append(Remark(late.source.line, 1, length_missing(late, setup.tools)))
+    seen: set[str] = set()
+    for move in moves:
+        if move.offset not in setup.offsets and move.offset not in seen and move.kind in CUTS:
+            seen.add(move.offset)
+            text = (
+                f"work offset {move.offset} is not in the set-up: machine zero is taken; add it to [offsets]"
+            )
+            out.append(Remark(move.source.line, 1, text))
+    return (*out, *(_beyond(moves, machine) if machine else ()))
+
+
+def _beyond(moves: Sequence[Move], machine: Machine) -> list[Remark]:
+    """The first move of each axis that ends outside its travel."""
+    out: list[Remark] = []
+    left = {a: machine.axes[a].travel for a in machine.axes}
+    for move in moves:
+        for letter, (low, high) in list(left.items()):
+            turning = letter in ROTARY
+            q = move.rotary_end[ROTARY.index(letter)] if turning else move.end[LINEAR.index(letter)]
+            q += 0.0 if turning else move.tool_offset[LINEAR.index(letter)]
+            if low - SLACK <= q <= high + SLACK:
+                continue
+            del left[letter]
+            scale, unit = (57.29577951308232, "deg") if turning else (1.0, "mm")
+            out.append(
+                Remark(
+                    move.source.line, 1,
+                    f"axis {letter} is sent to {q * scale:.6g} {unit}, its travel is {low * scale:.6g} to {high * scale:.6g} {unit}; "
+                    "check work offset and tool length",
+                )
+            )  # fmt: skip
+    return out
