@@ -52,7 +52,7 @@ class Work:
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Targets, Writer]:
     """The new text, the source line (from 1, 0 for the mark) of each of its lines, the fits, and the writer's tallies."""
     traces = work.program.traces
-    codes = codes_of(work.source)
+    codes = codes_of(work.source, work.dialect)
     index = moves_of(traces, work.program.moves)
     own = [codes[t.line - 1] for t in traces]
     found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)

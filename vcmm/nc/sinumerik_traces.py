@@ -11,7 +11,7 @@ from vcmm.nc.sinumerik_text import Environment
 from vcmm.nc.trace import Cut, WordAt
 from vcmm.nc.tracing import plain, word_at, written_out
 
-_HEAD = re.compile(r"[ \t]*/?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
+_HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _WORD = re.compile(
     r"(?:[A-Za-z_$][A-Za-z0-9_$]*[ \t]*=[ \t]*(?:(?P<mode>AC|IC)[ \t]*\((?P<inside>.*)\)|(?P<value>.*))|[A-Za-z][ \t]*(?P<number>.*))\Z",
     re.IGNORECASE,
