@@ -11,6 +11,7 @@ M5, M9                                       Fanuc, Sinumerik, Klartext: ISO 698
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 from vcmm.nc.blocks import parse_block
@@ -85,9 +86,9 @@ def _sinumerik(line: str) -> Iterator[Code]:
 def _klartext(line: str) -> Iterator[Code]:
     from vcmm.nc.heidenhain_text import tokenize
 
-    tokens = [t for t in tokenize(line) if t.kind not in ("space", "comment")]
-    for here, value in zip(tokens, tokens[1:]):
-        if here.kind == "name" and here.text.upper() == "M" and value.kind in ("number", "symbol", "name"):
+    tokens = [t for t in tokenize(line) if t.kind not in ("space", "comment") and t.text != "+"]
+    for here, value in pairwise(tokens):
+        if here.kind == "name" and here.text.upper() == "M":
             number = int(value.text) if value.text.isdigit() else None
             last = value.column + len(value.text)
             yield Code(here.column, last, line[here.column - 1 : last - 1], "M", number)

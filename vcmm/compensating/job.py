@@ -43,6 +43,7 @@ from vcmm.compensating.refusals import (
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText
+from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.targets import Targets
 from vcmm.compensating.writer import Writer
 from vcmm.errors import DataError, ModelLimit, UsageError, VcmmError
@@ -233,6 +234,7 @@ def _proved(
     notes: list[str],
 ) -> Compensation:  # fmt: skip
     """Read back, compare, run again."""
+    check_expressions(work.program, work.source, writer.expressions)
     mark = header(work.machine.name, used, work.hashed, work.dialect)
     origin = (0, *work.origin)
     compare(work.program, new, lines, work.source.name)
