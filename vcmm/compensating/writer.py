@@ -117,6 +117,7 @@ class Writer(Wording):
                 diffusion.forget()
                 target = nearest(float(wanted[i]), step)
                 slack = self.rapid if kind == "rapid" else self.slack
+                slack = math.inf if kind == "rapid" and i == self.above else slack
                 near = max(HOLD * step, slack * float(frame.scale[1]))
                 if not named[i] and abs(wanted[i] - cur[i]) <= near:
                     continue
