@@ -15,7 +15,9 @@ G_HEAD = "G54 G90 G17 S3000 M3\nG0 X0 Y0 Z0\n"
 
 def split(tmp_path, text: str, dialect: str) -> list[str]:
     return [
-        line.strip() for line in body(run(tmp_path, text, rough(), replace(SETUP, dialect=dialect))) if line.strip()
+        line.strip()
+        for line in body(run(tmp_path, text, rough(), replace(SETUP, dialect=dialect)))
+        if line.strip()
     ]
 
 
@@ -63,9 +65,7 @@ def test_names_of_parameters_are_no_codes(tmp_path):
     assert not any("M1" in line for line in lines)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "last"), [("fanuc", True), ("sinumerik", True), ("linuxcnc", False)]
-)
+@pytest.mark.parametrize(("dialect", "last"), [("fanuc", True), ("sinumerik", True), ("linuxcnc", False)])
 def test_spindle_and_coolant_stop_behind_the_motion_but_not_on_linuxcnc(tmp_path, dialect, last):
     """ISO 6983-1: behind the motion; the order of execution of RS274/NGC has M5 and M9 before it, M1 behind it."""
     lines = split(tmp_path, G_HEAD + "G1 X300. F500. M9 M5\nY200. M1\nM30\n", dialect)

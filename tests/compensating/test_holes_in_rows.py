@@ -8,14 +8,14 @@ from dataclasses import replace
 import pytest
 from mill import SETUP, body, rough, run
 
-FANUC = "%\nO1\nG54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50.\nG98 G83 X50. Y20. Z-30. R2. Q5.\nX350.\nG80\nM30\n%\n"
+FANUC = (
+    "%\nO1\nG54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50.\nG98 G83 X50. Y20. Z-30. R2. Q5.\nX350.\nG80\nM30\n%\n"
+)
 KLARTEXT = (
     "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S3000\n2 L X+0 Y+0 Z+50 R0 FMAX M3\n3 CYCL DEF 200 DRILLING ~\n Q200=+2 ~\n Q201=-30 ~\n"
     " Q206=+150 ~\n Q202=+5 ~\n Q210=+0 ~\n Q203=+0 ~\n Q204=+50 ~\n Q211=+0\n{holes}L Z+50 FMAX M30\n9 END PGM A MM\n"
 )
-SINUMERIK = (
-    "G54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50\nMCALL CYCLE{cycle}\nX50 Y20\nX350\nMCALL\nG0 Z50\nM30\n"
-)
+SINUMERIK = "G54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50\nMCALL CYCLE{cycle}\nX50 Y20\nX350\nMCALL\nG0 Z50\nM30\n"
 
 
 def holes(found) -> list[tuple[str, ...]]:
@@ -42,7 +42,9 @@ def test_an_axis_that_is_not_named_is_corrected_for_its_hole(tmp_path, dialect, 
     assert holes(found) == [("49.998", "20.004"), ("349.981", "19.998")]
     assert found.met
     assert found.after.largest < 2e-3
-    assert found.rounding.largest < 0.87e-3 * 1.1  # half a digit in three axes: nothing left off is called rounding
+    assert (
+        found.rounding.largest < 0.87e-3 * 1.1
+    )  # half a digit in three axes: nothing left off is called rounding
 
 
 def test_what_leads_to_a_hole_stops_above_it_at_any_height(tmp_path):

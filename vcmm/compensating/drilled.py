@@ -87,7 +87,9 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | Non
     off = writer.q - frame.offset - np.array(first.contour.end) - mean
     off[normal] = (down - float(shift)) / float(frame.scale[1])
     near = max(HOLD * writer.step(frame.inch), writer.slack * float(frame.scale[1]))
-    off[np.abs(off) * float(frame.scale[1]) > near + SAME * writer.step(frame.inch)] = 0.0  # left off, not rounded
+    off[np.abs(off) * float(frame.scale[1]) > near + SAME * writer.step(frame.inch)] = (
+        0.0  # left off, not rounded
+    )
     writer.rounding.append(off)
     _arrive(writer, traces, frame, normal, down)
 

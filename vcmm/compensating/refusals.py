@@ -155,6 +155,8 @@ def check_travel(
 def codes_of(source: SourceText, dialect: Dialect) -> list[frozenset[str]]:
     """M codes of each line: M08 -> "M8", "M?" where the number is computed."""
     return [
-        frozenset(f"M{'?' if c.number is None else c.number}" for c in codes_in(line, dialect) if c.name == "M")
+        frozenset(
+            f"M{'?' if c.number is None else c.number}" for c in codes_in(line, dialect) if c.name == "M"
+        )
         for line, _ in source.lines
     ]
