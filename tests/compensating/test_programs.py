@@ -258,3 +258,19 @@ def test_the_hash_changes_with_the_machine_and_nothing_else(tmp_path):
     text = HEAD + "G1 X100. F500\nM30\n%\n"
     one, again, other = (run(tmp_path, text, scale(k)).digest for k in (100.0, 100.0, 101.0))
     assert one == again != other
+
+
+@pytest.mark.parametrize(("unit", "x", "more"), [("G21", "104.", 4), ("G20", "4.5", 6)])
+def test_rounding_that_is_left_names_the_decimals_that_would_help(tmp_path, unit, x, more):
+    """104 mm / 1.0001 = 103.98960 mm, written 103.990: 0.40 um are left where 0.2 um are allowed.
+
+    4.5 / 1.0001 = 4.49955 inch, written with four decimals: 0.00005 inch = 1.27 um. Five would not do for certain: sqrt(3)/2 x
+    25.4 mm x 1e-5 = 0.22 um is more than 0.2 um; six do.
+    """
+    text = HEAD.replace("G21", unit) + f"G1 X{x} F50\nM30\n%\n"
+    found = run(tmp_path, text, scale(100.0), tolerance=2e-4)
+    assert found.after.largest > 2e-4
+    assert any(f"--decimals {more}" in w and "0.2 um" in w for w in found.warnings)
+    finer = run(tmp_path, text, scale(100.0), tolerance=2e-4, decimals=more)
+    assert finer.after.largest < 2e-4
+    assert not any("--decimals" in w for w in finer.warnings)

@@ -163,3 +163,80 @@ def test_an_unknown_offset_in_a_subprogram_names_the_line_of_the_file(tmp_path):
     text = HEAD + "G0 X0\nM98 P2 L2\nM30\nO2\nG57 G1 X100. F500\nG0 X0\nM99\n%\n"
     with pytest.raises(DataError, match=r"part\.nc:8:.*G57"):
         go(tmp_path, text)
+
+
+LOOP = "FOR R2=1 TO 2\nG1 X=10*R2 F500\nENDFOR\n"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "line", "what"),
+    [
+        ("fanuc", HEAD + "G0 X0\n/M98 P2 (ROUGH ONLY)\nM98 P2\nM30\nO2\nG91 G1 X5. F100\nG90\nM99\n%\n", 5, "M98"),
+        ("fanuc", HEAD + "G0 X0\n/2 M98 P2\nM98 P2\nM30\nO2\nG91 G1 X5. F100\nG90\nM99\n%\n", 5, "M98"),
+        ("fanuc", HEAD + "M98 P2 L2\nM30\nO2\nG91 G1 X5. F100\nG90\n/M99\nG1 X7.\nM99\n%\n", 9, "M99"),
+        ("fanuc", HEAD + "#1=1\n/#1=5\nM98 P2 L2\nM30\nO2\nG91 G1 X#1 F100\nG90\nM99\n%\n", 5, "#1=5"),
+        ("fanuc", HEAD + "G1 X1. F100\n/GOTO 20\nX5.\nN20 M98 P2 L2\nM30\nO2\nG1 X9.\nM99\n%\n", 5, "GOTO 20"),
+        ("linuxcnc", "G21 G90 G54\no1 sub\nG1 X5 F100\no1 endsub\no1 call\n/o1 call\nM2\n", 6, "o1 call"),
+        ("sinumerik", "G54 G90\n/ ROUGH\nG0 X100\nROUGH\nM30\nPROC ROUGH\nG91 G1 X20 F500\nG90\nRET\n", 2, "ROUGH"),
+        ("sinumerik", "G54 G90\nR1=1\n/3 R1=5\nFOR R2=1 TO 2\nG1 X=R1*R2 F500\nENDFOR\nM30\n", 3, "R1=5"),
+        ("sinumerik", "G54 G90\n" + LOOP + "/ M30\nX5\nM30\n", 5, "ends in a block"),
+    ],
+)  # fmt: skip
+def test_what_hangs_on_a_slash_is_not_written_out(tmp_path, dialect, text, line, what):
+    """With the switch of the control on, other blocks are executed: no text of single blocks can say both."""
+    with pytest.raises(DataError, match=rf"part\.nc:{line}:.*slash") as found:
+        go(tmp_path, text, dialect=dialect)
+    assert what in str(found.value)
+
+
+@pytest.mark.parametrize("slash", ["/", "/2 "])
+@pytest.mark.parametrize("dialect", ["fanuc", "sinumerik"])
+def test_a_slash_stays_with_every_block_that_stays(tmp_path, dialect, slash):
+    """Motion, codes and a label behind a slash are written out with it, each time with its level."""
+    call, sub, end = ("M98 P2 L2", "O2", "M99") if dialect == "fanuc" else ("PART P2", "PROC PART", "RET")
+    text = f"G21 G90 G54\n{call}\nM30\n{sub}\nG1 X100. F500\n{slash}Y10. M8\n{slash}M9\nG0 X0 Y0\n{end}\n"
+    text = text if dialect == "fanuc" else text.replace("G21", "G17").replace("PART P2", "PART\nPART")
+    lines = code(go(tmp_path, text, dialect=dialect))
+    assert lines.count(f"{slash}Y10. M8") == 2
+    assert lines.count(f"{slash}M9") == 2
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "line"),
+    [
+        ("sinumerik", "G54 G90\nR1=100\n/ R1=500\nG1 X=R1 F500\nM30\n", 4),
+        ("fanuc", HEAD + "#1=100\n/ #1=500\nG1 X#1 F500\nM30\n%\n", 6),
+        ("linuxcnc", "G21 G90 G54\n#1=100\n/#1=500\nG1 X#1 F500\nM2\n", 4),
+    ],
+)
+def test_no_number_stands_for_what_hangs_on_a_slash(tmp_path, dialect, text, line):
+    with pytest.raises(DataError, match=rf"part\.nc:{line}:.*line {line - 1}.*slash"):
+        go(tmp_path, text, dialect=dialect)
+    plain = text.replace("/", "")
+    assert "499.950" in go(tmp_path, plain, dialect=dialect).text
+
+
+def test_a_block_with_a_slash_beside_plain_numbers_stays(tmp_path):
+    """An assignment behind a slash harms nothing where every corrected number is written as a number."""
+    found = go(tmp_path, "G54 G90\n/ R1=500\nG1 X100 F=R1\n/ X200\nM30\n", dialect="sinumerik")
+    assert code(found)[1:4] == ["/ R1=500", "G1 X99.990 F=R1", "/ X199.980"]
+
+
+def test_every_pass_of_a_loop_is_announced(tmp_path):
+    """An IF inside does not end the loop; the end of a WHILE announces nothing."""
+    text = "G54 G90\nG1 F500\nFOR R1=1 TO 3\nIF R1==2\nM8\nENDIF\nX=R1*100\nENDFOR\nM30\n"
+    lines = code(go(tmp_path, text, dialect="sinumerik"))
+    assert [line for line in lines if "PASS" in line] == [
+        "; FROM LINE 4 AGAIN, PASS 2", "; FROM LINE 4 AGAIN, PASS 3",
+    ]  # fmt: skip
+    text = "G54 G90\nG1 F500\nR1=1\nWHILE R1<3\nIF R1==2\nM8\nENDIF\nX=R1*100\nR1=R1+1\nENDWHILE\nM30\n"
+    lines = code(go(tmp_path, text, dialect="sinumerik"))
+    assert [line for line in lines if "PASS" in line] == ["; FROM LINE 4 AGAIN, PASS 2"]
+
+
+def test_messages_say_the_numbers_of_their_pass(tmp_path):
+    text = 'G54 G90\nG1 F500\nDEF INT NN\nFOR NN=1 TO 2\nMSG("PASS "<<NN<<" OF 2, R9 "<<R9)\nX=NN*100\nENDFOR\nMSG("NN<<1")\nM30\n'
+    lines = code(go(tmp_path, text, dialect="sinumerik"))
+    assert [line for line in lines if "MSG" in line] == [
+        'MSG("PASS "<<"1"<<" OF 2, R9 "<<R9)', 'MSG("PASS "<<"2"<<" OF 2, R9 "<<R9)', 'MSG("NN<<1")',
+    ]  # fmt: skip

@@ -318,3 +318,15 @@ def test_sample_with_approach_along_a_tangent():
     box = np.array([m.end[:2] for m in program.moves if m.compensation])
     assert np.allclose(np.abs(box).max(axis=0)[1], 12)
     assert [m.kind for m in program.moves].count("arc") == 3
+
+
+@pytest.mark.parametrize("end", ["STOP M30", "STOP M2", "M30", "L FMAX M2"])
+def test_the_program_ends_where_it_says(end):
+    """STOP with M2 or M30 ends the program as a block of its own does: what follows is not run."""
+    (one,) = moves(f"L X+10 F100\n{end}\nLBL 1\nL X+99\nLBL 0")[:1]
+    assert one.end == (10, 0, 0)
+    assert all(m.end[0] == 10.0 for m in moves(f"L X+10 F100\n{end}\nLBL 1\nL X+99\nLBL 0"))
+
+
+def test_a_stop_without_an_end_goes_on():
+    assert [m.end[0] for m in moves("L X+10 F100\nSTOP M5\nL X+99\nSTOP\nL X+0")] == [10, 99, 0]

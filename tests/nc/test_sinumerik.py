@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -323,3 +324,12 @@ def test_sample_splines_are_refused():
 @pytest.mark.parametrize("name", ["arc", "goto", "loop", "spline", "trans_reset"])
 def test_samples_are_lossless(name):
     assert "".join(t.text for t in tokenize(sample(name))) == sample(name)
+
+
+def test_skip_levels_and_words_behind_a_message():
+    """/2 is one of ten switches; the text of MSG ends with its bracket."""
+    text = 'G1 X10 F100\n/2 X20\n/ X30\nMSG("A (B) M30") X40\n'
+    setup = Setup(offsets={"G54": (0.0, 0.0, 0.0)})
+    assert [m.end[0] for m in read(text, "part.mpf", setup).moves] == [10, 20, 30, 40]
+    skipping = replace(setup, block_delete=True)
+    assert [m.end[0] for m in read(text, "part.mpf", skipping).moves] == [10, 40]

@@ -13,7 +13,7 @@ import numpy as np
 
 from vcmm.compensating.fitting import Fit, Piece
 from vcmm.compensating.frame import Frame, frame_of
-from vcmm.compensating.numbers import HOLD, nearest, value_of
+from vcmm.compensating.numbers import HOLD, SAME, nearest, value_of
 from vcmm.compensating.source import Edit, edited
 from vcmm.compensating.writer import Writer
 from vcmm.errors import DataError
@@ -86,6 +86,10 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | Non
     ) / 2
     off = writer.q - frame.offset - np.array(first.contour.end) - mean
     off[normal] = (down - float(shift)) / float(frame.scale[1])
+    near = max(HOLD * writer.step(frame.inch), writer.slack * float(frame.scale[1]))
+    off[np.abs(off) * float(frame.scale[1]) > near + SAME * writer.step(frame.inch)] = (
+        0.0  # left off, not rounded
+    )
     writer.rounding.append(off)
     _arrive(writer, traces, frame, normal, down)
 

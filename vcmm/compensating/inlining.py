@@ -17,6 +17,7 @@ from pathlib import Path
 
 from vcmm.compensating.header import SEMICOLON, comment
 from vcmm.compensating.source import SourceText, code_of, read_source, semicolon_code
+from vcmm.compensating.switched import check_end, check_step
 from vcmm.errors import DataError, ModelLimit
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.moves import Move, Program
@@ -60,6 +61,8 @@ def written_out(
     out = _Sheet(source, dialect)
     for step in steps:
         out.step(step)
+    if steps:
+        check_end(steps, out.text(steps[-1].file)[steps[-1].line - 1], dialect)
     out.finish()
     text = SourceText(source.name, tuple(out.lines), source.encoding, source.bom)
     return text, tuple(out.origin)
@@ -81,6 +84,7 @@ class _Sheet:
         ""  # a comment that stands before the next block, and whether it announces a pass of a loop
     )
     again: bool = False
+    back: int = 0  # line of the block that led back to the beginning of that pass
 
     def text(self, file: str) -> list[str]:
         if file not in self.texts:
@@ -107,7 +111,9 @@ class _Sheet:
         body = self.text(step.file)
         for number in range(step.line, min(step.last, len(body)) + 1):
             line = body[number - 1]
-            new = self.numbered(_cut(line, [c for c in step.cuts if c.line == number]))
+            cuts = [c for c in step.cuts if c.line == number]
+            check_step(step, number, line, cuts)
+            new = self.numbered(_cut(line, cuts))
             if _empty(self.code(new)) and not _empty(self.code(line)):
                 new = self.remark_of(line)
                 if not new:
@@ -133,8 +139,7 @@ class _Sheet:
         last = self.last
         if last is None:
             return
-        body = self.text(step.file)
-        if self.again and any(self.code(body[n - 1]) for n in range(last.last + 1, step.line)):
+        if self.again and step.file == last.file and step.line > self.back:
             self.pending = ""  # the loop has ended instead
         self.again = False if not self.pending else self.again
         if step.call > last.call:
@@ -145,7 +150,7 @@ class _Sheet:
             said = f"FROM LINE {step.line} AGAIN, PASS {self.passes[(step.file, step.line)]}"
         else:
             return
-        self.pending, self.again = comment(said, self.dialect), "AGAIN" in said
+        self.pending, self.again, self.back = comment(said, self.dialect), "AGAIN" in said, last.line
 
     def numbered(self, line: str) -> str:
         """A block number stays where it is the first of its kind."""

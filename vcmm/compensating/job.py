@@ -43,6 +43,7 @@ from vcmm.compensating.refusals import (
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText
+from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.targets import Targets
 from vcmm.compensating.writer import Writer
 from vcmm.errors import DataError, ModelLimit, UsageError, VcmmError
@@ -114,7 +115,8 @@ def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) ->
         if grown <= growth:
             break
         notes.append(
-            f"a tolerance of {used * 1e3:g} um makes {grown:.1f} times as many blocks (limit {growth:g}); relaxed to {used * RELAXED * 1e3:g} um"
+            f"a tolerance of {used * 1e3:g} um makes {grown:.1f} times as many blocks (limit {growth:g}); relaxed to {used * RELAXED * 1e3:g} um; "
+            "--growth allows more blocks, if the control reads so many per second"
         )
         used *= RELAXED
     else:
@@ -237,6 +239,7 @@ def _proved(
     notes: list[str],
 ) -> Compensation:  # fmt: skip
     """Read back, compare, run again."""
+    check_expressions(work.program, work.source, writer.expressions)
     mark = header(work.machine.name, used, work.hashed, work.dialect)
     origin = (0, *work.origin)
     compare(work.program, new, lines, work.source.name)
@@ -252,12 +255,15 @@ def _proved(
         )  # fmt: skip
     before, offset_only, after = _at(before, origin), _at(offset_only, origin), _at(after, origin)
     rounding = _rounding(work, writer, after)
-    met = after.largest <= used + min(rounding.largest, math.sqrt(3.0) * rounding.step) + 1e-9
+    digits = min(rounding.largest, math.sqrt(3.0) * rounding.step)  # mm that the last digit can cost
+    met = after.largest <= used + digits + 1e-9
     if not met:
         notes.append(
             f"line {after.line}: {after.largest * 1e3:.2f} um are left, more than the tolerance of {used * 1e3:g} um and the rounding of "
-            f"{rounding.largest * 1e3:.2f} um together"
+            f"{digits * 1e3:.2f} um together"
         )
+    elif after.largest > used + 1e-9:
+        notes.append(_more_decimals(work, after, digits, used))
     for index in sorted(writer.expressions)[:5]:
         notes.append(f"{work.source.name}:{origin[index + 1]}: an expression has been replaced by its number")
     return Compensation(
@@ -265,6 +271,18 @@ def _proved(
         met and used == tolerance, before, offset_only, after, shifts, rounding, _counted(work, writer, new, lines), work.hashed,
         tuple(notes), tuple(origin[n] for n in lines), whole,
     )  # fmt: skip
+
+
+def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> str:
+    """What is left is rounding: half a digit in three axes is sqrt(3)/2 of the last one, which must come below the tolerance."""
+    units = {t.after.unit > 1.0: t.after.unit for t in work.program.traces}
+    inch = max(units, key=lambda i: units[i] * 10.0 ** -work.decimals[i])
+    enough = math.ceil(math.log10(units[inch] * math.sqrt(3.0) / 2.0 / used))
+    return (
+        f"line {after.line}: {after.largest * 1e3:.2f} um are left, more than the tolerance of {used * 1e3:g} um by no more than the rounding "
+        f"of the program's numbers ({digits * 1e3:.2f} um): write more digits, --decimals {max(work.decimals[inch] + 1, enough)}, if the "
+        "control takes them; the number of blocks hangs on the tolerance, not on the digits"
+    )
 
 
 def _at(found: Departure, origin: Sequence[int]) -> Departure:

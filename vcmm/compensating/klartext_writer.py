@@ -7,7 +7,6 @@ An arc whose third axis has to change as well becomes a helix (CP IPA.. Z..): C 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -23,7 +22,6 @@ from vcmm.nc.moves import PLANES
 from vcmm.nc.trace import Trace, WordAt
 from vcmm.run import Array
 
-_STOP = re.compile(r"(?<![A-Z])M[ \t]*0*(?:0|1|2|5|9|30)(?![\d.])", re.IGNORECASE)
 POLAR = ("PR", "IPR", "PA", "IPA")
 TURNED = ("LP", "CT", "CTP")  # path functions that are turned into others
 STILL = 1e-6  # mm
@@ -316,17 +314,6 @@ class KlartextWriter(Writer):
             super()._add(index, trace, letter, number)
             return
         self.edits.setdefault(last.line - 1, []).append(Edit(last.last, last.last, f" {letter}{number}"))
-
-    def _stop(self, index: int) -> re.Match[str] | None:
-        return _STOP.search(self.code(index))
-
-    def _last(self, index: int, stop: re.Match[str]) -> None:
-        """Every code that acts behind the motion moves to the last of the blocks."""
-        line = self.source.lines[index][0]
-        for found in _STOP.finditer(self.code(index)):
-            blank = 1 if line[: found.start()].endswith(" ") else 0
-            self.edits.setdefault(index, []).append(Edit(found.start() + 1 - blank, found.end() + 1, ""))
-            self.added[index][-1] += " " + found[0]
 
     def leave(self, traces: Sequence[Trace], fit: Fit) -> None:
         """DEP: its moves follow from the contour; only words that it has are corrected."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from vcmm.compensating.codes import codes_in
 from vcmm.compensating.source import SourceText
 from vcmm.errors import DataError, ModelLimit, UsageError
 from vcmm.machine import Machine
-from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED
+from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
@@ -152,13 +152,11 @@ def check_travel(
             )
 
 
-def codes_of(source: SourceText) -> list[frozenset[str]]:
-    """M codes of each line: M08 -> "M8"."""
-    from vcmm.compensating.source import code_of
-
+def codes_of(source: SourceText, dialect: Dialect) -> list[frozenset[str]]:
+    """M codes of each line: M08 -> "M8", "M?" where the number is computed."""
     return [
-        frozenset(f"M{int(n)}" for n in re.findall(r"[Mm]\s*0*(\d+)", code_of(line)))
-        if "M" in line.upper()
-        else frozenset()
+        frozenset(
+            f"M{'?' if c.number is None else c.number}" for c in codes_in(line, dialect) if c.name == "M"
+        )
         for line, _ in source.lines
     ]

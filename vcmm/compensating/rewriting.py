@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from vcmm.compensating.writer import SHORT, Writer
 from vcmm.errors import DataError
 from vcmm.machine import Machine
 from vcmm.nc.dialects import Dialect
-from vcmm.nc.moves import Program
+from vcmm.nc.moves import PLANES, Program
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
 
@@ -52,7 +53,7 @@ class Work:
 def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Targets, Writer]:
     """The new text, the source line (from 1, 0 for the mark) of each of its lines, the fits, and the writer's tallies."""
     traces = work.program.traces
-    codes = codes_of(work.source)
+    codes = codes_of(work.source, work.dialect)
     index = moves_of(traces, work.program.moves)
     own = [codes[t.line - 1] for t in traces]
     found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
@@ -74,13 +75,25 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
         to = at + 1
         while to < len(traces) and traces[to].line == traces[at].line and to - at < len(traces):
             to += 1
-        following = next((t.contour for t in traces[to:] if t.contour.kind != "dwell"), None)
-        cuts = following is not None and following.kind in ("line", "arc")
-        writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
-        writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
+        _look_ahead(writer, traces, at, to, work, tolerance)
         _block(writer, traces[at:to], fits[at:to], work)
         at = to
     return (*_assembled(work, writer, tolerance), found, writer)
+
+
+def _look_ahead(
+    writer: Writer, traces: Sequence[Trace], at: int, to: int, work: Work, tolerance: float
+) -> None:
+    """How far off the block at..to may leave an axis that it does not name, by what comes behind it."""
+    then = next((t for t in islice(traces, to, None) if t.contour.kind != "dwell"), None)
+    following = None if then is None else then.contour
+    cuts = following is not None and following.kind in ("line", "arc")
+    writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
+    writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
+    hole = next((t for t in (*traces[at + 1 : to], then) if t is not None and t.cycle), None)
+    writer.above = None
+    if hole is not None and work.dialect.name in SEMICOLON and not traces[at].cycle:
+        writer.rapid, writer.above = writer.slack, PLANES[hole.contour.plane][2]
 
 
 def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], work: Work) -> None:

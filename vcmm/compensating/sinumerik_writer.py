@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,15 +12,12 @@ from vcmm.compensating.contours import nearest_share, points
 from vcmm.compensating.fitting import Fit, Piece
 from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
 from vcmm.compensating.numbers import nearest, value_of
-from vcmm.compensating.source import Edit, semicolon_code
+from vcmm.compensating.source import semicolon_code
 from vcmm.compensating.writer import Writer
 from vcmm.nc.moves import PLANES, Move
 from vcmm.nc.trace import Trace
 from vcmm.run import Array
 
-_STOP = re.compile(
-    r"(?:M[ \t]*0*(?:0|1|2|5|9|17|30)(?![\d.])|(?:RND|CHF|CHR)[ \t]*=[ \t]*[^\s]+)", re.IGNORECASE
-)
 VIA = ("I1", "J1", "K1")
 STILL = 1e-6  # mm
 
@@ -161,17 +157,6 @@ class SinumerikWriter(Writer):
             steps = word.mode == "IC" or (not word.mode and not frame.absolute)
             point[i] = value_of(word) + (start[i] if steps else 0.0)
         return float(nearest_share(m, frame.tip(point)[None])[0])
-
-    def _stop(self, index: int) -> re.Match[str] | None:
-        return _STOP.search(self.code(index))
-
-    def _last(self, index: int, stop: re.Match[str]) -> None:
-        """Every code and corner that acts behind the motion moves to the last of the blocks."""
-        line = self.source.lines[index][0]
-        for found in _STOP.finditer(self.code(index)):
-            blank = 1 if line[: found.start()].endswith(" ") else 0
-            self.edits.setdefault(index, []).append(Edit(found.start() + 1 - blank, found.end() + 1, ""))
-            self.added[index][-1] += " " + found[0]
 
 
 def _from_zero(trace: Trace, letter: str) -> bool:

@@ -21,7 +21,12 @@ SPACING, MOST_SAMPLES = (
     400,
 )  # mm between the points at which a correction is asked for; and at most per move
 CUTTING = ("line", "arc")
-NEVER_SPLIT = ("M98", "M99", "M89")  # they act after the motion of their block
+NEVER_SPLIT = (
+    "M98",
+    "M99",
+    "M89",
+    "M?",
+)  # they act after the motion of their block; M?: who knows, it is computed
 HALF_TURN = 0.3  # |cos| of half the sweep, below which R fixes the centre badly: a digit of R moves it by 3 digits or more
 
 

@@ -27,6 +27,9 @@ class Wording:
     chain_ends: bool = True  # the block after this one belongs to no chain of short blocks
     slack: float = 0.0  # mm by which a feed may leave such an axis off
     rapid: float = math.inf  # mm by which a rapid may leave an axis off that it does not name
+    above: int | None = (
+        None  # axis of the hole that comes next: what leads there may stop above it at any height
+    )
     edits: dict[int, list[Edit]] = field(default_factory=dict)
     added: dict[int, list[str]] = field(default_factory=dict)
     before: dict[int, list[str]] = field(default_factory=dict)  # blocks that stand before a line

@@ -7,14 +7,16 @@ sections in increments (G91) do not drift.
 from __future__ import annotations
 
 import math
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.compensating.codes import Code, behind
 from vcmm.compensating.contours import length_of, sweep_of
 from vcmm.compensating.fitting import WHOLE, Fit, Piece
 from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
+from vcmm.compensating.header import SEMICOLON
 from vcmm.compensating.numbers import HOLD, SAME, Diffusion, nearest
 from vcmm.compensating.source import Edit
 from vcmm.compensating.wording import Wording
@@ -23,7 +25,6 @@ from vcmm.nc.trace import Trace
 from vcmm.run import Array
 
 SHORT = 5.0  # mm: chains of blocks up to this length carry their rounding along
-_STOP = re.compile(r"M[ \t]*0*(?:0|1|2|30|60)(?![\d.])", re.IGNORECASE)
 TINY_ARC = 0.1  # mm: an arc shorter than this is shifted as a whole
 
 
@@ -52,7 +53,7 @@ class Writer(Wording):
             fit = self._shifted(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
         self.first_share = fit.pieces[0].share
-        stop = self._stop(index) if len(fit.pieces) > 1 else None
+        last_codes = behind(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
         for k, piece in enumerate(fit.pieces):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
             named = tuple(a in trace.words for a in AXES) if k == 0 else (False,) * 3
@@ -69,19 +70,18 @@ class Writer(Wording):
             if m.kind != "rapid":
                 last = k == len(fit.pieces) - 1
                 self.rounding.append(self.q - frame.offset - (wanted if last else piece.end))
-        if stop is not None and self.added.get(index):
-            self._last(index, stop)
+        if last_codes and self.added.get(index):
+            self._last(index, last_codes)
 
-    def _stop(self, index: int) -> re.Match[str] | None:
-        """A code of the line that acts behind its motion (M0, M1, M2, M30, M60)."""
-        return _STOP.search(self.code(index))
-
-    def _last(self, index: int, stop: re.Match[str]) -> None:
-        """Such a code moves to the last of the blocks."""
+    def _last(self, index: int, codes: Sequence[Code]) -> None:
+        """Every code and corner that acts behind the motion moves to the last of the blocks."""
         line = self.source.lines[index][0]
-        first = stop.start() + 1 - (1 if line[: stop.start()].endswith(" ") else 0)
-        self.edits.setdefault(index, []).append(Edit(first, stop.end() + 1, ""))
-        self.added[index][-1] += self.gap + stop[0]
+        gap = " " if self.dialect.name in SEMICOLON else self.gap
+        for code in codes:
+            ahead = line[: code.first - 1].endswith(" ")
+            trailing = not ahead and line[code.last - 1 : code.last] == " "
+            self.edits.setdefault(index, []).append(Edit(code.first - ahead, code.last + trailing, ""))
+            self.added[index][-1] += gap + code.text
 
     def _standing(self, trace: Trace) -> Array:
         """Tool offset from which a block counts: Fanuc's G43 with Z counts from the programmed point before it."""
@@ -117,6 +117,7 @@ class Writer(Wording):
                 diffusion.forget()
                 target = nearest(float(wanted[i]), step)
                 slack = self.rapid if kind == "rapid" else self.slack
+                slack = math.inf if kind == "rapid" and i == self.above else slack
                 near = max(HOLD * step, slack * float(frame.scale[1]))
                 if not named[i] and abs(wanted[i] - cur[i]) <= near:
                     continue

@@ -152,8 +152,9 @@ class _Runner:
         self.paths.technology(words)
         return self.paths.after(words)
 
-    def stop(self, reader: Reader) -> None:
-        read_words(reader, ())
+    def stop(self, reader: Reader) -> bool:
+        """STOP with M functions: they act as in a block of their own, and M2 and M30 end the program."""
+        return self.functions(reader)
 
     # -- frame of the program --
     def begin(self, reader: Reader) -> None:

@@ -64,6 +64,9 @@ def parse_block(tokens: Sequence[Token], line: int) -> Block:
     block = Block(line, tokens[0].column, tokens[-1].column + len(tokens[-1].text))
     if reader.accept("/"):
         block.skipped = True
+        level = reader.upper()
+        if len(level) == 1 and level.isdigit():  # /0 to /9: one of ten switches
+            reader.at += 1
     _number_and_label(reader, block)
     while not reader.done:
         if block.flow is not None:
@@ -159,8 +162,7 @@ def _name(reader: Reader) -> Item:
     token = reader.next()
     name = token.text.upper()
     if name in ("MSG", "SETAL"):
-        while not reader.done:
-            reader.at += 1
+        _text(reader)
         return Item(name, token.column, reader.reached)
     if reader.upper() == "[":
         raise reader.fault(
@@ -173,6 +175,16 @@ def _name(reader: Reader) -> Item:
         arguments = tuple(reader.optional_arguments())
         return Item(name, token.column, reader.reached, arguments=arguments)
     return Item(name, token.column, reader.reached)
+
+
+def _text(reader: Reader) -> None:
+    """The brackets of MSG and SETAL with what is in them; words may stand behind them."""
+    depth = 0
+    while not reader.done:
+        depth += (reader.upper() == "(") - (reader.upper() == ")")
+        reader.at += 1
+        if depth <= 0:
+            return
 
 
 def _flow(reader: Reader, block: Block) -> bool:

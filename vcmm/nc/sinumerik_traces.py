@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any, Protocol
 
+from vcmm.nc.faults import BlockFault
 from vcmm.nc.sinumerik_blocks import Block, Item
-from vcmm.nc.sinumerik_text import Environment
+from vcmm.nc.sinumerik_text import Environment, Reader, lines_of
+from vcmm.nc.tokens import Token
 from vcmm.nc.trace import Cut, WordAt
 from vcmm.nc.tracing import plain, word_at, written_out
 
-_HEAD = re.compile(r"[ \t]*/?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
+_HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _WORD = re.compile(
     r"(?:[A-Za-z_$][A-Za-z0-9_$]*[ \t]*=[ \t]*(?:(?P<mode>AC|IC)[ \t]*\((?P<inside>.*)\)|(?P<value>.*))|[A-Za-z][ \t]*(?P<number>.*))\Z",
     re.IGNORECASE,
@@ -26,6 +29,9 @@ class Running(Environment, Protocol):
 
     @property
     def sections(self) -> Mapping[str, Any]: ...
+
+    @property
+    def parameters(self) -> Mapping[int, float]: ...
 
     def defined(self, name: str) -> bool: ...
 
@@ -102,6 +108,8 @@ def cuts_of(runner: Running, block: Block, line: str, call: int) -> list[Cut]:
 
 def _written(runner: Running, item: Item, line: str, call: int) -> tuple[int, int, str] | None:
     """Columns and text of an item that does not stay."""
+    if item.name in ("MSG", "SETAL"):
+        return _message(runner, item, line)
     if item.name == "R" or (item.value is not None and runner.defined(item.name)):
         return item.first, item.last, ""
     if item.name in runner.sections or (item.name == "L" and f"L{item.text}" in runner.sections):
@@ -114,6 +122,36 @@ def _written(runner: Running, item: Item, line: str, call: int) -> tuple[int, in
     if found is None or item.value is None or plain(line[found[0] - 1 : found[1] - 1]):
         return None
     return found[0], found[1], written_out(item.value(runner))
+
+
+def _message(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:
+    """MSG("PASS "<<R2) with the number that R2 has now, as a text of its own: the assignment of R2 goes."""
+    tokens = [t for t in lines_of(line[: item.last - 1])[0] if t.column > item.first][1:-1]
+    borders = [-1, *(i for i, t in enumerate(tokens) if t.text in ("<<", ",")), len(tokens)]
+    text = line[: item.last - 1]
+    for before, behind in reversed(list(pairwise(borders))):
+        piece = tokens[before + 1 : behind]
+        value = _number_in(runner, piece)
+        if value is not None:
+            end = piece[-1].column + len(piece[-1].text) - 1
+            text = f'{text[: piece[0].column - 1]}"{written_out(value)}"{text[end:]}'
+    new = text[item.first - 1 :]
+    return None if new == line[item.first - 1 : item.last - 1] else (item.first, item.last, new)
+
+
+def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
+    """The value of a part of a message that hangs on parameters of the program; None for any other part."""
+    names = [t for t in piece if t.kind == "name" and runner.defined(t.text.upper())]
+    given = [t for t in piece if t.kind == "word" and t.text[0] in "Rr"]
+    known = all(t.text[1:].strip().isdigit() and int(t.text[1:]) in runner.parameters for t in given)
+    if not (names or given) or not known:
+        return None
+    try:
+        reader = Reader(list(piece))
+        value = reader.expression()(runner)
+    except BlockFault:
+        return None
+    return value if reader.done else None
 
 
 def _arguments(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:

@@ -9,7 +9,7 @@ from vcmm.nc.flow import Runner
 from vcmm.nc.trace import Cut, Step
 from vcmm.nc.tracing import written_out
 
-_NUMBERED = re.compile(r"[ \t]*/?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
+_NUMBERED = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _PROGRAM = re.compile(r"[O:][ \t]*\d+", re.IGNORECASE)
 
 
