@@ -50,7 +50,7 @@ def tool_side(
     row = found.row[point, candidate]
     contact = contact_points(surface, found, point, candidate)
     states, known = _states(shop, found, contact, point, candidate)
-    states = later_in_batch(states, shop.path, shop.scenario.batch_part)
+    states = later_in_batch(states, shop.path, shop.scenario.batch_part, _fed_in_part(shop))
     if shop.blank is not None and shop.blank.forces is not None:
         force = forces_at(shop.blank.forces, shop.sweep, row, found.share[point, candidate])
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
@@ -63,6 +63,15 @@ def tool_side(
         ways = commands_to_work(shop.machine, full)
         turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
     return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
+
+
+def _fed_in_part(shop: Shop) -> dict[str, float] | None:
+    """mm that each tool is fed in one part, along its tip in the part, where rotary axes leave zero; None: as the toolpath says."""
+    if shop.motion is None:
+        return None
+    before, length = shop.motion.fed
+    tools = np.array([shop.program.moves[i].tool for i in shop.sweep.move.tolist()])
+    return {str(t): float((before + length)[tools == t].max()) for t in np.unique(tools)}
 
 
 def _across_tool(run: Run) -> Array:

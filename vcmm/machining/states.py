@@ -51,6 +51,8 @@ def turning_states(path: Toolpath, motion: Motion, row: Ints, t: Array, at: Arra
     """
     move, share = motion.row[row], motion.share(row, t)
     time, columns, labels = _moment(path, motion.base.move[move], share)
+    before, length = motion.fed  # the toolpath counts X, Y and Z only
+    columns["cut_length_mm"] = before[row] + t * length[row]
     position = motion.commanded(move, share)
     offset = tool_offset_to(motion.machine, position, at)
     state = path.timing.state(time).position
