@@ -11,7 +11,7 @@ from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.machine import Machine
-from vcmm.machining.blank import Blank, machined_blank
+from vcmm.machining.blank import Blank, cuts_turned, machined_blank
 from vcmm.machining.blank import notes as blank_notes
 from vcmm.machining.polish import polished
 from vcmm.machining.rotary import Motion, point_of_part
@@ -66,7 +66,7 @@ def set_up(scenario: CutScenario) -> Shop:
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     _check_lengths(scenario, program)
-    _check_forces(scenario)
+    _check_forces(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
     zero = _work_zero(scenario, program)
@@ -117,14 +117,20 @@ def _check_lengths(scenario: CutScenario, program: Program) -> None:
             )
 
 
-def _check_forces(scenario: CutScenario) -> None:
-    """Deflection needs forces, and they need to be told what is cut."""
+def _check_forces(scenario: CutScenario, program: Program) -> None:
+    """Deflection needs forces, and they need to be told what is cut; beside rotary axes off zero none are computed."""
     bends = [e for e in scenario.machine.effects if e.name == "tool_deflection"]
     stated = scenario.setup.stock is not None or scenario.setup.bar is not None
     if bends and not (stated and scenario.setup.material is not None):
         raise UsageError(
             f"{bends[0].id} needs cutting forces: add [stock] with box (or bar) and material, and teeth to milling tools of the set-up, or leave "
             "the effect out"
+        )
+    line = cuts_turned(program)
+    if bends and line and not turns(scenario, program):
+        raise ModelLimit(
+            f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "
+            "computed; leave out the effect, or stick_out and compliance of the tools where these bend them"
         )
 
 
