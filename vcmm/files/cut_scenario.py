@@ -255,7 +255,8 @@ def setting_knowledge(
     if cut.work_offset.u:
         law = Normal(cut.work_offset.u)
         inputs = [
-            Input("work_offset", d, "shift", law, "setup", "setting of the work offset") for d in directions
+            Input("work_offset", d, "shift", law, "work_offset", "setting of the work offset")
+            for d in directions
         ]
     for number in setup.tools:
         name, said = str(number), cut.tools.get(str(number), ToolKnowledge())

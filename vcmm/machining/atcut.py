@@ -111,7 +111,7 @@ def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
     first, number = settings_of(run)
     tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][first]]
     offset = -np.array([tool.offset for tool in tools])
-    names = run.labels["setup"][first]
+    names = run.labels["work_offset"][first]
     rows = setting_rows(run, first, offset, zeros(shop, names), shop.pose)
     if shop.scenario.set_as_cut and shop.motion is not None:
         rows = _turned(rows, shop, [angle_of(shop.program, shop.motion, str(name)) for name in names])
@@ -123,7 +123,7 @@ def _turned(rows: Run, shop: Shop, angles: Sequence[Array]) -> Run:
     """The rows of setting with A, B, C at angles (3,) each, rad, and what of the part then lies at the zero."""
     angle = np.array(angles).reshape(-1, 3)
     position = {a: angle[:, "ABC".index(a)] if a in "ABC" else q for a, q in rows.position.items()}
-    zero = zeros(shop, rows.labels["setup"])
+    zero = zeros(shop, rows.labels["work_offset"])
     at = np.array([point_of_part(shop.machine, z, a) for z, a in zip(zero, angle)]).reshape(-1, 3)
     part = {f"part_{c}_mm": (at - shop.pose.shift)[:, i] for i, c in enumerate("xyz")}
     return replace(rows, position=position, columns={**rows.columns, **part})
