@@ -28,7 +28,9 @@ def written(tmp_path, program, effects="", tool=TOOL):
 )
 def test_a_table_off_zero_leaves_no_forces(tmp_path, program, line):
     shop = rs.shop_of(written(tmp_path, program))
-    assert (abs(shop.sweep.axis - [0, 0, 1]) < 1e-12).all()  # the tool stands along +Z of the part all the same
+    assert (
+        abs(shop.sweep.axis - [0, 0, 1]) < 1e-12
+    ).all()  # the tool stands along +Z of the part all the same
     assert shop.blank.forces is None
     assert shop.blank.kept_as == "map of heights"
     said = f"line {line} cuts with a rotary axis off zero: no cutting forces are computed"

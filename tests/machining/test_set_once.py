@@ -12,9 +12,7 @@ from vcmm.errors import UsageError
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.shop import set_up
 
-TURNING = (
-    '[tools.9]\nlength = "60 mm"\nshape = "turning"\nnose_radius = "0.8 mm"\norientation = 3\n'  # never called
-)
+TURNING = '[tools.9]\nlength = "60 mm"\nshape = "turning"\nnose_radius = "0.8 mm"\norientation = 3\n'  # never called
 
 
 def test_a_turning_tool_that_is_never_called_leaves_the_work_offset_alone(tmp_path):
@@ -128,7 +126,9 @@ def test_a_work_offset_beside_the_probed_points_has_no_part_in_them(tmp_path):
 
 def test_a_side_that_two_work_offsets_share_is_not_probed_from_one(tmp_path):
     half = SLAB.replace("G1 Y60. F600\n", "G1 Y0. F600\nG55\nG1 Y60.\n")
-    with pytest.raises(UsageError, match=r"feature left is cut under G54 and G55.* cut it under one work off"):
+    with pytest.raises(
+        UsageError, match=r"feature left is cut under G54 and G55.* cut it under one work off"
+    ):
         cut(slab(tmp_path, U_OFFSET, U_TOOL, BOTH_SIDES, half))
     found = cut(slab(tmp_path, "", U_TOOL, BOTH_SIDES, half))
     assert found.characteristics[0].u == pytest.approx(6e-3, rel=0.02)

@@ -242,9 +242,7 @@ def _turned(setup: Setup, cut: CutTable, program: Path) -> bool:
         return False
 
 
-def setting_knowledge(
-    setup: Setup, cut: CutTable, turned: bool
-) -> tuple[list[Effect], list[Input]]:
+def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[Effect], list[Input]]:
     """Effects of setting up, at zero, and Inputs where an uncertainty is stated.
 
     turned: on a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.

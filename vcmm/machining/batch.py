@@ -10,9 +10,7 @@ from vcmm.nc.toolpath import Toolpath
 from vcmm.run import Array, Run
 
 
-def later_in_batch(
-    states: Run, path: Toolpath, number: int, worn: Mapping[str, float] | None = None
-) -> Run:
+def later_in_batch(states: Run, path: Toolpath, number: int, worn: Mapping[str, float] | None = None) -> Run:
     """The same states while the `number`-th part in a row is cut: time, cut length of each tool and travel have gone on.
 
     worn: what each tool adds to the cut length of its states in one part, mm; default: what the toolpath counts, the

@@ -12,10 +12,9 @@ from vcmm.fit.elements import MINIMUM_POINTS
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.probing import ProbedHere
 from vcmm.machining.rotary import angle_of
-from vcmm.machining.scenario import IDEAL, SAME
 from vcmm.machining.rows import Words
-from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, look, zeros
-from vcmm.machining.wrong_unit import unit_hint
+from vcmm.machining.scenario import IDEAL, SAME
+from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, look, other_unit, zeros
 from vcmm.plan import Plan, touches
 from vcmm.qualification import qualified_machine
 from vcmm.result import CharacteristicResult, UncertaintyResult
@@ -34,7 +33,7 @@ def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...
             raise ModelLimit(
                 f"feature {step.feature}: the program cuts {len(kept)} of its {len(step.points)} inspection points within "
                 f"{HEIGHT:g} mm; check the work offset, the pose of the part and the tool, or leave the feature out"
-                f"{unit_hint(shop.scenario)}"
+                f"{other_unit(shop.scenario)}"
             )
         if len(kept) < len(step.points):
             notes.append(
@@ -61,7 +60,7 @@ def gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
     if (found.status == BEYOND).any():
         raise ModelLimit(
             f"feature {feature}: line {line} of the program cuts more than {DEEPEST:g} mm below it; check the work offset, the "
-            f"pose of the part and the tool{unit_hint(shop.scenario)}"
+            f"pose of the part and the tool{other_unit(shop.scenario)}"
         )
     count, depth = int((found.contact_s[:, 0] < -GOUGE).sum()), -float(found.contact_s[worst, 0])
     return [

@@ -77,5 +77,7 @@ def _moment(path: Toolpath, move: Ints, share: Array) -> tuple[Array, dict[str, 
     }
     labels = {name: values[following] for name, values in path.labels.items()}
     labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
-    labels["work_offset"] = np.array([timing.moves[i].offset for i in move.tolist()])  # a row that ends one may name the next
+    labels["work_offset"] = np.array(
+        [timing.moves[i].offset for i in move.tolist()]
+    )  # a row that ends one may name the next
     return time, columns, labels
