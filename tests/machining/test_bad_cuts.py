@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
+import lathe
 import pytest
+import rotary_shop as rs
 import shop
+from test_turning_job import PLAIN, plain
 
 import vcmm
 from vcmm.cli import run as command
@@ -38,6 +43,31 @@ def test_no_unit_is_blamed_where_the_other_one_misses_as_well(tmp_path):
     with pytest.raises(VcmmError, match="cuts 0 of its") as caught:
         cut(vcmm.load_cut(path))
     assert "inches" not in str(caught.value)
+
+
+def inches(program: str) -> str:
+    """The program with its lengths and feeds in inches, its code of the unit left as it is."""
+    return re.sub(r"([XYZIJKRF])(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:.6f}", program)
+
+
+def test_the_unit_of_a_lathe_program_is_named(tmp_path):
+    path = plain(tmp_path, program=inches(PLAIN))
+    with pytest.raises(VcmmError, match=r"cuts 0 of its 72 .*in inches it would cut 72 of the 72"):
+        cut(vcmm.load_cut(path))
+    assert "G21" in lathe.HEAD
+
+
+@pytest.mark.parametrize(
+    ("angle", "face"), [(0, 'point = "0 0 40 mm", normal = [0, 0, 1]'), (90, 'point = "40 0 0 mm", normal = [1, 0, 0]')]
+)  # fmt: skip
+def test_the_unit_of_a_program_on_a_turned_pallet_is_named(tmp_path, angle, face):
+    way = inches("G0 X-45. Y-10.\nG43 H1 Z60.\nZ40.\nG1 X45. F600\nG1 Y10.\nG1 X-45.\nG0 Z200.\n")
+    feature = f'face = {{ type = "plane", {face}, size = "40 40 mm" }}\n'
+    asked = '[[part.characteristics]]\nname = "flat"\ntype = "flatness"\nof = "face"\nzone = "0.01 mm"\n'
+    mill = rs.machine("w B' Z' b X Y t", rs.axis("B"))
+    path = rs.write(tmp_path, mill, f"G0 B{angle}.\n{way}", feature, 'diameter = "24 mm"\n', "", asked)
+    with pytest.raises(VcmmError, match=r"in inches it would cut 49 of the 49"):
+        cut(vcmm.load_cut(path))
 
 
 @pytest.mark.parametrize(

@@ -329,3 +329,9 @@ def test_without_an_engine_asked_for_turned_parts_are_computed_exactly(tmp_path)
     # the tool stands 3 um of radius off: 6 um of diameter either way
     for one in (found, linear):
         assert one.uncertainty.characteristics[0].u == pytest.approx(6 * UM, rel=0.08)
+
+
+def test_a_milling_tool_that_is_never_called_does_not_make_x_a_set_zero(tmp_path):
+    path = plain(tmp_path, setup=lathe.SETUP + '[tools.7]\nlength = "80 mm"\ndiameter = "8 mm"\n')
+    path.write_text(path.read_text().replace("[cut]", '[cut]\nwork_offset = { u = "2 um" }'))
+    assert [i.id for i in vcmm.load_cut(path).inputs] == ["work_offset[z].shift"]

@@ -29,7 +29,7 @@ LABELS = (
     "repeat",
     "mode",
 )
-REDRAW = ("machine", "touch", *LABELS)  # what an Input may be redrawn by
+REDRAW = ("machine", "touch", "work_offset", *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
 _BY_AXIS = (
     "sense_{}",

@@ -13,7 +13,7 @@ from vcmm.cutting.force import bending
 from vcmm.effect import Effect
 from vcmm.effects.cutting import ToolBending
 from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
-from vcmm.errors import choose_from
+from vcmm.errors import VcmmError, choose_from
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, placement_from
@@ -37,7 +37,7 @@ from vcmm.inputs import Input
 from vcmm.laws import Normal
 from vcmm.machine import Machine
 from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
-from vcmm.nc.setup import Setup
+from vcmm.nc.setup import Setup, turns_with
 from vcmm.pose import Pose
 from vcmm.settings import CORRECTED
 
@@ -214,7 +214,7 @@ def _known(
                     problems.add(("cut", "tools", name, key), text)
     if problems.found:
         return None
-    effects, inputs = setting_knowledge(setup, cut)
+    effects, inputs = setting_knowledge(setup, cut, _turned(setup, cut, document.path.parent / cut.program))
     stated = any(
         e.get("effect") == "tool_deflection" for e in document.data.get("effects", []) if isinstance(e, dict)
     )
@@ -226,19 +226,35 @@ def _known(
     return None if found is None else (found[0], (*found[1], *inputs))
 
 
-def setting_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[Input]]:
+def _turned(setup: Setup, cut: CutTable, program: Path) -> bool:
+    """Whether the part is turned. Where the set-up has tools of both kinds, the program is asked which it uses.
+
+    One that cannot be read is refused by the job, with its line.
+    """
+    shapes = {tool.shape == "turning" for tool in setup.tools.values()}
+    if len(shapes) < 2:
+        return shapes == {True}
+    from vcmm.nc.interpret import read_program
+
+    try:
+        return turns_with(setup, read_program(program, cut.dialect or setup.dialect, setup))
+    except (VcmmError, OSError):
+        return False
+
+
+def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[Effect], list[Input]]:
     """Effects of setting up, at zero, and Inputs where an uncertainty is stated.
 
-    On a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.
+    turned: on a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.
     """
-    turned = any(tool.shape == "turning" for tool in setup.tools.values())
     directions = "z" if turned else "xyz"
     effects: list[Effect] = [WorkOffset(d) for d in directions]
     inputs = []
     if cut.work_offset.u:
         law = Normal(cut.work_offset.u)
         inputs = [
-            Input("work_offset", d, "shift", law, "setup", "setting of the work offset") for d in directions
+            Input("work_offset", d, "shift", law, "work_offset", "setting of the work offset")
+            for d in directions
         ]
     for number in setup.tools:
         name, said = str(number), cut.tools.get(str(number), ToolKnowledge())

@@ -50,7 +50,7 @@ def tool_side(
     row = found.row[point, candidate]
     contact = contact_points(surface, found, point, candidate)
     states, known = _states(shop, found, contact, point, candidate)
-    states = later_in_batch(states, shop.path, shop.scenario.batch_part)
+    states = later_in_batch(states, shop.path, shop.scenario.batch_part, _fed_in_part(shop))
     if shop.blank is not None and shop.blank.forces is not None:
         force = forces_at(shop.blank.forces, shop.sweep, row, found.share[point, candidate])
         states = states.with_columns({f"force_{c}_N": force[:, i] for i, c in enumerate("xyz")})
@@ -63,6 +63,15 @@ def tool_side(
         ways = commands_to_work(shop.machine, full)
         turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
     return ToolSide(shop.machine, full, setting, known, inputs, turn), contacts
+
+
+def _fed_in_part(shop: Shop) -> dict[str, float] | None:
+    """mm that each tool is fed in one part, along its tip in the part, where rotary axes leave zero; None: as the toolpath says."""
+    if shop.motion is None:
+        return None
+    before, length = shop.motion.fed
+    tools = np.array([shop.program.moves[i].tool for i in shop.sweep.move.tolist()])
+    return {str(t): float((before + length)[tools == t].max()) for t in np.unique(tools)}
 
 
 def _across_tool(run: Run) -> Array:
@@ -102,7 +111,7 @@ def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
     first, number = settings_of(run)
     tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][first]]
     offset = -np.array([tool.offset for tool in tools])
-    names = run.labels["setup"][first]
+    names = run.labels["work_offset"][first]
     rows = setting_rows(run, first, offset, zeros(shop, names), shop.pose)
     if shop.scenario.set_as_cut and shop.motion is not None:
         rows = _turned(rows, shop, [angle_of(shop.program, shop.motion, str(name)) for name in names])
@@ -114,7 +123,7 @@ def _turned(rows: Run, shop: Shop, angles: Sequence[Array]) -> Run:
     """The rows of setting with A, B, C at angles (3,) each, rad, and what of the part then lies at the zero."""
     angle = np.array(angles).reshape(-1, 3)
     position = {a: angle[:, "ABC".index(a)] if a in "ABC" else q for a, q in rows.position.items()}
-    zero = zeros(shop, rows.labels["setup"])
+    zero = zeros(shop, rows.labels["work_offset"])
     at = np.array([point_of_part(shop.machine, z, a) for z, a in zip(zero, angle)]).reshape(-1, 3)
     part = {f"part_{c}_mm": (at - shop.pose.shift)[:, i] for i, c in enumerate("xyz")}
     return replace(rows, position=position, columns={**rows.columns, **part})

@@ -31,6 +31,7 @@ from vcmm.errors import UsageError
 from vcmm.machining.turned_blank import TurnedBlank
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
+from vcmm.nc.toolpath import CUTS
 from vcmm.run import Array
 
 NODES = 600  # along the longer side, of a map of heights
@@ -60,7 +61,11 @@ class Blank:
 
 
 def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) -> Blank | None:
-    """Cut the blank of a set-up with all moves; None where no stock is stated. zero (3,): work zero, workpiece axes."""
+    """Cut the blank of a set-up with all moves; None where no stock is stated. zero (3,): work zero, workpiece axes.
+
+    Forces are those of three axes: where a rotary axis turns or stands off zero while a tool cuts, F may be degrees per
+    minute, and none are computed.
+    """
     if setup.stock is None:
         return None
     size = np.array(setup.stock)
@@ -77,9 +82,23 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     removal = remove(before, sweep, rapid)
     lines = [program.moves[int(sweep.move[row])].source.line for row in removal.collisions]
     hits = tuple(zip(lines, (float(d) for d in removal.collision_depth)))
-    forces = None if setup.material is None else cutting_forces(setup, program, sweep, removal)
+    line = cuts_turned(program)
+    forces = None if setup.material is None or line else cutting_forces(setup, program, sweep, removal)
     shanks = shank_collisions(setup, program, sweep, removal.stock)
-    return Blank(before, removal.stock, float(removal.volume.sum()), hits, forces, shanks)
+    said = (
+        (f"line {line} cuts with a rotary axis off zero: no cutting forces are computed",)
+        if setup.material and line
+        else ()
+    )
+    return Blank(before, removal.stock, float(removal.volume.sum()), hits, forces, shanks, said)
+
+
+def cuts_turned(program: Program) -> int:
+    """Line of the first cut with a rotary axis off zero, 0 where there is none."""
+    turned = (
+        m.source.line for m in program.moves if m.kind in CUTS and any((*m.rotary_start, *m.rotary_end))
+    )
+    return next(turned, 0)
 
 
 def _from_all_sides(setup: Setup, sweep: Sweep, rapid: Array, low: Array, high: Array) -> Blank:

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.cutting.envelope import BEYOND, UNCUT, CutSurface
-from vcmm.errors import ModelLimit
+from vcmm.errors import ModelLimit, UsageError
 from vcmm.fit.elements import MINIMUM_POINTS
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.probing import ProbedHere
 from vcmm.machining.rotary import angle_of
+from vcmm.machining.rows import Words
 from vcmm.machining.scenario import IDEAL, SAME
-from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, first_offset, look, zeros
-from vcmm.machining.wrong_unit import unit_hint
+from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, look, other_unit, zeros
 from vcmm.plan import Plan, touches
 from vcmm.qualification import qualified_machine
 from vcmm.result import CharacteristicResult, UncertaintyResult
@@ -33,7 +33,7 @@ def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...
             raise ModelLimit(
                 f"feature {step.feature}: the program cuts {len(kept)} of its {len(step.points)} inspection points within "
                 f"{HEIGHT:g} mm; check the work offset, the pose of the part and the tool, or leave the feature out"
-                f"{unit_hint(shop.scenario)}"
+                f"{other_unit(shop.scenario)}"
             )
         if len(kept) < len(step.points):
             notes.append(
@@ -60,7 +60,7 @@ def gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
     if (found.status == BEYOND).any():
         raise ModelLimit(
             f"feature {feature}: line {line} of the program cuts more than {DEEPEST:g} mm below it; check the work offset, the "
-            f"pose of the part and the tool{unit_hint(shop.scenario)}"
+            f"pose of the part and the tool{other_unit(shop.scenario)}"
         )
     count, depth = int((found.contact_s[:, 0] < -GOUGE).sum()), -float(found.contact_s[worst, 0])
     return [
@@ -69,7 +69,7 @@ def gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
     ]
 
 
-def measuring_world(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
+def measuring_world(shop: Shop, plan: Plan, surface: CutSurface) -> Measuring | ProbedHere:
     """The world of the measuring machine: none, the machine tool again, or another machine."""
     scenario, how = shop.scenario, shop.scenario.inspection
     if how.kind == IDEAL:
@@ -96,17 +96,43 @@ def measuring_world(shop: Shop, plan: Plan) -> Measuring | ProbedHere:
         for i in given
     ]
     own = [*shared, *(replace(i, owner="probing") for i in qualified)]
+    drawn = any(i.effect == "work_offset" and i.redraw == "work_offset" for i in given)
+    offset = _offset_cut_under(shop, surface, placed.run.labels["feature"], drawn)
+    placed = replace(placed, run=replace(placed.run, labels={**placed.run.labels, "work_offset": offset}))
     task = Task(machine, scenario.part, plan, placed, tuple(own), empty)
     if not scenario.set_here:
         return Measuring(task)
-    name = first_offset(shop.program)
-    if scenario.set_as_cut and shop.motion is not None and np.any(angle_of(shop.program, shop.motion, name)):
-        raise ModelLimit(
-            f'[inspection] machine = "same" probes with the rotary axes at zero, but {name} was set with them turned '
-            '(work_offset.rotary = "as cut"); inspect on another machine, or begin the program at zero'
-        )
-    zero = zeros(shop, np.array([name]))[0]
-    return ProbedHere(task, zero, name)
+    names = np.unique(offset)
+    turned = scenario.set_as_cut and shop.motion is not None
+    for name in names.tolist() if turned else []:
+        assert shop.motion is not None
+        if np.any(angle_of(shop.program, shop.motion, name)):
+            raise ModelLimit(
+                f'[inspection] machine = "same" probes with the rotary axes at zero, but {name} was set with them turned '
+                '(work_offset.rotary = "as cut"); inspect on another machine, or begin the program at zero'
+            )
+    return ProbedHere(task, dict(zip(names.tolist(), zeros(shop, names))))
+
+
+def _offset_cut_under(shop: Shop, surface: CutSurface, feature: Words, drawn: bool) -> Words:
+    """The work offset (n,) from which each touch is read: that under which its feature was cut, for the most part.
+
+    Raises UsageError for a feature that two of them share, where each was set with an uncertainty of its own.
+    """
+    move = shop.sweep.move[surface.row[:, 0]]
+    cut = np.array([shop.program.moves[i].offset for i in move.tolist()])
+    out = cut.copy()
+    for name in dict.fromkeys(feature.tolist()):
+        mine = feature == name
+        found, count = np.unique(cut[mine], return_counts=True)
+        if len(found) > 1 and drawn:
+            raise UsageError(
+                f"feature {name} is cut under {' and '.join(found.tolist())}, each of which was set with the uncertainty of "
+                '[cut.work_offset]; probed on the machine that cut it ([inspection] machine = "same") a feature is read from one '
+                "of them: cut it under one work offset, leave u out, or inspect on another machine"
+            )
+        out[mine] = found[int(np.argmax(count))]
+    return out
 
 
 def with_uncut(found: UncertaintyResult, task: Task, shop: Shop) -> tuple[CharacteristicResult, ...]:

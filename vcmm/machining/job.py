@@ -92,7 +92,7 @@ def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
         )
     plan, surface, notes = cut_points(shop, planned)
     inputs = (*shop.machine.inputs, *scenario.inputs)
-    measuring = measuring_world(shop, plan)
+    measuring = measuring_world(shop, plan, surface)
     touch, feature = (measuring.task.touches.run.labels[name] for name in ("touch", "feature"))
     if isinstance(surface, TurnedSurface) and shop.turning is not None:
         notes = (*notes, *backs(shop.turning, surface, feature))

@@ -44,10 +44,11 @@ def in_workpiece(
     row = np.repeat(np.arange(len(base)), counts)
     number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     first, last = number / counts[row], (number + 1) / counts[row]
-    whole = Motion(machine, base, turned, offset, row, first, last, free[row])
     sweep = held.take(row)
+    whole = Motion(machine, base, turned, offset, row, first, last, free[row], sweep, rapid)
     loose = np.flatnonzero(free[row])
-    return checked(_with_pieces(sweep, whole, loose)), whole
+    sweep = checked(_with_pieces(sweep, whole, loose))
+    return sweep, replace(whole, sweep=sweep)
 
 
 def _affine(machine: Machine, base: Sweep, turned: Array, offset: Array) -> tuple[Sweep, Bools]:

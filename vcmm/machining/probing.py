@@ -1,4 +1,6 @@
-"""Probing on the machine tool itself: readings count from the work zero that was set on the same machine.
+"""Probing on the machine tool itself: readings count from the work zeros that were set on the same machine.
+
+A feature is read from the work offset under which it was cut.
 
 What the machine errs by at the zero is in the zero as well, so it is taken off every reading, draw by draw. The offset that
 was set wrongly shifts cut and reading alike: its draw is that of the cut, and its error is found in neither.
@@ -6,7 +8,7 @@ was set wrongly shifts cut and reading alike: its draw is that of the cut, and i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -24,25 +26,27 @@ from vcmm.trials import Draws, exact_errors
 
 @dataclass(frozen=True, eq=False)
 class ProbedHere:
-    """The world of a measuring task whose readings are relative to `zero` (3,), workpiece axes; offset: name of the zero."""
+    """The world of a measuring task whose readings are relative to `zeros`: work offset -> (3,), workpiece axes.
+
+    The label `work_offset` of the touches says which of them each counts from.
+    """
 
     task: Task
-    zero: Array
-    offset: str
+    zeros: Mapping[str, Array]
     predicts: bool = False
 
     @cached_property
     def run(self) -> Run:
-        """The touches, then the zero, touched with the stylus of the first of them."""
+        """The touches, then the zeros in order of `zeros`, touched with the stylus of the first touch."""
         touches = self.task.touches.run
-        touches = replace(touches, labels={**touches.labels, "setup": np.full(touches.n, self.offset)})
         touches = touches.with_columns({"setting": np.zeros(touches.n)})
-        rows = setting_rows(
-            touches, np.array([0]), touches.offset[:1], self.zero[None], self.task.touches.pose
-        )
-        rows = replace(rows, labels={**rows.labels, "stylus": touches.labels["stylus"][:1]})
+        first = np.zeros(len(self.zeros), dtype=np.intp)
+        at = np.array(list(self.zeros.values()))
+        rows = setting_rows(touches, first, touches.offset[first], at, self.task.touches.pose)
+        own = {"stylus": touches.labels["stylus"][first], "work_offset": np.array(list(self.zeros))}
+        rows = replace(rows, labels={**rows.labels, **own})
         rows = rows.with_columns(
-            {name: touches.columns[name][:1] for name in ("stylus_length_mm", "nx", "ny", "nz")}
+            {name: touches.columns[name][first] for name in ("stylus_length_mm", "nx", "ny", "nz")}
         )
         return self.task.machine.prepare(joined(touches, rows))
 
@@ -52,8 +56,10 @@ class ProbedHere:
 
     @cached_property
     def at(self) -> Ints:
-        """The row of the zero for every touch (n + 1,)."""
-        return np.append(np.full(self.n, self.n), -1)
+        """The row of the zero for every touch, -1 for the zeros themselves (n + k,)."""
+        number = {name: self.n + k for k, name in enumerate(self.zeros)}
+        touches = [number[str(name)] for name in self.task.touches.run.labels["work_offset"]]
+        return np.array(touches + [-1] * len(number), dtype=np.intp)
 
     def errors(self) -> Array:
         return less_errors(self.task.machine.indication_error(self.run), self.at)[: self.n]

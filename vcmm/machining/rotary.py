@@ -15,10 +15,11 @@ Source of the chain: ISO 230-1 structure codes, multiplied out in vcmm.kinematic
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from vcmm.cutting.sweeps import Sweep, position
+from vcmm.cutting.sweeps import Sweep, lengths, position
 from vcmm.errors import UsageError
 from vcmm.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directions, link_frames
 from vcmm.machine import Machine
@@ -36,7 +37,7 @@ class Motion:
 
     base: moves as tip positions of the machine with its rotary axes at zero, one row each; turned (m, 2, 3): A, B, C in rad
     at start and end; offset (m, 3): tool offset in force. row (n,): move of each row of the sweep; first, last (n,): shares
-    of that move at its ends; inexact (n,): rows that stand for a turning tool.
+    of that move at its ends; inexact (n,): rows that stand for a turning tool. sweep: these rows; rapid (m,): of the moves.
     """
 
     machine: Machine
@@ -47,6 +48,8 @@ class Motion:
     first: Array
     last: Array
     inexact: Bools
+    sweep: Sweep
+    rapid: Bools
 
     def share(self, row: Ints, t: Array) -> Array:
         """Share of the move (k,) at fractions t (k,) of rows of the sweep."""
@@ -61,6 +64,23 @@ class Motion:
         """Tip and tool axis (k, 3) in workpiece axes at shares of rows of `base`."""
         found = machine_position(self.base, self.turned, move, share)
         return tip_and_axis(self.machine, *found, self.offset[move])
+
+    @cached_property
+    def fed(self) -> tuple[Array, Array]:
+        """(n,), (n,) mm: how far the tip of the tool of each row of the sweep has been fed in the part before it, and in it.
+
+        Where the tool turns, its tip runs on chords of 2 um sagitta at most: for an arc of radius 15 mm they are shorter by 4e-5.
+        """
+        length = np.asarray(lengths(self.sweep), dtype=float).copy()
+        free = np.flatnonzero(self.inexact)
+        ends = [self.pose(self.row[free], share[free])[0] for share in (self.first, self.last)]
+        length[free] = np.linalg.norm(ends[1] - ends[0], axis=1)
+        length[self.rapid[self.row]] = 0.0
+        before = np.zeros(len(length))
+        for tool in np.unique(self.sweep.tool):
+            mine = self.sweep.tool == tool
+            before[mine] = np.cumsum(length[mine]) - length[mine]
+        return before, length
 
     def standing(self, row: Ints, t: Array) -> tuple[Array, Array]:
         """Tip (k, 3) and frame of the tool (k, 3, 3), its axes as rows, where it stands at fractions t of rows of the sweep."""

@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.cutting.envelope import BEYOND, CutSurface, surface_left
+from vcmm.cutting.envelope import BEYOND, CUT, CutSurface, surface_left
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep
 from vcmm.effects.cutting import ToolRunout
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.machine import Machine
-from vcmm.machining.blank import Blank, machined_blank
+from vcmm.machining.blank import Blank, cuts_turned, machined_blank
 from vcmm.machining.blank import notes as blank_notes
+from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.polish import polished
 from vcmm.machining.rotary import Motion, point_of_part
 from vcmm.machining.rows import Words
@@ -68,21 +69,48 @@ def set_up(scenario: CutScenario) -> Shop:
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     _check_lengths(scenario, program)
-    _check_forces(scenario)
+    _check_forces(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
+    shop = _placed(scenario, program, path)
     zero = _work_zero(scenario, program)
-    if turns(scenario, program):
-        return _set_up_to_turn(scenario, program, path, zero)
+    if shop.turning is not None:
+        return replace(shop, blank=turned_blank(scenario.setup, program, shop.turning, float(zero[2])))
     _check_runout(scenario)
-    sweep, motion = part_sweep(program.moves, scenario.setup.tools, scenario.machine)
-    if motion is not None:
-        _check_fields(scenario, program, motion)
-    blank = machined_blank(scenario.setup, program, sweep, zero)
+    if shop.motion is not None:
+        _check_fields(scenario, program, shop.motion)
+    return replace(shop, blank=machined_blank(scenario.setup, program, shop.sweep, zero))
+
+
+def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> Shop:
+    """The shop without a blank: tools swept, on a lathe in the meridian; the part placed."""
+    zero = _work_zero(scenario, program)
     pose = scenario.pose or Pose(
         np.eye(3), zero
     )  # the drawing frame is the work coordinate system of the first cut
-    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, blank, motion=motion)
+    if turns(scenario, program):
+        turning = turning_of(scenario, program, path)
+        index = build(turning.sweep)
+        shop = Shop(scenario, program, path, turning.sweep, index, pose, scenario.machine, None, turning)
+        return replace(shop, scenario=with_faces(scenario, pose, turning))
+    sweep, motion = part_sweep(program.moves, scenario.setup.tools, scenario.machine)
+    return Shop(scenario, program, path, sweep, build(sweep), pose, scenario.machine, None, motion=motion)
+
+
+def other_unit(scenario: CutScenario) -> str:
+    """What to add to the message about a program that misses the part, where it would hit it in the other unit."""
+    return unit_hint(scenario, _hits)
+
+
+def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
+    """(inspection points that the program cuts no more than DEPTH too deep, inspection points); travels are not checked."""
+    path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
+    shop = _placed(scenario, program, path)
+    steps = gauge_plan(shop.scenario.part, shop.scenario.plan).steps
+    points, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
+    found = look(shop, points, normals, exact=False)
+    hit = (found.status == CUT) & (np.nan_to_num(found.contact_s[:, 0], nan=-np.inf) >= -DEPTH)
+    return int(hit.sum()), len(points)
 
 
 def _check_fields(scenario: CutScenario, program: Program, motion: Motion) -> None:
@@ -94,17 +122,6 @@ def _check_fields(scenario: CutScenario, program: Program, motion: Motion) -> No
             f"{', '.join(fixed)}: a field over workpiece axes says nothing of a machine whose rotary axes stand off zero, as this "
             f"program's do (line {line}); leave it out, or state the errors of the axes instead"
         )
-
-
-def _set_up_to_turn(scenario: CutScenario, program: Program, path: Toolpath, zero: Array) -> Shop:
-    """The same for a lathe: everything in the meridian."""
-    turning = turning_of(scenario, program, path)
-    pose = scenario.pose or Pose(np.eye(3), zero)
-    blank = turned_blank(scenario.setup, program, turning, float(zero[2]))
-    shop = Shop(
-        scenario, program, path, turning.sweep, build(turning.sweep), pose, scenario.machine, blank, turning
-    )
-    return replace(shop, scenario=with_faces(scenario, pose, turning))
 
 
 def _check_lengths(scenario: CutScenario, program: Program) -> None:
@@ -125,14 +142,20 @@ def _check_runout(scenario: CutScenario) -> None:
         )
 
 
-def _check_forces(scenario: CutScenario) -> None:
-    """Deflection needs forces, and they need to be told what is cut."""
+def _check_forces(scenario: CutScenario, program: Program) -> None:
+    """Deflection needs forces, and they need to be told what is cut; beside rotary axes off zero none are computed."""
     bends = [e for e in scenario.machine.effects if e.name == "tool_deflection"]
     stated = scenario.setup.stock is not None or scenario.setup.bar is not None
     if bends and not (stated and scenario.setup.material is not None):
         raise UsageError(
             f"{bends[0].id} needs cutting forces: add [stock] with box (or bar) and material, and teeth to milling tools of the set-up, or leave "
             "the effect out"
+        )
+    line = cuts_turned(program)
+    if bends and line and not turns(scenario, program):
+        raise ModelLimit(
+            f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "
+            "computed; leave out the effect, or stick_out and compliance of the tools where these bend them"
         )
 
 
@@ -147,7 +170,7 @@ def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
             scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
             raise ModelLimit(
                 f"line {line:.0f} of the program leaves the machine: axis {letter} = {q[bad[0]] * scale:.6g} {unit}, its travel is "
-                f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length{unit_hint(scenario)}"
+                f"{low * scale:.6g} to {high * scale:.6g} {unit}; check work offset and tool length{other_unit(scenario)}"
             )
 
 

@@ -51,6 +51,8 @@ def turning_states(path: Toolpath, motion: Motion, row: Ints, t: Array, at: Arra
     """
     move, share = motion.row[row], motion.share(row, t)
     time, columns, labels = _moment(path, motion.base.move[move], share)
+    before, length = motion.fed  # the toolpath counts X, Y and Z only
+    columns["cut_length_mm"] = before[row] + t * length[row]
     position = motion.commanded(move, share)
     offset = tool_offset_to(motion.machine, position, at)
     state = path.timing.state(time).position
@@ -75,4 +77,7 @@ def _moment(path: Toolpath, move: Ints, share: Array) -> tuple[Array, dict[str, 
     }
     labels = {name: values[following] for name, values in path.labels.items()}
     labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
+    labels["work_offset"] = np.array(
+        [timing.moves[i].offset for i in move.tolist()]
+    )  # a row that ends one may name the next
     return time, columns, labels

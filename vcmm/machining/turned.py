@@ -22,7 +22,7 @@ from vcmm.machining.spindle import TURN, Spindle, moves_at, seconds_at, spindle_
 from vcmm.machining.sweeps import swept
 from vcmm.nc.compensation import FANUC_TIPS, LINUXCNC_TIPS
 from vcmm.nc.moves import Move, Program
-from vcmm.nc.setup import Tool
+from vcmm.nc.setup import Tool, turns_with
 from vcmm.nc.toolpath import Toolpath
 from vcmm.run import Array
 
@@ -86,8 +86,7 @@ class TurnedSurface(CutSurface):
 
 def turns(scenario: CutScenario, program: Program) -> bool:
     """Whether the program cuts with turning tools."""
-    used = {m.tool for m in program.moves if m.kind != "rapid"}
-    return any(t.shape == "turning" for n, t in scenario.setup.tools.items() if n in used)
+    return turns_with(scenario.setup, program)
 
 
 def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turning:

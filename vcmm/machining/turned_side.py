@@ -21,14 +21,14 @@ from vcmm.cutting import nose
 from vcmm.cutting.sweeps import Sweep, position
 from vcmm.influence import Influence, Product
 from vcmm.inputs import Input
-from vcmm.machining.batch import later_in_batch
+from vcmm.machining.batch import by_tool, later_in_batch
 from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.rows import GRAZING, Words, joined, setting_rows, settings_of
 from vcmm.machining.setting import without_setting
 from vcmm.machining.shop import Shop, zeros
 from vcmm.machining.toolside import ToolSide
 from vcmm.machining.turned import TurnedSurface, Turning
-from vcmm.machining.turning_states import states_when
+from vcmm.machining.turning_states import chip_length, states_when
 from vcmm.run import Array, Run
 from vcmm.trials import Draws
 
@@ -171,7 +171,8 @@ def _cut_run(
     contact = contact + np.array([*turning.centre, 0.0])
     states, known = states_when(turning, surface.time[point, candidate], turning.sweep.move[row], tip, phi)
     columns = _columns(shop, turning, n, contact, turning.to_tip[row], phi)
-    states = later_in_batch(states, turning.path, shop.scenario.batch_part)
+    chips = by_tool(turning.path, chip_length(turning.path, turning.centre))  # wear of a lathe goes by these
+    states = later_in_batch(states, turning.path, shop.scenario.batch_part, chips)
     force = turning_forces(shop, row, share, phi if turning.rotary else np.zeros(len(phi)))
     offset = states.offset + contact - tip
     full = Run(states.position, offset, {**states.columns, **columns, **force}, states.labels, states.series)
@@ -231,7 +232,7 @@ def _with_setting(shop: Shop, turning: Turning, run: Run, phi: Array) -> tuple[R
     chosen = np.repeat(first, angles)
     tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][chosen]]
     offset = -np.array([tool.offset for tool in tools])
-    rows = setting_rows(run, chosen, offset, zeros(shop, run.labels["setup"][chosen]), shop.pose)
+    rows = setting_rows(run, chosen, offset, zeros(shop, run.labels["work_offset"][chosen]), shop.pose)
     turn = np.tile(2 * np.pi * np.arange(angles) / angles, len(first))
     if turning.rotary:
         rows = replace(rows, position={**rows.position, "C": turning.position_c(turn)})

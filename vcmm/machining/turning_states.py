@@ -29,6 +29,9 @@ def states_when(turning: Turning, time: Array, move: Ints, tip: Array, phi: Arra
     columns["cut_length_mm"] = np.interp(time, path.time, chip_length(path, turning.centre))
     labels = {name: values[following] for name, values in path.labels.items()}
     labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
+    labels["work_offset"] = np.array(
+        [timing.moves[i].offset for i in move.tolist()]
+    )  # a row that ends one may name the next
     commanded = timing.state(time).position[:, :3] - offset
     follow = np.column_stack([columns[f"follow_{c}_mm"] for c in "xyz"])
     position = {

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.errors import UsageError
 from vcmm.influence import Influence, Product
 from vcmm.inputs import Input
 from vcmm.machine import Machine
@@ -103,7 +104,7 @@ class Cutting:
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
         mine = [replace(d, influence=f) for d, f in zip(drawn, self._cut)]
-        theirs = [replace(drawn[i], influence=f) for i, f in zip(self._place, self._probing)]
+        theirs = [_drawn_for(drawn[i], f) for i, f in zip(self._place, self._probing)]
         height = self.contacts.surface(self.tool.exact(mine)) - self.level
         return np.asarray(self._outward(height) + self.measuring.exact_errors(theirs))
 
@@ -114,9 +115,22 @@ class Cutting:
 
 
 def _together(cut: Influence, probing: Influence) -> Influence:
-    """One draw that acts on both: the machine is the same."""
-    if cut.copies != probing.copies:
-        raise ValueError(
-            f"{cut.input.id}: drawn per {cut.input.redraw}, which is not one draw for cut and probing"
+    """One draw that acts on both: the machine is the same. Raises UsageError where a touch and its cut have two draws."""
+    label = [np.array(one.copies)[one.codes] for one in (cut, probing)]
+    other = np.flatnonzero(label[0] != label[1])
+    if len(other):
+        what, first = cut.input.redraw, int(other[0])
+        raise UsageError(
+            f"{cut.input.id} is drawn per {what}, but a point is cut under {label[0][first]} and probed under "
+            f"{label[1][first]}, so that one error would be two; cut each feature under one {what}, or inspect on another machine"
         )
     return replace(cut, response=cut.response + probing.response)
+
+
+def _drawn_for(drawn: Draws, probing: Influence) -> Draws:
+    """The draws with the copies that the probing knows: fewer than the cut has, where not all offsets are probed."""
+    known = drawn.influence.copies
+    if known == probing.copies:
+        return replace(drawn, influence=probing)
+    pick = [known.index(one) for one in probing.copies]
+    return Draws(probing, drawn.raw[:, pick], drawn.departures[:, pick])

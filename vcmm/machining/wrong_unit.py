@@ -1,28 +1,21 @@
 """Inches taken for millimetres, or the other way round: when a program misses the part, would it hit it in the other unit?
 
-The program is read again with its code of the unit exchanged and its tools are swept anew, so that what follows from
-the unit (radius compensation, cycles, offsets from the set-up) follows here as well. It costs a second reading, and
+The program is read again with its code of the unit exchanged and set up anew, so that what follows from the unit (radius
+compensation, cycles, offsets from the set-up, turned tables, passes of a lathe) follows here as well. It costs a second reading, and
 happens only where the first has failed.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
-import numpy as np
-
-from vcmm.cutting.envelope import CUT, surface_left
-from vcmm.cutting.index import build
 from vcmm.errors import VcmmError
-from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.scenario import CutScenario
-from vcmm.machining.sweeps import swept
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
 from vcmm.nc.reading import guess, read_bytes
-from vcmm.pose import Pose
 
-DEPTH, HEIGHT = 0.5, 2.0  # mm below and above nominal within which a cut counts as a hit
 ENOUGH = 0.5  # share of the inspection points
 CODES = {"G20": "G21", "G21": "G20", "G70": "G71", "G71": "G70", "G700": "G710", "G710": "G700"}
 NUMBERS = {"sinumerik": "70|71|700|710", "fanuc": "20|21|70|71"}  # others: 20|21; G70 of a lathe is a cycle
@@ -30,7 +23,11 @@ _HEADER = re.compile(r"^(\s*\d*\s*(?:BEGIN|END) PGM .*?)\b(MM|INCH)\b", re.IGNOR
 UNITS = {"G20": "inches", "G21": "millimetres", "INCH": "inches", "MM": "millimetres"}
 
 
-def unit_hint(scenario: CutScenario) -> str:
+Hits = Callable[[CutScenario, Program], tuple[int, int]]
+"""(inspection points that a program cuts, inspection points)."""
+
+
+def unit_hint(scenario: CutScenario, hits: Hits) -> str:
     """What to add to the message about a program that misses the part; empty where the other unit does not hit it either."""
     text = read_bytes(scenario.program)
     dialect = scenario.dialect or scenario.setup.dialect or guess(text, scenario.program)[0]
@@ -39,7 +36,7 @@ def unit_hint(scenario: CutScenario) -> str:
         return ""
     try:
         program = interpret(other, dialect, scenario.setup, str(scenario.program))
-        hit, asked = _hits(scenario, program)
+        hit, asked = hits(scenario, program)
     except VcmmError:
         return ""
     if hit < ENOUGH * asked:
@@ -76,15 +73,3 @@ def _stated(text: str, dialect: str) -> tuple[str, str, int]:
         return "", "", 0
     inch, metric = ("G70", "G71") if dialect == "sinumerik" else ("G20", "G21")
     return f"{text[: found.start()]}{inch}\n{text[found.start() :]}", metric, 0
-
-
-def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
-    """(inspection points that the program cuts, inspection points)."""
-    cuts = [m for m in program.moves if m.kind != "rapid"]
-    zero = scenario.setup.offsets.get(cuts[0].offset if cuts else "G54", (0.0, 0.0, 0.0))
-    pose = scenario.pose or Pose(np.eye(3), np.array(zero))
-    steps = gauge_plan(scenario.part, scenario.plan).steps
-    points, normals = (np.concatenate([getattr(s, name) for s in steps]) for name in ("points", "normals"))
-    index = build(swept(program.moves, scenario.setup.tools))
-    found = surface_left(pose.apply(points), pose.turn(normals), index, DEPTH, HEIGHT, candidates=1)
-    return int((found.status == CUT).sum()), len(points)

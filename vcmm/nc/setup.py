@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vcmm.nc.limits import Control
-from vcmm.nc.moves import Point
+from vcmm.nc.moves import Point, Program
 
 ZERO: Point = (0.0, 0.0, 0.0)
 SHAPES = ("flat", "ball", "bull", "drill", "turning")
@@ -95,3 +95,9 @@ class Setup:
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
     )
+
+
+def turns_with(setup: Setup, program: Program) -> bool:
+    """Whether the program cuts with turning tools of the set-up; those that it does not use are of no matter."""
+    used = {m.tool for m in program.moves if m.kind != "rapid"}
+    return any(t.shape == "turning" for n, t in setup.tools.items() if n in used)

@@ -249,14 +249,14 @@ def _cut_length(timing: Timing, s: Array, move: Ints) -> Array:
 def _labels(
     moves: Sequence[Move], move: Ints, begins: np.typing.NDArray[np.bool_], time: Array
 ) -> dict[str, np.typing.NDArray[np.str_]]:
-    """tool, setup (work offset), event (tool call by tool call), mode; a row after a pause is a dwell."""
+    """tool, work_offset (its name), event (tool call by tool call), mode; a row after a pause is a dwell."""
     tools = np.array([m.tool for m in moves], dtype=int)
     calls = np.concatenate([[1], 1 + np.cumsum(np.diff(tools) != 0)]) if len(moves) else np.zeros(0)
     mode = np.array([MODES[m.kind] for m in moves], dtype="<U6")[move]
     waited = begins & (np.diff(time, prepend=0.0) > 0)
     return {
         "tool": np.array([str(t) for t in tools])[move],
-        "setup": np.array([m.offset for m in moves])[move],
+        "work_offset": np.array([m.offset for m in moves])[move],
         "event": np.array([f"tool call {int(k)}" for k in calls])[move],
         "mode": np.where(waited, "dwell", mode),
     }

@@ -1,0 +1,53 @@
+"""No cutting forces beside rotary axes: a table that turns under a tool along +Z has F in degrees per minute."""
+
+from __future__ import annotations
+
+import pytest
+import rotary_shop as rs
+
+from vcmm.errors import ModelLimit
+from vcmm.machining.shop import remarks
+
+TABLE = "w C' X' Y' b Z t"
+BOSS = 'boss = { type = "cylinder", point = "0 0 -8 mm", axis = [0, 0, 1], diameter = "20 mm", length = "6 mm" }\n'
+TOOL = 'diameter = "10 mm"\nteeth = 3\n[stock]\nbox = ["50 mm", "50 mm", "20 mm"]\nmaterial = "Al7075"\n'
+START = "G0 X15. Y-30.\nG43 H1 Z5.\nZ-10.\nG1 Y0. F471\n"
+BENDS = '[[effects]]\neffect = "tool_deflection"\ncompliance = "0.1 um/N"\n'
+
+
+def written(tmp_path, program, effects="", tool=TOOL):
+    return rs.write(tmp_path, rs.machine(TABLE, rs.axis("C") + effects), program, BOSS, tool)
+
+
+@pytest.mark.parametrize(
+    ("program", "line"),
+    [
+        (START + "G1 C-360. F1800\nG0 Z50.\n", 10),
+        ("G0 C90.\n" + START + "G0 Z50.\n", 10),  # it stands at 90 deg while the tool cuts
+    ],
+)
+def test_a_table_off_zero_leaves_no_forces(tmp_path, program, line):
+    shop = rs.shop_of(written(tmp_path, program))
+    assert (
+        abs(shop.sweep.axis - [0, 0, 1]) < 1e-12
+    ).all()  # the tool stands along +Z of the part all the same
+    assert shop.blank.forces is None
+    assert shop.blank.kept_as == "map of heights"
+    said = f"line {line} cuts with a rotary axis off zero: no cutting forces are computed"
+    assert said in remarks(shop)
+
+
+def test_forces_remain_where_the_table_turns_in_rapids_only(tmp_path):
+    program = START + "G0 Z50.\nG0 C90.\n"
+    shop = rs.shop_of(written(tmp_path, program))
+    assert shop.motion is not None
+    assert abs(shop.blank.forces).max() > 1.0
+
+
+@pytest.mark.parametrize("bends", ["effect", "stick_out"])
+def test_what_bends_by_forces_is_refused_there(tmp_path, bends):
+    program = START + "G1 C-360. F1800\nG0 Z50.\n"
+    tool = TOOL.replace("teeth", 'stick_out = "30 mm"\nteeth') if bends == "stick_out" else TOOL
+    path = written(tmp_path, program, BENDS if bends == "effect" else "", tool)
+    with pytest.raises(ModelLimit, match=r"tool_deflection.* line 10 of the program cuts with a rotary axis"):
+        rs.shop_of(path)
