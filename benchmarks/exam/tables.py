@@ -275,4 +275,4 @@ def pages(rows: Sequence[Row]) -> str:
         ("What failed", failures), ("Sizes", size_lines),
     )  # fmt: skip
     told = [(title, make(rows)) for title, make in parts]
-    return "\n\n".join(f"## {title}\n\n{text}" for title, text in told if text)
+    return "\n\n".join(f"### {title}\n\n{text}" for title, text in told if text)
