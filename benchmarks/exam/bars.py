@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.exam.results import Row, grouped
-from benchmarks.exam.score import bound
+from benchmarks.exam.score import STALE, bound
 
 Test = Callable[[Row], Any]
 RIGHT = {10.0: 0.985, 7.0: 0.95, 5.0: 0.70, 15.0: 0.99}
@@ -132,6 +132,9 @@ def of_block(block: str, delta: float, rows: list[Row]) -> list[Figure]:
     if block == "C":
         return [
             counted("C", "named stale, where visible", ok, "right", 0.95),
+            counted(
+                "C", "named stale, whatever the strength", ok, lambda r: bool({*r["answered"][:1]} & STALE)
+            ),
             counted("C", "other physics named", ok, "other_named", 0.03, False),
         ]
     if block == "D":
