@@ -173,7 +173,7 @@ def confusion_table(rows: Sequence[Row]) -> str:
     """Concealed against answered first, per block with concealed effects; sorted by name."""
     out = []
     for (block, delta), mine in grouped(bars.valid(rows)).items():
-        if block == "M":
+        if block in "DM":  # with two effects, first against first says nothing; see what failed
             continue
         body = []
         for name, inner in sorted(confusion(mine).items()):
