@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.exam.results import Row, grouped
-from benchmarks.exam.score import bound
+from benchmarks.exam.score import STALE, bound
 
 Test = Callable[[Row], Any]
 RIGHT = {10.0: 0.985, 7.0: 0.95, 5.0: 0.70, 15.0: 0.99}
@@ -59,11 +59,19 @@ def visible(rows: Sequence[Row]) -> list[Row]:
     return [r for r in valid(rows) if not r.get("invisible")]
 
 
+MISSED: Row = dict.fromkeys(("right", "in_set", "exact", "all_in_sets", "flagged"), False)
+
+
+def with_failed(rows: Sequence[Row]) -> list[Row]:
+    """Visible cases, and those in which the command failed: they count as missed."""
+    return visible(rows) + [MISSED for r in rows if r.get("error")]
+
+
 def _a(name: str, delta: float, rows: list[Row]) -> list[Figure]:
     seen = visible(rows)
     return [
-        counted(name, "right name first", seen, "right", RIGHT.get(delta)),
-        counted(name, "truth in the set", seen, "in_set", 0.98),
+        counted(name, "right name first", with_failed(rows), "right", RIGHT.get(delta)),
+        counted(name, "truth in the set", with_failed(rows), "in_set", 0.98),
         counted(name, "right place, of those with one", seen, "place_right"),
         counted(name, "named wrongly with 0.95 or more", seen, "wrong_confident", None, False),
     ]
@@ -87,8 +95,8 @@ def _b(name: str, rows: list[Row]) -> list[Figure]:
 
 def _d(name: str, rows: list[Row]) -> list[Figure]:
     return [
-        counted(name, "exact pair", visible(rows), "exact", 0.92),
-        counted(name, "both in the sets", visible(rows), "all_in_sets", 0.97),
+        counted(name, "exact pair", with_failed(rows), "exact", 0.92),
+        counted(name, "both in the sets", with_failed(rows), "all_in_sets", 0.97),
         counted(name, "an extra name", visible(rows), lambda r: r["extra"] > 0, 0.05, False),
     ]
 
@@ -107,7 +115,7 @@ def covariate_right(row: Row) -> bool | None:
 def _f(name: str, rows: list[Row]) -> list[Figure]:
     seen, hidden = visible(rows), [r for r in valid(rows) if r.get("invisible")]
     return [
-        counted(name, "truth in the set, of those visible", seen, "in_set", 0.98),
+        counted(name, "truth in the set, of those visible", with_failed(rows), "in_set", 0.98),
         counted(name, "right name first, of those visible", seen, "right"),
         counted(name, "exact alias kept in the set", seen, "alias_kept", 1.0),
         counted(name, "invisible effects declared", hidden, "declared_invisible", 1.0),
@@ -124,13 +132,16 @@ def of_block(block: str, delta: float, rows: list[Row]) -> list[Figure]:
     if block == "C":
         return [
             counted("C", "named stale, where visible", ok, "right", 0.95),
+            counted(
+                "C", "named stale, whatever the strength", ok, lambda r: bool({*r["answered"][:1]} & STALE)
+            ),
             counted("C", "other physics named", ok, "other_named", 0.03, False),
         ]
     if block == "D":
         return _d(name, rows)
     if block == "E":
         return [
-            counted(name, "flagged", ok, "flagged", 0.90),
+            counted(name, "flagged", with_failed(rows), "flagged", 0.90),
             counted(name, "silently wrong", ok, "silently_wrong", 0.04, False),
             counted(name, "covariate right, where proposed", ok, covariate_right, 0.85),
         ]
@@ -141,7 +152,11 @@ def of_block(block: str, delta: float, rows: list[Row]) -> list[Figure]:
             counted(name, "named wrongly with 0.95 or more", ok, "wrong_confident", 0.02, False),
             counted(name, "right name first", ok, "right"),
         ]
-    return [counted(name, "component and mistake exact", ok, "right", 0.97)] if block == "H" else []
+    return (
+        [counted(name, "component and mistake exact", with_failed(rows), "right", 0.97)]
+        if block == "H"
+        else []
+    )
 
 
 def across(rows: Sequence[Row]) -> list[Figure]:

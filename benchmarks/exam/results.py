@@ -5,6 +5,7 @@ Starting the same command again skips the cases that the file holds. Files of se
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -37,10 +38,11 @@ def _short(value: Any) -> Any:
 
 
 def read(paths: Sequence[Path]) -> list[Row]:
-    """Rows of all files, each case once (the last one written counts). Raises ValueError naming file and line."""
+    """Rows of all files (.gz or plain), each case once, the last one written. Raises ValueError naming file and line."""
     rows: dict[Key, Row] = {}
     for path in paths:
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        whole = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+        for number, line in enumerate(whole.decode("utf-8").splitlines(), 1):
             try:
                 row = json.loads(line)
                 rows[key_of(row)] = row

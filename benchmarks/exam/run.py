@@ -208,13 +208,14 @@ def line_of(row: dict[str, Any]) -> str:
         return head + "ERROR " + row["error"].replace("\n", " ")[-300:]
     follow = (row.get("next") or {}).get("status", "")
     mark = row.get("right", row.get("flagged", not row["anything"]))
+    word = "not visible" if mark is None or row["invisible"] else "ok" if mark else "MISS"
     said = (
         ", ".join(f"{n}{list((w or {}).values())}" for n, w in zip(row["answered"], row["where"]))
         or "nothing"
     )
     return (
         head
-        + f"{said} | {row['verdict']} | mistake {row['mistake']} | unknown {bool(row['unknown'])} | {'ok' if mark else 'MISS'} {row['seconds']:.0f} s"
+        + f"{said} | {row['verdict']} | mistake {row['mistake']} | unknown {bool(row['unknown'])} | {word} {row['seconds']:.0f} s"
         + (f" | next {follow}" if follow else "")
     )
 

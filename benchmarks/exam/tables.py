@@ -173,7 +173,7 @@ def confusion_table(rows: Sequence[Row]) -> str:
     """Concealed against answered first, per block with concealed effects; sorted by name."""
     out = []
     for (block, delta), mine in grouped(bars.valid(rows)).items():
-        if block == "M":
+        if block in "DM":  # with two effects, first against first says nothing; see what failed
             continue
         body = []
         for name, inner in sorted(confusion(mine).items()):
@@ -219,7 +219,8 @@ def alias_lines(rows: Sequence[Row]) -> str:
             other[f"`{r['answered'][0]}` for `{truth[0]}`"] += 1
         if len(truth) == 1:
             beside.update(f"`{n}` beside `{truth[0]}`" for n in set(r["sets"][0]) - {truth[0]})
-    text = [", ".join(f"{k} {v}" for k, v in c.most_common()) or "none" for c in (other, beside)]
+    ranked = [sorted(c.items(), key=lambda kv: (-kv[1], kv[0])) for c in (other, beside)]
+    text = [", ".join(f"{k} {v}" for k, v in one) or "none" for one in ranked]
     return f"Counted as right under a simpler name or an alias: {text[0]}.\n\nIn the set of a right answer: {text[1]}."
 
 
@@ -275,4 +276,4 @@ def pages(rows: Sequence[Row]) -> str:
         ("What failed", failures), ("Sizes", size_lines),
     )  # fmt: skip
     told = [(title, make(rows)) for title, make in parts]
-    return "\n\n".join(f"## {title}\n\n{text}" for title, text in told if text)
+    return "\n\n".join(f"### {title}\n\n{text}" for title, text in told if text)

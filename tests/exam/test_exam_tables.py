@@ -108,6 +108,22 @@ def test_bars_and_tables_from_rows() -> None:
     assert "A 10 1" in text.split("## What failed")[1]
 
 
+def test_a_case_that_failed_counts_as_missed() -> None:
+    first = figures(
+        [
+            _row(),
+            {"block": "A", "seed": 1, "case": 1, "delta_asked": 10.0, "rows_asked": None, "error": "exit 70"},
+        ]
+    )[0]
+    assert (first.hits, first.n) == (1, 2)
+
+
+def test_the_page_holds_what_the_command_prints() -> None:
+    folder = Path(calibration.__file__).parent
+    page = (folder.parents[1] / "docs" / "exam.md").read_text(encoding="utf-8")
+    assert pages(results.read([folder / "results.jsonl.gz"])) in page
+
+
 def test_next_measurement_is_printed() -> None:
     step = {
         "status": "taken", "do": "turn the artefact", "minutes": 30, "separates": ["backlash", "hysteresis"], "answered": ["backlash"],
@@ -117,6 +133,16 @@ def test_next_measurement_is_printed() -> None:
     assert "Sets with rivals: 2; taken 1, none proposed 1." in text
     assert "set smaller 1 of 1" in text
     assert "told apart 1 of 1" in text
+
+
+def test_the_report_of_a_ringing_trace_follows_its_accelerations(tmp_path: Path) -> None:
+    case = blocks.build(
+        "A", 3, 33, tmp_path
+    )  # servo trace, a structure that rings after every change of acceleration
+    found, _ = asking.diagnose(case.recording, 3, tmp_path / "out")
+    assert found["answer"][0]["effect"] == "structural_vibration"
+    assert "Residual before and after" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "follows = 1" in (tmp_path / "out" / "machine.toml").read_text(encoding="utf-8")
 
 
 def test_a_process_of_its_own_gives_the_same_document(
