@@ -2,7 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import generator as make
+import numpy as np
+import pytest
+
+from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.evidence import dictionary
+from vcmm.diagnosis.holdout import folds, worsened
+from vcmm.diagnosis.locate import Place
+from vcmm.diagnosis.noise import Audit, audit, chained
+from vcmm.diagnosis.null import Noise
+from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.result import Answer
+from vcmm.diagnosis.select import Setting, Term, joint
+from vcmm.diagnosis.verdict import beyond, doubts, seen
+from vcmm.gaussian import whitener
 
 
 def answer(probability: float, rivals: float = 0.0) -> Answer:
@@ -14,3 +30,97 @@ def test_a_name_is_doubtful_where_it_and_its_rivals_are_less_probable_than_not()
     assert answer(0.3, 0.1).doubtful
     assert not answer(0.3, 0.6).doubtful
     assert not answer(0.5).doubtful
+
+
+def test_doubtful_names_and_folds_made_worse_speak_against_the_names() -> None:
+    assert doubts((answer(0.9),), ()) == ()
+    said = doubts((answer(0.9), answer(0.2)), ("far zone Y",))
+    assert len(said) == 2
+    assert "backlash X is a candidate" in said[0]
+    assert "far zone Y" in said[1]
+
+
+def test_a_place_is_said_where_nothing_is_named_only_if_it_is_sure_and_then_it_counts() -> None:
+    sure, weak = (Place("X", "x", p, "the residual in x depends on X", 9.0) for p in (0.005, 0.04))
+    assert seen((weak,), named=False) == ((), ())
+    places, why = seen((sure, weak), named=False)
+    assert places == (sure,)
+    assert len(why) == 1
+    assert seen((sure, weak), named=True) == ((sure, weak), ())
+
+
+def test_the_scatter_is_compared_whatever_was_found_about_it() -> None:
+    """hypot(1.5, sqrt 1.5625) = hypot(1.5, 1.25) = 1.953: what strong templates leave is forgiven."""
+    heavy = Audit(1.8, 0.0, 0.0, Noise(4.0), ("heavy tails", "the noise is 1.8 times what was stated"), 1.5)
+    assert "1.8 times what was stated (2.2 times by rms)" in beyond(heavy, 2.2)
+    assert beyond(heavy, 2.2, 1.5625) == ""
+    assert beyond(replace(heavy, scale=1.4), 2.2) == ""
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    recording = make.make((), 0.0, 41).recording
+    problem = make_problem(recording, make.machine())
+    return problem, problem.whitener()
+
+
+def looked_at(quiet, e: np.ndarray) -> Audit:
+    """The audit of noise e in units of u."""
+    problem, white = quiet
+    return audit(problem, white, white.apply(e * problem.u), 1)
+
+
+def scatter(problem, name: str, rng: np.random.Generator) -> np.ndarray:
+    base = rng.standard_t(6, problem.m) / np.sqrt(1.5)  # variance 6 / (6 - 2) = 1.5
+    if name == "t3":
+        return rng.standard_t(3, problem.m) / np.sqrt(1.5) * 0.938
+    if name == "outliers":
+        return np.where(rng.random(problem.m) < 0.02, 10.0, base)
+    if name == "1.3":
+        return 1.3 * base
+    if name == "speed":
+        column = np.linalg.norm(problem.run.vector("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s"), axis=1)
+        speed = problem.of_rows(column)
+        return base * np.clip(0.7 + 0.3 * speed / np.median(speed), 0.7, 3.0)
+    return chained(base[:, None], problem.before, float(name[2:]))[:, 0]
+
+
+@pytest.mark.parametrize("name", ["t3", "outliers", "1.3", "speed", "ar0.3", "ar0.6"])
+def test_noise_of_the_stated_scale_is_no_alarm_whatever_its_law(quiet, name):
+    rng = np.random.default_rng(11)
+    alarms = [beyond(looked_at(quiet, scatter(quiet[0], name, rng)), 1.0) for _ in range(6)]
+    assert alarms == [""] * 6
+
+
+def test_twice_the_noise_and_a_movement_in_it_are_told(quiet):
+    problem, _ = quiet
+    rng = np.random.default_rng(12)
+    assert beyond(looked_at(quiet, 2.0 * scatter(problem, "t3", rng)), 1.0)
+    slow = 2.0 * np.sin(0.6 * np.arange(problem.m))  # correlation (gamma2 / gamma1 - 1) = 2.28 / 1.35 - 1
+    found = looked_at(quiet, scatter(problem, "ar0.0", rng) + slow)
+    assert found.rho > 0.6
+    assert beyond(found, 1.0)
+
+
+def test_a_fold_that_the_names_make_worse_is_named(quiet):
+    """A cubic of time fitted on the first 70 % of a step in mid-time runs away over the last 30 %."""
+    problem, _ = quiet
+    time = problem.of_rows(problem.run.column("time_s"))
+    t = (time - time.min()) / np.ptp(time)
+    residual = 5.0 * problem.u * (np.abs(t - 0.5) < 0.2)
+    case = replace(problem, residual=residual, nuisance=problem.nuisance[:, :0])
+    columns = np.stack([t, t**2, t**3, t**4], axis=1) * np.median(problem.u)
+    option = Option(None, columns, np.ones(4), ("a", "b", "c", "d"), 0.0)
+    family = Family("drift", {}, (option,))
+    white = whitener(case.u, case.nuisance, case.calibration)
+    setting = Setting(
+        dictionary([family], white),
+        white,
+        white.apply(residual),
+        np.inf,
+        3.0,
+        lambda option, r, basis: option,
+    )
+    selection = joint([Term(family, option, white.apply(columns), 64.0)], setting)
+    parts = [p for p in folds(case, case.u, 0.0) if p.name == "later time"]
+    assert worsened(case, parts, selection) == ("later time",)
