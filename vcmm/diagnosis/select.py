@@ -24,7 +24,7 @@ from vcmm.run import Array
 MOST_TERMS = 6
 MISMATCH = 0.05  # relative error of a template: shapes, time constants and sensors are never quite right
 CLOSING = 2  # names that may close the account together
-DEVIATIONS = 3.09  # 99.9 % of the normal law
+DEVIATIONS = 2.33  # 99 % of the normal law, the false alarms of a null recording
 SIMPLER = 2.0  # nats by which a nested, larger answer must win
 SAME = 0.99  # share of a signal's energy from which one span holds another
 
@@ -162,7 +162,7 @@ def _closed(state: Selection, setting: Setting, allowed: Callable[[Family], bool
 
 
 def _is_noise(state: Selection, setting: Setting) -> bool:
-    """Is what the terms leave within the 99.9 % point of the stated noise? Of dof squares the mean varies by sqrt(2 / dof)."""
+    """Is what the terms leave within the 99 % point of the stated noise? Of dof squares the mean varies by sqrt(2 / dof)."""
     dof = setting.found.dof
     return float(state.rest @ state.rest) / dof <= 1.0 + DEVIATIONS * float(np.sqrt(2.0 / dof))
 
