@@ -16,9 +16,12 @@ from vcmm.diagnosis.noise import Audit, audit, chained
 from vcmm.diagnosis.null import Noise
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.result import Answer
+from vcmm.diagnosis.scans import trials
 from vcmm.diagnosis.select import Setting, Term, joint
 from vcmm.diagnosis.verdict import beyond, doubts, seen
+from vcmm.effects.dynamics import StructuralVibration
 from vcmm.gaussian import whitener
+from vcmm.run import Run
 
 
 def answer(probability: float, rivals: float = 0.0) -> Answer:
@@ -124,3 +127,13 @@ def test_a_fold_that_the_names_make_worse_is_named(quiet):
     selection = joint([Term(family, option, white.apply(columns), 64.0)], setting)
     parts = [p for p in folds(case, case.u, 0.0) if p.name == "later time"]
     assert worsened(case, parts, selection) == ("later time",)
+
+
+def test_a_ringing_is_no_candidate_where_no_row_comes_after_an_acceleration() -> None:
+    """On a circle the acceleration never ends: time zero, sine 0, cosine 1, the sense of the axis alone: a backlash."""
+    sense = np.where(np.arange(50) < 25, 1.0, -1.0)
+    here = Run({"X": np.linspace(0.0, 100.0, 50)}, np.zeros((50, 3)), {"sense_X": sense}, {}, {})
+    moving = here.with_columns({"time_since_accel_s": np.zeros(50)})
+    waiting = here.with_columns({"time_since_accel_s": np.full(50, 0.3)})
+    assert trials(StructuralVibration("X"), moving) == []
+    assert len(trials(StructuralVibration("X"), waiting)) == 24  # 8 frequencies x 3 damping ratios
