@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.evidence import dictionary
 from vcmm.diagnosis.holdout import folds, worsened
 from vcmm.diagnosis.locate import Place
@@ -33,6 +34,16 @@ def test_a_name_is_doubtful_where_it_and_its_rivals_are_less_probable_than_not()
     assert answer(0.3, 0.1).doubtful
     assert not answer(0.3, 0.6).doubtful
     assert not answer(0.5).doubtful
+
+
+def test_a_size_that_may_be_anything_is_no_finding() -> None:
+    """510 to 1 140 000 um/m is a factor of 2235; a small share alone, or a wide interval of what explains much, is not."""
+    wide, tight = Estimate(207.0, 103.0, (510.0, 1.14e6), "um/m"), Estimate(40.0, 2.0, (36.0, 44.0), "urad")
+    assert replace(answer(0.99), share=0.001, parameters={"k": wide}).doubtful
+    assert not replace(answer(0.99), share=0.001, parameters={"k": tight}).doubtful
+    assert not replace(answer(0.99), share=0.3, parameters={"k": wide}).doubtful
+    said = doubts((replace(answer(0.99), share=0.001, parameters={"k": wide}),), ())
+    assert "orders of magnitude" in said[0]
 
 
 def test_doubtful_names_and_folds_made_worse_speak_against_the_names() -> None:

@@ -73,8 +73,12 @@ def doubts(answers: Sequence[Answer], worse: Sequence[str]) -> tuple[str, ...]:
     """
     out = []
     for a in answers:
-        if a.doubtful:
-            name = " ".join((a.effect, *a.where.values()))
+        name = " ".join((a.effect, *a.where.values()))
+        if a.undetermined:
+            out.append(
+                f"{name} is a candidate and no finding: its size may be anything over orders of magnitude"
+            )
+        elif a.improbable:
             out.append(f"{name} is a candidate and no finding: its probability is {a.probability:.2g}")
     if worse:
         out.append(f"the names make rows that were not fitted worse: {', '.join(worse)}")
