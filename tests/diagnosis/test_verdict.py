@@ -18,7 +18,7 @@ from vcmm.diagnosis.null import Noise
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.result import Answer
 from vcmm.diagnosis.scans import trials
-from vcmm.diagnosis.select import Setting, Term, joint
+from vcmm.diagnosis.select import Setting, Term, joint, select
 from vcmm.diagnosis.verdict import beyond, doubts, seen
 from vcmm.effects.dynamics import StructuralVibration
 from vcmm.gaussian import whitener
@@ -148,3 +148,28 @@ def test_a_ringing_is_no_candidate_where_no_row_comes_after_an_acceleration() ->
     waiting = here.with_columns({"time_since_accel_s": np.full(50, 0.3)})
     assert trials(StructuralVibration("X"), moving) == []
     assert len(trials(StructuralVibration("X"), waiting)) == 24  # 8 frequencies x 3 damping ratios
+
+
+def test_a_name_that_closes_the_account_of_a_strong_one_is_taken_and_one_that_does_not_is_held_for_its_error() -> (
+    None
+):
+    """Strong 1000: without the weak one the rest is 81 + 225 of 100 rows, sigma = 1.75, allowance 0.5 (0.05 x 571)^2 = 408
+    nats; the weak one brings 50 ln(306 / 81) = 66 and leaves 81 < 100 + 2.33 sqrt 200. With 400 more, 481 stay open.
+    """
+    rng = np.random.default_rng(3)
+    q = np.linalg.qr(rng.standard_normal((100, 3)))[0]
+    none = np.zeros((100, 0))
+    white = whitener(np.ones(100), none, none)
+
+    def family(name: str, column: np.ndarray) -> Family:
+        return Family(name, {}, (Option(None, 10.0 * column[:, None], np.ones(1), ("k",), 0.0),))
+
+    families = [family("strong", q[:, 0]), family("weak", q[:, 1])]
+    found = dictionary(families, white)
+    noise = rng.standard_normal(100)
+    y = 1000.0 * q[:, 0] + 15.0 * q[:, 1] + 0.9 * noise / np.std(noise)
+    names = []
+    for raw in (y, y + 20.0 * q[:, 2]):
+        setting = Setting(found, white, raw, np.inf, 3.0, lambda option, r, basis: option)
+        names.append({t.family.name for t in select(setting).terms})
+    assert names == [{"strong", "weak"}, {"strong"}]
