@@ -16,7 +16,7 @@ from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import scorer
 from vcmm.diagnosis.holding import that_hold
-from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge
+from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge, worsened
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, tables_of
@@ -33,10 +33,10 @@ from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
-from vcmm.diagnosis.select import Selection, Setting
+from vcmm.diagnosis.select import Selection, Setting, mismatch
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.diagnosis.simple_part import simple_part
-from vcmm.diagnosis.verdict import reasons, verdict
+from vcmm.diagnosis.verdict import beyond, doubts, reasons, seen, verdict
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
 from vcmm.indexing import told
@@ -103,7 +103,7 @@ def _passes(
         before, noise = noise, audit(problem, plain, _left(chosen.problem, plain, chosen.selection), seed)
         if _same(noise, before):
             break
-    final = replace(stage.noise, findings=noise.findings, scale=noise.scale)
+    final = replace(stage.noise, findings=noise.findings, scale=noise.scale, limit=noise.limit)
     return replace(stage, noise=final), chosen
 
 
@@ -151,13 +151,17 @@ def _result(
     left = sigma * float(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
-    named = bool(answers) or mistake is not None
-    against = reasons(named, rest, failed, excess, stage.noise, left)
+    named = any(not a.doubtful for a in answers) or mistake is not None
+    forgiven = 2.0 * mismatch(selection) / stage.white.dof
+    against = reasons(named, rest, failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left)
+    against = (*against, *doubts(answers, worsened(used, parts, selection)))
+    places_of, unnamed = seen(locate(scorer(stage.generic), y, stage.chance), named or bool(against))
+    against = (*against, *unnamed)
     return Diagnosis(
         verdict(named, against),
         answers,
         rest,
-        locate(scorer(stage.generic), y, stage.chance),
+        places_of,
         mistake,
         sigma * float(np.sqrt(np.mean(stage.u**2))),
         (*stage.noise.findings, *([excess] if excess else [])),
@@ -246,6 +250,7 @@ def _answers(
                 *fitted(selection, i, problem.machine),
                 _remarks(selection, i, problem, stage),
                 place.contained_in,
+                place.rival_probability,
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))
@@ -274,6 +279,8 @@ def _variance(selection: Selection) -> float:
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     where = {"component" if mistake.effect == "map_mistake" else "axis": mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
-    sure = (1.0 - float(np.exp(-mistake.score))) / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
+    something = 1.0 - float(np.exp(-mistake.score))
+    sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
     rivals = mistake.free if mistake.lead < NATS else ()
-    return Answer(mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size)
+    theirs = something - sure if rivals else 0.0
+    return Answer(mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs)

@@ -27,18 +27,23 @@ LOSS = 3.0  # nats that a term may lose in a fold
 WORSE = 6.0  # nats that a term may not lose in any fold
 FORGIVEN = 0.1  # of what it wins in the others
 MOST_POSES = 4
+FOLD_NOISE = 3.0  # standard deviations of a fold's sum of squares, by which a prediction is worse than none
 FREE_CURVES = ("geometric_change", "map_interpolation")
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """One fold. rms in mm (or rad); effect_energy_left = (SS after - noise) / (SS before - noise); gain in nats."""
+    """One fold. rms in mm (or rad); effect_energy_left = (SS after - noise) / (SS before - noise); gain in nats.
+
+    worse: SS after less SS before, in standard deviations of the SS of noise alone, sigma^2 sqrt(2 dof).
+    """
 
     fold: str
     rms_before: float
     rms_after: float
     effect_energy_left: float
     gain: float
+    worse: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +120,18 @@ def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Te
     unit = float(np.sqrt(np.mean(fold.predicted.weight**-2.0) / fold.predicted.dof))
     left = max(after - noise, 0.0) / max(before - noise, 1e-300) if before > noise else float("nan")
     gain = _log_score(rest, x_test, fit.covariance, sigma) - _log_score(r_test, x_test[:, :0], None, sigma)
-    return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain)
+    worse = (after - before) / (sigma**2 * float(np.sqrt(2.0 * fold.predicted.dof)))
+    return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain, worse)
+
+
+def worsened(problem: Problem, parts: Sequence[Fold], selection: Selection) -> tuple[str, ...]:
+    """The folds that the terms make worse, beyond the noise of a fold; a free curve is not asked beyond its own zone."""
+    out = []
+    for part in parts:
+        asked = [t for t in selection.terms if tells(t, part)]
+        if asked and judge(problem, part, selection, asked).worse > FOLD_NOISE:
+            out.append(part.name)
+    return tuple(out)
 
 
 def _limited(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:

@@ -23,18 +23,25 @@ QUANTILE = 0.997
 FAR = 4.5  # robust standard deviations of an outlier
 TRIED = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 SIMULATED = 60
+RELEVANT = 1.4  # times the stated noise: less is a statement that is somewhat too small
+ALIKE = 0.7  # correlation from which neighbours move together: then no factor excuses a scatter beyond chance
+CHANCE = 0.999
 SURE = 4.605  # ln 100: nats of a mean that speed and place make together, before a scatter is believed
 
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """scale: sigma of one observation in units of u; rho; growth: ln sigma per mm/s of speed; findings in words."""
+    """scale: sigma of one observation in units of u; rho; growth: ln sigma per mm/s of speed; findings in words.
+
+    limit: the scale that the stated noise may show, whatever its tails, correlation and speed were found to be.
+    """
 
     scale: float
     rho: float
     growth: float
     noise: Noise
     findings: tuple[str, ...]
+    limit: float = np.inf
 
     def u(self, problem: Problem) -> Array:
         """Standard uncertainties with the found dependence on speed."""
@@ -61,7 +68,33 @@ def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
     if not 0.7 < scale < 1.4:
         findings.append(f"the noise is {scale:.2g} times what was stated")
     dof = min(noise.dof, 4.0) if heavy else noise.dof
-    return Audit(scale, rho, growth, Noise(dof), tuple(findings))
+    limit = _limit(null, problem, white, rho, seed) * _by_speed(rest, problem, growth)
+    return Audit(scale, rho, growth, Noise(dof), tuple(findings), limit)
+
+
+def _limit(null: Array, problem: Problem, white: Whitener, rho: float, seed: int) -> float:
+    """The largest scale that a recording of the stated noise shows, and that is not worth a word.
+
+    The scale is a median: tails and outliers hardly move it (a t law of 3 degrees of freedom at the same quartiles not at
+    all). Correlation of the stated variance widens what chance gives; strong correlation and a larger variance together are
+    two signs of the same movement, so there chance alone is the limit.
+    """
+    usual = robust_scale(null) / float(np.median(robust_scale(null)))
+    if rho < ALIKE:
+        return max(float(np.quantile(usual, CHANCE)), RELEVANT * float(np.quantile(usual, 0.99)))
+    rng = generator(seed, "correlated scale")
+    noise = chained(rng.standard_normal((problem.m, DRAWS)), problem.before, rho)
+    seen = robust_scale(white.apply(noise / white.weight[:, None])) / float(np.median(robust_scale(null)))
+    return float(np.quantile(seen, CHANCE))
+
+
+def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
+    """Scale over all rows, over that at the lowest speed: a scatter that grows with speed is judged where it is least."""
+    speed = speeds(problem)
+    if speed is None or growth == 0:
+        return 1.0
+    slow = rest * np.exp(-growth * (speed - (speed.min() if growth > 0 else speed.max())))
+    return max(float(robust_scale(rest)) / max(float(robust_scale(slow)), 1e-300), 1.0)
 
 
 def _tails(rest: Array, null: Array, findings: list[str]) -> bool:

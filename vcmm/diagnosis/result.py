@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
@@ -18,6 +20,8 @@ from vcmm.effect import Effect
 from vcmm.inputs import Input
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
+NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
+EVEN_ODDS = 0.5  # a name with its rivals below this is not found
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 
@@ -40,6 +44,23 @@ class Answer:
     contained_in: tuple[
         str, ...
     ] = ()  # freer names that hold the answer as a special case and are improbable beside it
+    rival_probability: float = 0.0  # what the names in cannot_be_told_from hold together
+
+    @property
+    def improbable(self) -> bool:
+        """Less probable than not, its rivals included."""
+        return self.probability + self.rival_probability < EVEN_ODDS
+
+    @property
+    def undetermined(self) -> bool:
+        """Next to nothing is explained by it, and its size may be anything: the interval spans orders of magnitude."""
+        ends = [np.abs(e.interval95) for e in self.parameters.values() if np.prod(np.sign(e.interval95)) > 0]
+        return self.share < NOTHING and any(float(e.max()) > SPAN * float(e.min()) for e in ends)
+
+    @property
+    def doubtful(self) -> bool:
+        """A candidate and not a finding."""
+        return self.improbable or self.undetermined
 
 
 @dataclass(frozen=True)

@@ -103,6 +103,12 @@ def refused(effect: str, run: Run) -> list[dict[str, Any]]:
     return [] if angle is None else [{"lobes": k} for k in listed if not of_angle(int(k), angle)]
 
 
+def _always_pushed(effect: Effect, run: Run) -> bool:
+    """No row comes after an acceleration has ended, as on a circle: a ringing at time zero is a step, and that is a play."""
+    after = run.columns.get("time_since_accel_s")
+    return not getattr(effect, "follows", 0) and after is not None and not np.any(after > 0)
+
+
 def is_change(spec: Field[Any]) -> bool:
     """A point in time after which something is different."""
     return spec.name in ("t1", "time", "start")
@@ -112,6 +118,8 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
     if is_change(spec):
         return _even(spec.name, change_points(run))
     coarse = [float(v) for v in spec.metadata["scan"]]
+    if effect.name == "structural_vibration" and spec.name == "frequency" and _always_pushed(effect, run):
+        return []
     if spec.name == "period":
         q = coordinate(effect, run)
         lines = spectral_lines(_coordinate(effect, run))

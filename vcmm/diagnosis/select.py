@@ -2,6 +2,8 @@
 
 Every term must pay the threshold of the null (nats). A strong effect's template is never exact: what it leaves,
 MISMATCH of its size, must not be taken for a second effect, so the threshold grows by (MISMATCH delta)^2 / 2.
+An error of a template points anywhere; that one or two names of one number each take all of it and leave the stated noise
+is no accident. Names that close the account pay the threshold of the null alone.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ from vcmm.run import Array
 
 MOST_TERMS = 6
 MISMATCH = 0.05  # relative error of a template: shapes, time constants and sensors are never quite right
+CLOSING = 2  # names that may close the account together
+DEVIATIONS = 2.33  # 99 % of the normal law, the false alarms of a null recording
 SIMPLER = 2.0  # nats by which a nested, larger answer must win
 SAME = 0.99  # share of a signal's energy from which one span holds another
 
@@ -134,7 +138,7 @@ def _forward(
     while len(state.terms) < MOST_TERMS and len(setting.found.families):
         new = _best_addition(state, setting, allowed)
         if new is None:
-            break
+            return _closed(state, setting, allowed) or state
         state = _pruned(joint((*state.terms, new), setting), setting, allowed, keep)
         key = tuple(sorted(t.family.id for t in state.terms))
         if key in seen:
@@ -143,7 +147,30 @@ def _forward(
     return state
 
 
-def _best_addition(state: Selection, setting: Setting, allowed: Callable[[Family], bool]) -> Term | None:
+def _closed(state: Selection, setting: Setting, allowed: Callable[[Family], bool]) -> Selection | None:
+    """`state` with the few names of one number that leave the stated noise and nothing beyond; None where none do."""
+    if not state.terms or _is_noise(state, setting):
+        return None
+    for _ in range(min(CLOSING, MOST_TERMS - len(state.terms))):
+        new = _best_addition(state, setting, lambda f: allowed(f) and _one_number(f), 0.0)
+        if new is None:
+            return None
+        state = joint((*state.terms, new), setting)
+        if _is_noise(state, setting):
+            return state
+    return None
+
+
+def _is_noise(state: Selection, setting: Setting) -> bool:
+    """Is what the terms leave within the 99 % point of the stated noise? Of dof squares the mean varies by sqrt(2 / dof)."""
+    dof = setting.found.dof
+    return float(state.rest @ state.rest) / dof <= 1.0 + DEVIATIONS * float(np.sqrt(2.0 / dof))
+
+
+def _best_addition(
+    state: Selection, setting: Setting, allowed: Callable[[Family], bool], allowance: float | None = None
+) -> Term | None:
+    """The name of highest evidence above the threshold and the allowance for templates (by default the mismatch)."""
     options = _conditional(state.terms, state, setting)
     scores = _scores(setting.found, options)
     taken = {t.family.id for t in state.terms}
@@ -151,7 +178,7 @@ def _best_addition(state: Selection, setting: Setting, allowed: Callable[[Family
         if family.id in taken or not allowed(family):
             scores[i] = -np.inf
     best = int(np.argmax(scores))
-    if scores[best] <= setting.threshold + mismatch(state):
+    if scores[best] <= setting.threshold + (mismatch(state) if allowance is None else allowance):
         return None
     best = _simplest(best, scores, options, state, setting)
     return _term(best, options, state.terms, state, setting)

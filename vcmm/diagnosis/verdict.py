@@ -8,10 +8,17 @@ slow shape as readily as noise).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
+from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.noise import Audit
-from vcmm.diagnosis.result import Unknown
+from vcmm.diagnosis.null import FALSE_ALARM
+from vcmm.diagnosis.result import Answer, Unknown
 
 UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
+APART = 1.1  # ratio from which two measures of the scatter are both told
 STRUCTURED = 0.9  # correlation of neighbours, from which each observation tells 0.9^2 = 81 % of the next one's variance
 
 
@@ -43,6 +50,47 @@ def reasons(
             f" (correlation {noise.rho:.2f})"
         )
     return tuple(out)
+
+
+def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
+    """The scatter is not the stated one, whatever was found about its tails and correlation; "" where it may be.
+
+    left: the same by rms, which outliers raise and a filter for correlation blurs; forgiven: what the errors of strong
+    templates may add, as (scale over stated)^2.
+    """
+    if noise.scale <= float(np.hypot(noise.limit, np.sqrt(forgiven))):
+        return ""
+    rms = f" ({left:.2g} times by rms)" if noise.rho == 0 and left > APART * noise.scale else ""
+    return (
+        f"the noise is {noise.scale:.2g} times what was stated{rms}: either the statement is too small or something is"
+        " missing that no column shows"
+    )
+
+
+def doubts(answers: Sequence[Answer], worse: Sequence[str]) -> tuple[str, ...]:
+    """Why answers are no findings: names less probable than not, and rows never fitted that they predict worse than
+    nothing does.
+    """
+    out = []
+    for a in answers:
+        name = " ".join((a.effect, *a.where.values()))
+        if a.undetermined:
+            out.append(
+                f"{name} is a candidate and no finding: its size may be anything over orders of magnitude"
+            )
+        elif a.improbable:
+            out.append(f"{name} is a candidate and no finding: its probability is {a.probability:.2g}")
+    if worse:
+        out.append(f"the names make rows that were not fitted worse: {', '.join(worse)}")
+    return tuple(out)
+
+
+def seen(places: Sequence[Place], named: bool) -> tuple[tuple[Place, ...], tuple[str, ...]]:
+    """Where nothing has a name: the places that are surer than the false alarms allow, and what they speak against."""
+    if named:
+        return tuple(places), ()
+    sure = tuple(p for p in places if p.p <= FALSE_ALARM)
+    return sure, (f"{sure[0].text}, and nothing in the catalogue does so",) if sure else ()
 
 
 def verdict(named: bool, against: tuple[str, ...]) -> str:
