@@ -184,6 +184,14 @@ def test_a_label_that_the_data_lack_means_all_rows(tmp_path):
     assert nuisance_columns(rec, machine)[1] == ("offset.shift_x", "offset.shift_y", "offset.shift_z")
 
 
+def test_placements_per_a_column_that_is_not_there_are_refused(tmp_path):
+    data = TOUCHES.replace("pose", "part")
+    said = refused(tmp_path, PROBE + '[nuisance]\nrigid = "pose"\n', data)
+    assert "recording.toml:" in said
+    assert 'no column "pose"' in said
+    assert "label columns are part" in said
+
+
 # mistakes -----------------------------------------------------------------------------------------------------------
 
 
