@@ -36,6 +36,7 @@ class Standing:
     names: tuple[str, ...]
     families: tuple[int, ...]  # best family of each rival name
     contained_in: tuple[str, ...] = ()  # freer names that mimic the answer and are improbable beside it
+    rival_probability: float = 0.0  # of the rivals together
 
 
 def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
@@ -49,9 +50,9 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
     unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
-    return Standing(
-        float(scores[own]), _probability(setting, scores, own, larger, unknown), names, families, freer
-    )
+    mine = _probability(setting, scores, {setting.found.families[own].name}, larger, unknown)
+    theirs = _probability(setting, scores, set(names), larger, unknown)
+    return Standing(float(scores[own]), mine, names, families, freer, theirs)
 
 
 def own_arguments(family: Family) -> set[str]:
@@ -136,9 +137,9 @@ def _stop(setting: Setting, family: int) -> int:
 
 
 def _probability(
-    setting: Setting, scores: Array, own: int, larger: set[str], unknown: float = -np.inf
+    setting: Setting, scores: Array, asked: set[str], larger: set[str], unknown: float = -np.inf
 ) -> float:
-    """Posterior of the name among all names, the unknown (one more name) and nothing.
+    """Posterior of the names asked for among all names, the unknown (one more name) and nothing.
 
     Nothing has the prior weight of all names together.
 
@@ -148,5 +149,5 @@ def _probability(
     count = len(set(names))
     kept = np.array([s for s, name in zip(scores, names) if name not in larger])
     total = float(np.logaddexp.reduce(np.append(kept, [np.log(count), unknown])))
-    mine = [s for s, name in zip(scores, names) if name == names[own]]
-    return float(np.exp(np.logaddexp.reduce(np.array(mine)) - total))
+    mine = [s for s, name in zip(scores, names) if name in asked]
+    return float(np.exp(np.logaddexp.reduce(np.array([-np.inf, *mine])) - total))

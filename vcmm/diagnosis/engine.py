@@ -246,6 +246,7 @@ def _answers(
                 *fitted(selection, i, problem.machine),
                 _remarks(selection, i, problem, stage),
                 place.contained_in,
+                place.rival_probability,
             )
         )
     return tuple(sorted(out, key=lambda a: -a.share))
@@ -274,6 +275,8 @@ def _variance(selection: Selection) -> float:
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     where = {"component" if mistake.effect == "map_mistake" else "axis": mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
-    sure = (1.0 - float(np.exp(-mistake.score))) / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
+    something = 1.0 - float(np.exp(-mistake.score))
+    sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
     rivals = mistake.free if mistake.lead < NATS else ()
-    return Answer(mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size)
+    theirs = something - sure if rivals else 0.0
+    return Answer(mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs)

@@ -18,6 +18,7 @@ from vcmm.effect import Effect
 from vcmm.inputs import Input
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
+EVEN_ODDS = 0.5  # a name with its rivals below this is not found
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 
@@ -40,6 +41,12 @@ class Answer:
     contained_in: tuple[
         str, ...
     ] = ()  # freer names that hold the answer as a special case and are improbable beside it
+    rival_probability: float = 0.0  # what the names in cannot_be_told_from hold together
+
+    @property
+    def doubtful(self) -> bool:
+        """Less probable than not, its rivals included: a candidate and not a finding."""
+        return self.probability + self.rival_probability < EVEN_ODDS
 
 
 @dataclass(frozen=True)
