@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from inspect import cleandoc
 
 import numpy as np
@@ -22,6 +23,8 @@ from vcmm.recording import Recording
 from vcmm.run import Array
 from vcmm.units import plain
 
+FOUND = "physics that the machine file lacks"
+CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
     "explained": "The departure is explained by physics that the machine file lacks.",
@@ -38,7 +41,7 @@ def sentences(d: Diagnosis) -> list[str]:
     ]
     if d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
-    for a in d.answer:
+    for a in (*d.found, *d.candidates):
         rivals = (
             f" It cannot be told from {', '.join(a.cannot_be_told_from)} here."
             if a.cannot_be_told_from
@@ -46,6 +49,7 @@ def sentences(d: Diagnosis) -> list[str]:
         )
         said = plain_words(a.effect, a.where, a.parameters)
         own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
+        said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}" if a.doubtful else said
         out.append(
             f"{said} {_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability {a.probability:.3f}."
             f"{rivals}{own}".strip()
@@ -80,7 +84,13 @@ def _micro(d: Diagnosis, value: float) -> str:
     return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
 
 
-def answer_rows(d: Diagnosis) -> list[list[str]]:
+def answer_parts(d: Diagnosis) -> list[tuple[str, tuple[Answer, ...]]]:
+    """Title and answers: what was found, and what is only a candidate; parts without an answer are left away."""
+    parts = [(FOUND, d.found), (CANDIDATES, d.candidates)]
+    return [(title, answers) for title, answers in parts if answers]
+
+
+def answer_rows(answers: Sequence[Answer]) -> list[list[str]]:
     return [
         [
             a.effect,
@@ -90,7 +100,7 @@ def answer_rows(d: Diagnosis) -> list[list[str]]:
             f"{a.share:.0%}",
             ", ".join(a.cannot_be_told_from) or "–",
         ]
-        for a in d.answer
+        for a in answers
     ]
 
 
@@ -128,8 +138,8 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
         *(r.paragraph(s) for s in sentences(d)),
         *(r.note(w, "warning") for w in d.warnings),
     ]
-    if d.answer:
-        blocks += [r.heading("What was left out"), *_answers(d)]
+    for title, answers in answer_parts(d):
+        blocks += [r.heading(title[:1].upper() + title[1:]), *_answers(answers)]
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
@@ -154,12 +164,12 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
     return r.page(f"Diagnosis of {recording.name}", blocks, subtitle=machine.name, footer=footer)
 
 
-def _answers(d: Diagnosis) -> list[str]:
+def _answers(answers: Sequence[Answer]) -> list[str]:
     columns = ["effect", "where", "parameters", "probability", "share", "cannot be told from"]
-    out = [r.table(columns, answer_rows(d), numeric=(3, 4))]
-    items = [(_name(a), 100 * a.share) for a in d.answer]
+    out = [r.table(columns, answer_rows(answers), numeric=(3, 4))]
+    items = [(_name(a), 100 * a.share) for a in answers]
     out.append(r.bars(items, unit="%", title="Share of the excess energy", share="none"))
-    for a in d.answer:
+    for a in answers:
         kind = BY_NAME.get(a.effect)
         if kind is not None:
             out.append(
