@@ -9,6 +9,7 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.repair import repaired
@@ -25,6 +26,7 @@ from vcmm.units import plain
 
 FOUND = "physics that the machine file lacks"
 CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
+SHOWN = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
     "explained": "The departure is explained by physics that the machine file lacks.",
@@ -64,7 +66,7 @@ def sentences(d: Diagnosis) -> list[str]:
             out.append(
                 f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
             )
-    out += [p.text for p in d.location[:1]]
+    out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
     return out
 
 
@@ -74,10 +76,21 @@ def _name(a: Answer) -> str:
 
 
 def _values(a: Answer) -> str:
-    return (
-        ", ".join(f"{n} = {plain(e.value)} ± {plain(e.u, 2)} {e.unit}" for n, e in a.parameters.items())
-        or "no free parameter"
-    )
+    """Every parameter with its 95 % coverage interval, to the digits that its standard uncertainty supports."""
+    out = [f"{SHOWN.get(n, n)} = {with_interval(e)}" for n, e in a.parameters.items()]
+    lobes = getattr(a.fitted, "lobes", 0)
+    return ", ".join([*([f"{lobes} lobes"] if lobes else []), *out]) or "no free parameter"
+
+
+def with_interval(e: Estimate) -> str:
+    """1.50 um (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
+    low, high = e.interval95
+    if not (np.isfinite([e.value, e.u, low, high]).all() and e.u > 0):
+        return f"{plain(e.value)} {e.unit if e.unit != '1' else ''}".strip()
+    digits = max(0, 1 - int(np.floor(np.log10(e.u))))
+    value, low_text, high_text = (f"{round(x, digits) + 0.0:.{digits}f}" for x in (e.value, low, high))
+    unit = "" if e.unit == "1" else f" {e.unit}"
+    return f"{value}{unit} (95 %: {low_text} to {high_text})"
 
 
 def _micro(d: Diagnosis, value: float) -> str:
@@ -120,7 +133,7 @@ def fit_rows(d: Diagnosis) -> list[list[str]]:
                 h.fold,
                 _micro(d, h.rms_before),
                 _micro(d, h.rms_after),
-                f"{h.effect_energy_left:.3f}",
+                f"{h.effect_energy_left:.3f}" if np.isfinite(h.effect_energy_left) else "–",
                 f"{h.gain:+.1f} nats",
             ]
         )
