@@ -141,7 +141,10 @@ def fit_rows(d: Diagnosis) -> list[list[str]]:
 
 
 def next_rows(d: Diagnosis) -> list[list[str]]:
-    return [[", ".join(n.separates), n.do, f"{n.minutes:.0f}"] for n in d.next_measurement]
+    return [
+        [", ".join(n.separates), n.do, f"{n.minutes:.0f}" if n.minutes >= 10 else f"{n.minutes:.2g}"]
+        for n in d.next_measurement
+    ]
 
 
 def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
