@@ -43,9 +43,8 @@ def test_every_sign_is_said():
     assert "(-2.17 um at zero, -9.35 um/m)" in lost
     down = said("thermal_drift", z, k=(-1.33, "um/K"), tau=(3750.0, "s"))
     assert down.startswith("The tip moves towards -z as the temperature air rises (-1.33 um/K, after 3750 s)")
-    assert "wrong sign" in said("air_index", {}, scale=(-0.979, "1"))
-    assert "is missing" in said("air_index", {}, scale=(0.979, "1"))
-    assert "wrong sign" in said("dead_path", {}, length=(-420.0, "mm"))
+    assert "(-0.979 times the full correction)" in said("air_index", {}, scale=(-0.979, "1"))
+    assert "(-420 mm)" in said("dead_path", {}, length=(-420.0, "mm"))
     assert "1/Kv longer by 0.2 ms" in said("servo_lag", x, Kv=(0.2, "ms"))
     assert "smaller than qualified" in said("tip_radius", {}, dr=(-1.0, "um"))
     assert "towards -z by 3 um" in said("step_change", {"direction": "z"}, a=(-3.0, "um"))

@@ -54,7 +54,7 @@ WORDS: Mapping[str, tuple[str, str, str]] = {
     "tip_form": ("the tip is not round ({rms})", "wear, a flat or dirt", "turn the stylus by 90 degrees and touch a sphere again"),
     "clamping": ("the part is bent by its clamping ({rms})", "clamps or supports force it", "measure the part free and clamped"),
     "cosine_error": ("the instrument stands askew ({theta})", "beam not parallel to the travel", "align the beam again over the whole travel"),
-    "air_index": ("the wavelength follows the air ({scale} of the full correction is missing)", "air temperature, pressure or humidity not compensated", "log the air and switch the compensation on"),
+    "air_index": ("the wavelength follows the air ({scale} times the full correction)", "air temperature, pressure or humidity not compensated", "log the air and switch the compensation on"),
     "dead_path": ("the dead path of the laser is not compensated ({length})", "optics set up far from the first point", "move the optics close to the first point"),
     "tool_deflection": ("the cutting force bends the tool ({compliance})", "slender tool, high chip load", "a spring pass, or half the feed"),
     "tool_wear": ("the tool loses radius while it cuts ({rate})", "wear", "the same program with a new tool"),
@@ -79,10 +79,8 @@ REVERSED: Mapping[str, tuple[str, str, str, str]] = {
     "readout_delay": ("delay", "the position is read before the probe, or corrected for too long a delay ({delay})", "", ""),
     "trigger_delay": ("delay", "the probe answers earlier than its correction says ({delay})", "", ""),
     "tip_radius": ("dr", "the tip is {dr} smaller than qualified", "", ""),
-    "air_index": ("scale", "the wavelength is corrected for the air with the wrong sign, or twice ({scale} of the full correction too much)", "a correction made twice, or `observed` the wrong way round", ""),
-    "dead_path": ("length", "the dead path of the laser is compensated with the wrong sign, or is too long in its software ({length})", "a dead path entered with the wrong sign or length, or `observed` the wrong way round", ""),
 }  # fmt: skip
-SIGNED = {"lost_motion": ("g0", "g1"), "squareness": ("angle",), "scale_expansion": ("alpha",), "part_expansion": ("alpha",), "cross_axis_flexure": ("c",), "thermal_drift": ("k",), "scale_factor": ("k",), "abbe_offset": ("arm",)}  # fmt: skip
+SIGNED = {"lost_motion": ("g0", "g1"), "squareness": ("angle",), "scale_expansion": ("alpha",), "part_expansion": ("alpha",), "cross_axis_flexure": ("c",), "thermal_drift": ("k",), "scale_factor": ("k",), "air_index": ("scale",), "dead_path": ("length",), "abbe_offset": ("arm",)}  # fmt: skip
 
 
 def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, Estimate]) -> str:
