@@ -131,7 +131,15 @@ def _write(
 
 def _show(d: Any) -> None:
     from vcmm.cli.common import say, show_table
-    from vcmm.pages.diagnosis import answer_parts, answer_rows, fit_rows, next_rows, sentences
+    from vcmm.pages.diagnosis import (
+        SCALE,
+        answer_parts,
+        answer_rows,
+        fit_rows,
+        least_seen,
+        next_rows,
+        sentences,
+    )
     from vcmm.written import notes
 
     for sentence in sentences(d):
@@ -145,12 +153,15 @@ def _show(d: Any) -> None:
         "how the prediction improves on rows never fitted",
         ["fold", "rms before", "rms after", "effect energy left", "log score gain"],
         fit_rows(d),
+        caption=SCALE,
     )
     if d.next_measurement:
         show_table("measure next", ["separates", "do", "minutes"], next_rows(d), left=(0, 1))
     if d.answer:
         for note in notes(d.answer):
             say(f"note: {note}")
+    if d.detectable:
+        print(f"The least that would have shown, rms at the best place of each: {least_seen(d)}")
     if d.invisible:
         print(f"This recording could not have shown: {', '.join(d.invisible)}")
     if d.not_testable:

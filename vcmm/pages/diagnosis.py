@@ -26,6 +26,10 @@ from vcmm.units import plain
 
 FOUND = "physics that the machine file lacks"
 CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
+SCALE = (
+    "rms of what nuisance parameters and the uncertainty of the calibration cannot take up, weighted by the noise: less "
+    "than the rms of the rows where an artefact's placement takes up most; shares are of the same energy and may overlap"
+)
 SHOWN = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
@@ -117,6 +121,15 @@ def answer_rows(answers: Sequence[Answer]) -> list[list[str]]:
     ]
 
 
+def least_seen(d: Diagnosis) -> str:
+    """The smallest rms per effect that this recording would have shown, at the place where it shows best."""
+    shown = (
+        f"{x.effect} {' '.join(x.where.values())}".strip() + f" {_micro(d, x.amplitude)}"
+        for x in d.detectable
+    )
+    return ", ".join(shown)
+
+
 def fit_rows(d: Diagnosis) -> list[list[str]]:
     rows = [
         [
@@ -160,7 +173,11 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
     columns = ["fold", "rms before", "rms after", "effect energy left", "log score gain"]
-    blocks += [r.heading("On rows never fitted"), r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4))]
+    blocks += [
+        r.heading("On rows never fitted"),
+        r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4)),
+        r.paragraph(SCALE),
+    ]
     if d.location:
         rows = [[p.covariate, p.direction, f"{p.p:.2g}", p.text] for p in d.location]
         blocks += [
@@ -278,7 +295,7 @@ def _power(d: Diagnosis) -> list[str]:
     rows = [[x.effect, ", ".join(x.where.values()) or "–", _micro(d, x.amplitude)] for x in d.detectable]
     out = [
         r.details(
-            "Smallest amplitude seen per effect (rms over the recording)",
+            "Smallest amplitude seen per effect, at the place where it shows best (rms over the recording)",
             r.table(["effect", "where", "rms"], rows, numeric=(2,)),
         )
     ]
