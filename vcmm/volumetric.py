@@ -75,7 +75,7 @@ def not_mapped(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]],
 
     A backlash needs the sense of the last motion, a drift the time; such columns are zero on a bare grid, and 20 degC.
     """
-    out = []
+    out: list[tuple[str, tuple[str, ...]]] = []
     for e in machine.effects:
         if e.name == "scatter":
             continue
