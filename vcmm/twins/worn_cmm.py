@@ -228,7 +228,7 @@ def run(
 ) -> Result:
     """Diagnose the recording, and do a measuring job in a room at AIR by the machine as filed, as diagnosed, as it is."""
     found = diagnose(recording, machine, seed=seed, progress=progress)
-    learnt = tuple((a.fitted, a.inputs) for a in written(found.answer))
+    learnt = tuple((a.fitted, a.inputs) for a in written(found.answer) if a.fitted is not None)
     return Result(recording, machine, found, improved(machine, learnt), _job(job, learnt))
 
 
