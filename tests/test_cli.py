@@ -39,9 +39,10 @@ def machine_file(folder, more: str = "") -> str:
 def test_field_on_a_grid(tmp_path, capsys):
     path = machine_file(tmp_path)
     found = document(capsys, "field", path, "--nodes", "3")
-    assert set(found) == HEAD | {"engine", "points", "tip_error_mm", "summary"}
+    assert set(found) == HEAD | {"engine", "points", "tip_error_mm", "summary", "not_mapped"}
     assert found["schema"] == "vcmm.field/1"
     assert found["engine"] == "first-order"
+    assert "expansion" in " ".join(found["not_mapped"])  # 20 degC on a bare grid
     assert found["points"] == len(found["tip_error_mm"]) == 27
     assert set(found["summary"]) == {"max_mm", "mean_mm", "max_xyz_mm", "body_diagonals_mm"}
     # squareness C0Y = 3 urad over 500 mm: 1.5 um in X at most; nothing in Y and Z (compensated scales at 20 degC)

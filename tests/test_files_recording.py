@@ -84,6 +84,15 @@ def test_touches_along_their_normals(tmp_path):
     assert not {"d_um", "u_um"} & set(rec.run.columns)
 
 
+def test_the_angle_of_touch_follows_from_the_normals_of_an_upright_stylus(tmp_path):
+    data = "X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,offset_x_mm,offset_z_mm\n10,20,-30,0,1,0,1,0,-50\n11,20,-30,0.6,0,0.8,2,0,-50\n"
+    assert read(tmp_path, PROBE, data).run.column("probe_angle_rad") == pytest.approx([np.pi / 2, 0.0])
+    aside = data.replace("1,0,-50", "1,30,-50")  # a star stylus: its seats cannot be known
+    assert "probe_angle_rad" in read(tmp_path, PROBE, aside).missing
+    unknown = "X_mm,Y_mm,Z_mm,nx,ny,nz,d_um\n10,20,-30,0,1,0,1\n"
+    assert "probe_angle_rad" in read(tmp_path, PROBE, unknown).missing
+
+
 def test_a_normal_noise_may_say_scale(tmp_path):
     assert read(tmp_path, PROBE + '[noise]\nscale = "0.3 um"\n', TOUCHES).noise == Normal(0.3e-3)
     assert "does not belong" in refused(
@@ -182,6 +191,14 @@ def test_a_label_that_the_data_lack_means_all_rows(tmp_path):
     rec, machine = load_recording(write(tmp_path, PROBE + '[nuisance]\noffset = "stylus"\n', TOUCHES))
     assert "stylus" in rec.missing
     assert nuisance_columns(rec, machine)[1] == ("offset.shift_x", "offset.shift_y", "offset.shift_z")
+
+
+def test_placements_per_a_column_that_is_not_there_are_refused(tmp_path):
+    data = TOUCHES.replace("pose", "part")
+    said = refused(tmp_path, PROBE + '[nuisance]\nrigid = "pose"\n', data)
+    assert "recording.toml:" in said
+    assert 'no column "pose"' in said
+    assert "label columns are part" in said
 
 
 # mistakes -----------------------------------------------------------------------------------------------------------

@@ -7,16 +7,22 @@ import tomllib
 import numpy as np
 import pytest
 
+from vcmm.diagnosis.result import Answer
 from vcmm.effect import parameter_fields, place_fields
 from vcmm.effects import ALL
 from vcmm.effects.abbe import AbbeOffset
+from vcmm.effects.backlash import Backlash
 from vcmm.effects.component import ComponentSpline, ComponentTable
+from vcmm.effects.drift import StepChange
 from vcmm.effects.geometric_change import GeometricChange
+from vcmm.effects.laser import AirIndex
 from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.squareness import RotaryLocation
 from vcmm.files.effects import build_effect
-from vcmm.improved import _moved_tables, effect_toml
+from vcmm.files.machine import load_machine
+from vcmm.improved import _moved_tables, effect_toml, improved_machine
 from vcmm.run import Run
+from vcmm.written import notes, remarks, written
 
 ARRAYS = ("nodes", "powers", "orders")
 
@@ -75,3 +81,32 @@ def test_tables_are_found_from_the_new_folder(tmp_path):
     for quote in "\"'":
         text = _moved_tables(f"table = {quote}errors.csv{quote}\n", tmp_path / "a", tmp_path / "b")
         assert text == 'table = "../a/errors.csv"\n'
+
+
+def _answer(effect, probability, **where):
+    return Answer(effect.name, where, {}, probability, 0.5, (), 10.0, fitted=effect)
+
+
+def test_candidates_and_errors_of_the_instrument_stay_out_of_the_machine_file(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(
+        'vcmm = "machine/1"\nkind = "cmm"\nstructure = "w b X t"\n[axes.X]\ntravel = ["0 mm", "800 mm"]\n'
+    )
+    answers = [
+        _answer(Backlash("X", 2e-3), 0.98, axis="X"),
+        _answer(StepChange("x"), 0.10, direction="x"),
+        _answer(AirIndex(), 0.99),
+    ]
+    assert [a.effect for a in written(answers)] == ["backlash"]
+    assert [n.split(" is not written")[0] for n in notes(answers)] == ["step_change x", "air_index"]
+    text = improved_machine(path, tmp_path / "out.toml", load_machine(path), answers, "r.toml")
+    assert [e["effect"] for e in tomllib.loads(text)["effects"]] == ["backlash"]
+    assert "# air_index is not written into the machine file: it is an error of the instrument" in text
+    assert "probability 0.100" in text
+
+
+def test_the_range_and_the_clock_of_what_was_found_are_remarked():
+    change = GeometricChange("EZY", np.array([41.61, 517.86]), np.zeros(2))
+    assert remarks(change)[0].startswith("recorded from 41.6 to 517.9 mm")
+    assert "clock of the recording" in remarks(StepChange("x"))[0]
+    assert remarks(Backlash("X")) == ()

@@ -32,7 +32,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "programs": ("files.text", "nc", "cutting", "machining.scenario"),
     "files": ("files", "library"),
     "jobs": (
-        "result", "budget", "machining", "certify", "sampling", "remarks", "improved", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "placing", "calibrate", "compensating",
+        "result", "budget", "machining", "certify", "sampling", "remarks", "improved", "written", "diagnosing", "volumetric", "measuring", "evaluation", "jobs", "audit", "placing", "calibrate", "compensating",
         "diagnosis",
     ),
     "twins": ("twins",),

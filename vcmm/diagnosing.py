@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.other_way import other_way
 from vcmm.diagnosis.result import Diagnosis
 from vcmm.effect import Effect
 from vcmm.machine import Machine
@@ -21,4 +23,5 @@ def diagnose(
     progress: Progress | None = None,
 ) -> Diagnosis:
     """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement."""
-    return diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+    found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+    return replace(found, warnings=(*found.warnings, *other_way(recording, machine, found)))

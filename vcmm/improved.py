@@ -26,6 +26,7 @@ from vcmm.inputs import Input
 from vcmm.laws import MultivariateNormal
 from vcmm.machine import Machine
 from vcmm.units import in_unit
+from vcmm.written import notes, remarks, written
 
 TABLE = "errors_corrected.csv"
 
@@ -36,17 +37,17 @@ def improved_machine(
     """Text of the improved machine file.
 
     Of an effect that the machine has already only the departure is added: effects of one name and place are joined when
-    the file is read. A quantity that has an Input keeps it.
+    the file is read. A quantity that has an Input keeps it. Candidates and errors of the instrument are named in a comment.
     """
     text = original.read_text(encoding="utf-8").rstrip() + "\n"
     text = _moved_tables(text, original.parent, target.parent)
     known = {i.id for i in machine.inputs}
-    blocks = []
-    for answer in answers:
-        if answer.fitted is None:
-            continue
+    blocks = [f"# {note}\n" for note in notes(answers)]
+    for answer in written(answers):
+        assert answer.fitted is not None
         said = f"found in {source}, probability {answer.probability:.3f}"
-        blocks.append(effect_toml(_departure(answer.fitted, machine), said))
+        told = "".join(f"# {remark}\n" for remark in remarks(answer.fitted))
+        blocks.append(told + effect_toml(_departure(answer.fitted, machine), said))
         # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
         alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
         wanted = [one for one in answer.inputs if alone and one.id not in known]

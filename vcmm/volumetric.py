@@ -70,6 +70,24 @@ def with_defaults(machine: Machine, run: Run) -> Run:
     return run.with_columns(filled)
 
 
+def not_mapped(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """(effect id, columns) of what a map at these positions cannot show, since it needs more than a position.
+
+    A backlash needs the sense of the last motion, a drift the time; such columns are zero on a bare grid, and 20 degC.
+    """
+    out: list[tuple[str, tuple[str, ...]]] = []
+    for e in machine.effects:
+        if e.name == "scatter":
+            continue
+        if e.link == "reading":
+            out.append((e.id, ("a touch",)))
+            continue
+        lacking = tuple(c for c in e.required() if c not in run.columns)
+        if lacking:
+            out.append((e.id, lacking))
+    return tuple(out)
+
+
 def diagonals(machine: Machine, exact: bool = False) -> tuple[Diagonal, ...]:
     """Length errors of the four body diagonals (ISO 230-6): (e(end) - e(start)) . direction, tip-error sense."""
     letters = linear_axes(machine)

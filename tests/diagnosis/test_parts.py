@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import generator as make
 import numpy as np
 import pytest
 
 from vcmm.diagnosis.candidates import catalogue
+from vcmm.diagnosis.estimates import _estimate, around
 from vcmm.diagnosis.evidence import dictionary, scorer
 from vcmm.diagnosis.locate import generic_families, polynomials, short, surface
+from vcmm.diagnosis.nextstep import ADDONS, minutes_of, told
 from vcmm.diagnosis.noise import audit, neighbour_correlation
 from vcmm.diagnosis.null import clipped, upper_quantile
 from vcmm.diagnosis.problem import make_problem, predecessors
@@ -117,3 +121,25 @@ def test_the_gate_refuses_what_makes_one_kind_of_rows_clearly_worse():
     assert not _refused(np.array([300.0, 80.0, -7.0]))  # no template is exact
     assert _refused(np.array([1.0, -4.0]))
     assert _refused(np.array([2.0, -1.0, -1.0]))
+
+
+def test_the_interval_of_a_length_holds_its_value_and_that_of_a_step_reaches_its_rows():
+    draws = np.hypot(
+        *np.random.default_rng(1).normal(0.1, 1.0, (2, 4000))
+    )  # all lengths lie far above that of the mean
+    found = _estimate(0.14e-3, 1e-3, draws * 1e-3, "um")
+    assert found.interval95[0] <= found.value <= found.interval95[1]
+    assert around(np.array([0.0, 1990.0, 2001.0, 2010.0]), 1991.5) == (1990.0, 2001.0)
+    assert around(np.array([0.0, 10.0]), 10.0) == (10.0, 10.0)
+
+
+def test_minutes_follow_the_recording():
+    touched = make_problem(make.make((), 0.0, 3, replace(make.RICH, n=60)).recording, make.machine())
+    log, speed = ADDONS[-1], ADDONS[0]
+    hours = np.ptp(touched.run.columns["time_s"]) / 3600
+    assert minutes_of(log, touched) == round(120 * hours)
+    assert minutes_of(speed, touched) == 15.0  # 5 min and 60 touches of 10 s
+    short = touched.run.with_columns({"time_s": touched.run.columns["time_s"] * 84 / (3600 * hours)})
+    run = replace(touched, run=short, recording=replace(touched.recording, run=short, kind="path"))
+    assert minutes_of(log, run) == pytest.approx(2.8)  # twice 84 s
+    assert told(speed, run).startswith("repeat some rows")

@@ -9,8 +9,10 @@ from test_kinds import laser
 
 from vcmm.diagnosis.candidates import catalogue
 from vcmm.diagnosis.engine import diagnose_recording
-from vcmm.diagnosis.periods import alias, lattice_frequency, of_angle, supported
+from vcmm.diagnosis.periods import alias, alias_words, aliases, lattice_frequency, of_angle, supported
 from vcmm.diagnosis.problem import make_problem
+from vcmm.effects.pitch import ScrewPitch
+from vcmm.run import Run
 
 EVERY_4 = np.arange(0, 201, 4.0)  # 51 places
 ANYWHERE = np.random.default_rng(1).uniform(0, 200, 51)
@@ -85,3 +87,23 @@ def test_the_alias_is_said():
     assert "20" in found.answer[0].remark
     words = found.answer[0].remark.split()
     assert float(words[words.index("alias") + 1]) == pytest.approx(5.0, rel=0.02)
+
+
+def test_all_aliases_down_to_usual_leads_are_listed():
+    # steps of 23.7 mm: 1 / (1/10 - 2/23.7) = 237 / 3.7 = 64.05 mm; 1 / (1/23.7 - 1/64.05) = 37.6 mm
+    q = np.arange(0, 800, 23.7)
+    found = aliases(q, 64.05)
+    assert found[0] == pytest.approx(37.6, rel=0.01)
+    assert min(abs(p - 10.0) for p in found) < 0.05
+    wave = ScrewPitch("X", 1e-3, 0.0, 64.05)
+    said = alias_words(wave, Run({"X": q}, np.zeros((len(q), 3))))
+    assert "its alias 37.6" in said
+    assert " 10" in said
+    assert "unequal steps" in said
+
+
+def test_at_two_steps_only_one_phase_is_seen():
+    q = np.arange(0, 800, 25.0)
+    said = alias_words(ScrewPitch("X", 1e-3, 0.0, 50.0), Run({"X": q}, np.zeros((len(q), 3))))
+    assert "cannot be separated" in said
+    assert " 10" in said  # 1 / (3/25 - 1/50)

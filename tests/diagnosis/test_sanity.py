@@ -10,7 +10,7 @@ import pytest
 
 from vcmm.diagnosis.belonging import noise_warning
 from vcmm.diagnosis.engine import diagnose_recording
-from vcmm.diagnosis.sanity import checked, without_gaps
+from vcmm.diagnosis.sanity import checked, in_time, without_gaps
 from vcmm.effects.component import ComponentTable
 from vcmm.errors import ModelLimit
 from vcmm.run import Series
@@ -185,3 +185,52 @@ def test_more_nuisance_than_rows_is_refused(good):
         diagnose_recording(
             replace(few, nuisance={"rigid": "pose", "offset": "event"}), make.machine(), 1, 100
         )
+
+
+def test_one_thermometer_in_fahrenheit_and_one_that_stands_still_are_told(good):
+    names = [c for c in good.run.columns if c.startswith("temp_") and c != "temp_gradient_C"]
+    one = with_columns(good, temp_air_C=1.8 * good.run.columns["temp_air_C"] + 32)  # 20 degC are 68 degF
+    said = [w for w in checked(one, make.machine()).warnings if "degF" in w]
+    assert len(said) == 1
+    assert said[0].startswith("temp_air_C: about")
+    calm = {c: 20.0 + 0.2 * (good.run.columns[c] - good.run.columns[c].mean()) for c in names}
+    dead = checked(with_columns(good, **{**calm, "temp_air_C": np.full(200, 20.99)}), make.machine()).warnings
+    assert any("temp_air_C never changes" in w for w in dead)  # the others move by 0.5 K or so
+    motor = with_columns(good, temp_air_C=good.run.columns["temp_air_C"] + 65.0)  # 85 is no workshop in degF
+    assert not any("degF" in w for w in checked(motor, make.machine()).warnings)
+
+
+def test_positions_in_inches_are_told_where_something_disagrees(good):
+    run = good.run
+    position = {a: q / 25.4 for a, q in run.position.items()}
+    small = replace(good, run=replace(run, position=position))  # the points of the part stay in mm
+    assert any("inches" in w for w in checked(small, make.machine()).warnings)
+    few = {k: v for k, v in run.columns.items() if not k.startswith("part_")}
+    small = replace(good, run=replace(run, position=position, columns=few))
+    assert not any(
+        "inches" in w for w in checked(small, make.machine()).warnings
+    )  # a small artefact looks so
+    digits = {a: np.round(q, 4) / 25.4 for a, q in run.position.items()}
+    small = replace(good, run=replace(run, position=digits, columns=few))
+    assert any("inches" in w for w in checked(small, make.machine()).warnings)
+
+
+def test_a_time_is_told_in_its_unit():
+    assert in_time(0.336) == "0.336 s"
+    assert in_time(40.0) == "40 s"
+    assert in_time(720.0) == "12 min"
+    assert in_time(7200.0) == "2 h"
+
+
+def test_a_residual_of_minus_twice_the_known_errors_is_told():
+    from vcmm.diagnosis.other_way import against_known
+    from vcmm.effects.squareness import Squareness
+    from vcmm.observe import baseline
+
+    case = make.make((), 0.0, 9, replace(make.RICH, n=200)).recording
+    machine = make.machine(Squareness("C0Y", 60e-6))
+    known = baseline(case, machine)
+    c, u = against_known(replace(case, value=case.value - known), machine)  # r = -known - known
+    assert abs(c + 2.0) < 3 * u < 0.5
+    c, u = against_known(replace(case, value=case.value + known), machine)
+    assert abs(c) < 3 * u

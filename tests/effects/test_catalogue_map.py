@@ -42,6 +42,15 @@ def test_geometric_change_by_hand():
     assert table.tip_error(_run([300.0]))[0, 0] == pytest.approx(-1.625e-3, abs=1e-15)
 
 
+def test_geometric_change_keeps_its_value_beyond_the_ends():
+    # s = 1 at X = 400: 1 + 2 + 3 = 6 um; s = -1 at X = 0: 1 - 2 + 3 = 2 um. At X = 600 the polynomial would give
+    # s = 2: 1 + 2 x 2 + 3 x (3 x 4 - 1) / 2 = 21.5 um
+    change = GeometricChange("EXX", GRID, np.array([1e-3, 2e-3, 3e-3]))
+    for exact in (False, True):
+        beyond = _machine(change).tip_error(_run([400.0, 600.0, 0.0, -300.0]), exact)[:, 0]
+        assert beyond == pytest.approx([6e-3, 6e-3, 2e-3, 2e-3], abs=1e-12)
+
+
 def test_geometric_change_rms_is_that_over_the_travel():
     # sqrt(1 + 4 / 3 + 9 / 5) = 2.033060 um, and the same from many points
     change = GeometricChange("EXX", GRID, np.array([1e-3, 2e-3, 3e-3]))

@@ -140,7 +140,7 @@ def _recording_rows(file: Path) -> list[list[str]]:
         ["logs", ", ".join(sorted(recording.run.series)) or "none"],
         [
             "nuisance",
-            ", ".join(f"{a} per {b or 'recording'}" for a, b in recording.nuisance.items()) or "none",
+            ", ".join(_per(a, b, counted) for a, b in recording.nuisance.items()) or "none",
         ],
     ]
     if recording.missing:
@@ -149,6 +149,11 @@ def _recording_rows(file: Path) -> list[list[str]]:
         [f"effect {name}", f"cannot show: no {', '.join(c)}"] for name, c in left_out(recording, machine)
     ]
     return rows + _describe_machine(machine)
+
+
+def _per(word: str, label: str, counted: dict[str, int]) -> str:
+    absent = label not in ("", "run") and label not in counted
+    return f"{word} for all rows (no column {label})" if absent else f"{word} per {label or 'recording'}"
 
 
 def _scenario_rows(file: Path) -> list[list[str]]:

@@ -90,6 +90,7 @@ def _improved(
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
     from vcmm.files.toml import read_toml
     from vcmm.improved import improved_machine, repaired_table, with_table
+    from vcmm.written import written
 
     named = read_toml(recording).data.get("machine")
     original = machine or (recording.parent / named if isinstance(named, str) else None)
@@ -97,7 +98,7 @@ def _improved(
         return {}
     mistake = diagnosis.mistake
     tables = repaired_table(original, known, mistake, recording.name) if mistake is not None else {}
-    if not tables and not any(a.fitted is not None for a in diagnosis.answer):
+    if not tables and not written(diagnosis.answer):
         return {}
     text = improved_machine(original, folder / "machine.toml", known, diagnosis.answer, recording.name)
     return {"machine.toml": with_table(text) if tables else text, **tables}
@@ -130,21 +131,37 @@ def _write(
 
 def _show(d: Any) -> None:
     from vcmm.cli.common import say, show_table
-    from vcmm.pages.diagnosis import answer_rows, fit_rows, next_rows, sentences
+    from vcmm.pages.diagnosis import (
+        SCALE,
+        answer_parts,
+        answer_rows,
+        fit_rows,
+        least_seen,
+        next_rows,
+        sentences,
+    )
+    from vcmm.written import notes
 
     for sentence in sentences(d):
         print(sentence)
     print()
     if d.answer:
-        columns = ["left out", "where", "parameters", "probability", "share", "cannot be told from"]
-        show_table("what was left out", columns, answer_rows(d), left=(0, 1, 2, 5))
+        columns = ["missing", "where", "parameters", "probability", "share", "cannot be told from"]
+        for title, of in answer_parts(d):
+            show_table(title, columns, answer_rows(of), left=(0, 1, 2, 5))
     show_table(
         "how the prediction improves on rows never fitted",
         ["fold", "rms before", "rms after", "effect energy left", "log score gain"],
         fit_rows(d),
+        caption=SCALE,
     )
     if d.next_measurement:
         show_table("measure next", ["separates", "do", "minutes"], next_rows(d), left=(0, 1))
+    if d.answer:
+        for note in notes(d.answer):
+            say(f"note: {note}")
+    if d.detectable:
+        print(f"The least that would have shown, rms at the best place of each: {least_seen(d)}")
     if d.invisible:
         print(f"This recording could not have shown: {', '.join(d.invisible)}")
     if d.not_testable:

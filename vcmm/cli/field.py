@@ -37,24 +37,31 @@ def field_command(
     out
         Folder for field.html (picture of the deformed volume), field.csv and field.json.
     """
-    from vcmm.cli.common import document, output_folder, print_json, sources
+    from vcmm.cli.common import document, output_folder, print_json, say, sources
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
-    from vcmm.volumetric import field
+    from vcmm.volumetric import field, grid, not_mapped
 
     folder = output_folder(out) if out else None
     loaded = load_machine(machine)
     run = read_positions(at, loaded.chain.letters) if at else None
+    absent = not_mapped(loaded, run or grid(loaded, 2))
     with _rows_of(machine, at):
         found = field(loaded, run, exact, nodes)
     files = sources(machine) + ([at] if at else [])
-    content = document("vcmm.field/1", field_json(found), files=files)
+    body = {**field_json(found), "not_mapped": {name: list(columns) for name, columns in absent}}
+    content = document("vcmm.field/1", body, files=files)
     if folder:
         _write(folder, loaded, found, content)
     if json:
         print_json(content)
     else:
         _show(loaded, found)
+    if absent:
+        named = ", ".join(f"{name} ({', '.join(columns)})" for name, columns in absent)
+        say(
+            f"note: not in this map, which holds positions only: {named}{'' if at else '; give such rows with --at'}"
+        )
     return 0
 
 

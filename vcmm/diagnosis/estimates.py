@@ -26,6 +26,7 @@ AS_ONE = {
     "abbe_offset": "arm",
 }  # other arrays appear as "rms"
 LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
+MOMENTS = ("t1", "time", "start")  # parameters that are a time of the clock
 COVERED = (0.025, 0.975)
 
 
@@ -136,6 +137,7 @@ def _shown_name(selection: Selection, i: int, name: str) -> str:
 
 def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
     low, high = np.quantile(draws, COVERED)
+    low, high = min(low, value), max(high, value)  # draws of a length lie above the length of their mean
     return Estimate(
         in_unit(float(value), unit),
         in_unit(float(u), unit),
@@ -183,10 +185,22 @@ def _scan(problem: Problem, selection: Selection, i: int, name: str, refiner: Re
     relative = 1.0 / np.sqrt(max(bend, 1.0 / (4 * reach(effect, name, problem)) ** 2))
     unit = parameter(effect, name).metadata["show"]
     low, high = (moved(centre, s * 1.96 * relative, name) for s in (-1.0, 1.0))
-    u = relative if name in ("t1", "time", "start") else relative * centre
+    u = relative if name in MOMENTS else relative * centre
+    if name in MOMENTS and "time_s" in problem.run.columns:
+        before, after = around(problem.of_rows(problem.run.columns["time_s"]), centre)
+        low, high = min(low, before), max(high, after)
+        u = max(u, (after - before) / 12**0.5)
     return Estimate(
         in_unit(centre, unit), in_unit(float(u), unit), (in_unit(low, unit), in_unit(high, unit)), unit
     )
+
+
+def around(time: Array, moment: float) -> tuple[float, float]:
+    """The times of the rows before and after a moment: anything between them fits alike, which is a
+    uniform law with u = (after - before) / sqrt(12) (JCGM 100:2008, 4.3.7).
+    """
+    before, after = time[time <= moment], time[time > moment]
+    return float(before.max()) if len(before) else moment, float(after.min()) if len(after) else moment
 
 
 def as_json(found: Mapping[str, Estimate]) -> dict[str, dict[str, object]]:

@@ -27,6 +27,7 @@ ROWS = 80  # of the recording repeated in an add-on
 PER_TOUCH = 10.0  # s
 WORTH = 0.08  # gain of separability below which an add-on is not proposed
 SHOWN = 3
+STRETCH = 2.0  # times the length of the log by which it is continued
 
 Change = Callable[[Run], Run | None]
 
@@ -109,8 +110,25 @@ def _tried(
         then = separability((columns[0], columns[1]), white, selection, i)
     except (ModelLimit, UsageError):
         return None
-    minutes = round(addon.minutes + min(ROWS, problem.m) * PER_TOUCH / 60)
-    return NextStep(pair, addon.do, float(minutes), then - now) if then - now > WORTH else None
+    if then - now <= WORTH:
+        return None
+    return NextStep(pair, told(addon, problem), minutes_of(addon, problem), then - now)
+
+
+def told(addon: AddOn, problem: Problem) -> str:
+    """What to do, in the words of the kind of recording: only a probe touches."""
+    return addon.do if problem.recording.kind == "probe" else addon.do.replace("some touches", "some rows")
+
+
+def minutes_of(addon: AddOn, problem: Problem) -> float:
+    """What is set up, and the rows at the pace of the recording; a longer log takes its own time once more, twice."""
+    time = problem.run.columns.get("time_s")
+    steps = np.diff(np.unique(time)) if time is not None else np.zeros(0)
+    if addon.change is _longer_log and time is not None:
+        seconds = STRETCH * float(np.ptp(time))
+        return float(f"{seconds / 60:.2g}") if seconds < 6000 else float(round(seconds / 60))
+    pace = float(np.median(steps)) if len(steps) and problem.recording.kind != "probe" else PER_TOUCH
+    return float(round(addon.minutes + min(ROWS, problem.m) * pace / 60))
 
 
 def _on(observer: Observer, option: Option) -> Array:
@@ -233,7 +251,7 @@ def _warmer(run: Run) -> Run | None:
 
 
 def _longer_log(run: Run) -> Run | None:
-    return _later(run, 0.0, 2.0)
+    return _later(run, 0.0, STRETCH)
 
 
 def _later(run: Run, pause: float, stretch: float = 1.0) -> Run | None:
@@ -261,5 +279,5 @@ ADDONS = (
     AddOn("repeat some touches with a stylus of twice the length", 15.0, _longer_stylus),
     AddOn("turn the artefact by 90 degrees and repeat some touches", 20.0, _turned),
     AddOn("repeat some touches two kelvin warmer, after soaking", 240.0, _warmer),
-    AddOn("continue the log for twice the time", 480.0, _longer_log),
+    AddOn("continue the log for twice the time", 0.0, _longer_log),
 )

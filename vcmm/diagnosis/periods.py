@@ -21,6 +21,8 @@ NEAR = 0.125  # of a period: places closer than this are one place
 MOST_BINS = 2**20
 MOST_PEAKS = 60
 FURTHER = 40.0  # an alias is looked for at periods down to this part
+LEAD = 4.0  # mm: shorter leads are rare
+MOST_SHOWN = 12
 ROUND = 2 * np.pi
 
 
@@ -129,9 +131,44 @@ def alias_words(effect: Effect | None, run: Run) -> str:
         return ""
     harmonic = int(getattr(effect, "harmonic", 1))
     period, q = float(effect.period) / harmonic, coordinate(effect, run)
-    other = alias(q, period)
-    if other is None or q is None:
+    others = () if q is None else aliases(q, period)
+    if q is None or not others:
         return ""
     unit = "rad" if str(getattr(effect, "axis", "X")) in "ABC" else "mm"
     step = 1.0 / lattice_frequency(q, FURTHER / period)
-    return f"period {period:.4g} {unit} or its alias {other:.4g} {unit}: the places are {step:.4g} {unit} apart, and cannot tell"
+    rest = ", ".join(f"{p:.3g}" for p in others[1 : MOST_SHOWN + 1])
+    further = f" (or {rest} {unit}, and shorter)" if rest else ""
+    return (
+        f"period {period:.4g} {unit} or its alias {others[0]:.4g} {unit}{further}: the places are {step:.4g} {unit} apart,"
+        f" and cannot tell; compare with the lead, and measure at unequal steps{_only_half(period, step, unit)}"
+    )
+
+
+def _only_half(period: float, step: float, unit: str) -> str:
+    """Twice the step shows one phase of a wave only: its cosine is +1 and -1 in turn, its sine is zero."""
+    if abs(period / (2 * step) - 1.0) > 0.02:
+        return ""
+    return f". At two steps ({2 * step:.4g} {unit}) sine and cosine cannot be separated, so the amplitude is a least one"
+
+
+def aliases(q: Array, period: float) -> tuple[float, ...]:
+    """All other periods with the same numbers at q, longest first, down to usual leads of 4 mm, or a fifth of
+    the period.
+
+    On a lattice of step h: 1 / |n/h - 1/p| and 1 / (n/h + 1/p). A lead of 10 mm looked at every 23.7 mm shows
+    1 / (1/10 - 2/23.7) = 64.05 mm.
+    """
+    g = lattice_frequency(q, FURTHER / period)
+    if not np.isfinite(g):
+        return ()
+    highest = max(
+        1.0 / LEAD if period > LEAD else 0.0, 5.0 / period, 1.0 / (alias(q, period) or np.inf) * (1 + 1e-9)
+    )
+    n = np.arange(1, max(int(highest / g), 1) + 2)
+    f = np.concatenate([np.abs(n * g - 1.0 / period), n * g + 1.0 / period])
+    f = f[(f > 0.05 / period) & (np.abs(f * period - 1.0) > 0.05) & (f <= highest)]
+    kept: list[float] = []
+    for one in np.sort(f):
+        if not kept or one > kept[-1] * 1.001:
+            kept.append(float(one))
+    return tuple(1.0 / one for one in kept)

@@ -121,6 +121,16 @@ class Diagnosis:
     chance: float = 0.0  # the largest score of 99 % of null recordings
     reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
 
+    @property
+    def found(self) -> tuple[Answer, ...]:
+        """The answers that are more probable than not, their rivals included."""
+        return tuple(a for a in self.answer if not a.doubtful)
+
+    @property
+    def candidates(self) -> tuple[Answer, ...]:
+        """The other answers."""
+        return tuple(a for a in self.answer if a.doubtful)
+
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
     """The body of vcmm.diagnosis/1 (contract section 5); numbers that are not finite become None."""
@@ -172,6 +182,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
         "remark": a.remark,
+        "doubtful": a.doubtful,
         "text": plain_words(a.effect, a.where, a.parameters),
     }
 

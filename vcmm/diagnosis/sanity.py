@@ -12,20 +12,23 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.diagnosis.inches import inches
 from vcmm.diagnosis.signs import sign_warnings
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
-from vcmm.recording import Ints, Recording
+from vcmm.recording import ALL_ROWS, Ints, Recording
 from vcmm.run import Array
 
 Mask = npt.NDArray[np.bool_]
 FEWEST = 10  # observations below which nothing is said about a sensor
 LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no recording
 CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
-SPREAD = 1.0  # K that another sensor must vary before a constant one is called dead
+SPREAD = 0.3  # K that another sensor must vary before a constant one is called dead
+READINGS = 10  # different readings of that other sensor: a coarse display that stands still proves nothing
 GAP = 20.0  # times the usual distance in time
 GAP_SHARE = 0.05  # of the whole time
 FAHRENHEIT = (59.0, 95.0)  # 15 to 35 degC
+NEAR_FAHRENHEIT = 8.0  # K between a sensor, taken for degF, and the others
 
 # ending or beginning of a column -> least, largest, what is usual
 LIMITS: tuple[tuple[Callable[[str], bool], float, float, str], ...] = (
@@ -66,7 +69,13 @@ def checked(recording: Recording, machine: Machine) -> Checked:
         )
     doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, out)
     kept = recording.take(~out) if out.any() else recording
-    warnings += [*quiet_sensors(kept), *gaps(kept), *sign_warnings(kept)]
+    warnings += [
+        *unlabelled(kept),
+        *quiet_sensors(kept),
+        *gaps(kept),
+        *sign_warnings(kept),
+        *inches(kept, machine),
+    ]
     return Checked(kept, tuple(warnings), doubtful)
 
 
@@ -188,21 +197,56 @@ def quiet_sensors(recording: Recording) -> list[str]:
     out, run = [], recording.run
     names = [c for c in run.columns if c.startswith("temp_") and c.endswith("_C") and c != "temp_gradient_C"]
     spread = {c: float(np.ptp(run.columns[c][recording.row])) for c in names}
-    moving = [c for c in names if spread[c] > SPREAD]
+    moving = sorted((c for c in names if _moves(run.columns[c][recording.row])), key=lambda c: -spread[c])
     still = [c for c in names if spread[c] == 0.0]
     if moving and still:
         out.append(
             f"{', '.join(still)} never changes while {moving[0]} varies by {spread[moving[0]]:.1f} K: a dead sensor, or a"
             " number typed once; what depends on it cannot be shown"
         )
-    middle = [float(np.median(run.columns[c])) for c in names]
-    if names and all(FAHRENHEIT[0] < t < FAHRENHEIT[1] for t in middle):
-        out.append(f"{', '.join(names)}: about {middle[0]:.0f}, which in a workshop is degF; degC is due")
+    out += _fahrenheit({c: float(np.median(run.columns[c][recording.row])) for c in names})
     same = [n for n in ("pressure_hPa", "humidity_pct", "load_kg", "spindle_rpm") if n in run.columns]
     constant = [n for n in same if np.ptp(run.columns[n][recording.row]) == 0]
     if constant:
         out.append(f"{', '.join(constant)} is the same in all rows; what depends on it cannot be shown")
     return out
+
+
+def unlabelled(recording: Recording) -> list[str]:
+    """Nuisances per value of a label column that the recording does not have."""
+    wanted = recording.nuisance.items()
+    out = [(w, b) for w, b in wanted if b not in (*ALL_ROWS, *recording.run.labels)]
+    return [f'{w} = "{b}": there is no column {b}, so one {w} is fitted to all rows' for w, b in out]
+
+
+def _moves(values: Array) -> bool:
+    return float(np.ptp(values)) > SPREAD and len(np.unique(values)) >= READINGS
+
+
+def _fahrenheit(middle: dict[str, float]) -> list[str]:
+    """Sensors whose median would be the temperature of a workshop in degF: all of them, or some among others in degC."""
+    hot = [c for c, t in middle.items() if FAHRENHEIT[0] < t < FAHRENHEIT[1]]
+    if not hot:
+        return []
+    first, names = middle[hot[0]], ", ".join(hot)
+    if len(hot) == len(middle):
+        return [f"{names}: about {first:.0f}, which in a workshop is degF; degC is due"]
+    usual = float(np.median([t for c, t in middle.items() if c not in hot]))
+    alike = [c for c in hot if abs((middle[c] - 32.0) / 1.8 - usual) < NEAR_FAHRENHEIT]
+    if not alike:
+        return []
+    first = middle[alike[0]]
+    return [
+        f"{', '.join(alike)}: about {first:.0f} where the others are at about {usual:.0f} degC; {first:.0f} degF are "
+        f"{(first - 32.0) / 1.8:.1f} degC, so this sensor looks like degF; degC is due (a motor or spindle may be that hot)"
+    ]
+
+
+def in_time(seconds: float) -> str:
+    """A time in the unit in which it has one to four digits before the point: 12 min, 40 s, 0.3 s."""
+    if seconds >= 5400.0:
+        return f"{seconds / 3600.0:.3g} h"
+    return f"{seconds / 60.0:.3g} min" if seconds >= 300.0 else f"{seconds:.3g} s"
 
 
 def gaps(recording: Recording) -> list[str]:
@@ -219,7 +263,7 @@ def gaps(recording: Recording) -> list[str]:
     told = []
     for i in long[:3]:
         where = recording.places(order[[i, i + 1]])
-        told.append(f"{step[i]:.0f} s between {where}")
+        told.append(f"{in_time(float(step[i]))} between {where}")
     more = f" and {len(long) - 3} more" if len(long) > 3 else ""
     return [
         f"no rows for {'; '.join(told)}{more}: what happened there is unknown, and a drift across it may be a step"

@@ -18,7 +18,8 @@ class GeometricChange(Effect):
     """c0 P0(s) + c1 P1(s) + c2 P2(s) ..., Legendre polynomials, s from -1 to +1 between the ends of the table.
 
     Added to the axis's own motion, as the table is: for an axis that carries the workpiece the table's own motion.
-    Over the travel the mean square is the sum of c_k^2 / (2 k + 1); `rms` is its root.
+    Beyond the ends the value at the end is kept: a polynomial that was fitted between them says nothing about the rest and
+    would grow with its highest power there, while a guide goes on smoothly. Over the travel the mean square is the sum of c_k^2 / (2 k + 1); `rms` is its root.
     """
 
     name = "geometric_change"
@@ -63,7 +64,8 @@ class GeometricChange(Effect):
 
     def error_motion(self, run: Run) -> Array:
         nodes = np.asarray(self.nodes, dtype=float)
-        s = (2 * run.q(self.link) - nodes[0] - nodes[-1]) / (nodes[-1] - nodes[0])
+        q = np.minimum(np.maximum(run.q(self.link), nodes[0]), nodes[-1])
+        s = (2 * q - nodes[0] - nodes[-1]) / (nodes[-1] - nodes[0])
         out = np.zeros((run.n, 6))
         c = np.asarray(self.coefficients, dtype=float)
         out[:, COLUMN[self.component[1]]] = legvander(s, len(c) - 1) @ c

@@ -135,7 +135,7 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
     else:
         value, row, direction, u = _observations(run, sense.kind)
     other = np.full(len(value), -1, dtype=np.intp)
-    run = with_lateral_share(_without_observations(run), machine)
+    run = with_lateral_share(_without_observations(run), machine, sense.kind)
     if sense.kind == "length" and FROM[0] in run.columns:
         run, direction, ends = _second_ends(run, machine, sense, sheet)
         other = ends if ends is not None else other
@@ -179,10 +179,11 @@ def _without_observations(run: Run) -> Run:
     return Run(run.position, run.offset, kept, run.labels, run.series)
 
 
-def with_lateral_share(run: Run, machine: Machine) -> Run:
+def with_lateral_share(run: Run, machine: Machine, kind: str) -> Run:
     """probe_lateral, the share of the normal across the stylus: sqrt(1 - (n . stylus)^2); the stylus lies along offset.
 
-    Without an offset the stylus is along Z of the last tool-side frame.
+    Without an offset the stylus is along Z of the last tool-side frame. Where every stylus is stated and stands along z,
+    probe_angle_rad follows from the normals too, where it is not given: atan2(n_y, n_x).
     """
     if "probe_lateral" in run.columns or not all(c in run.columns for c in NORMAL):
         return run
@@ -192,7 +193,13 @@ def with_lateral_share(run: Run, machine: Machine) -> Run:
     ends = (nominal_tip(chain, axes, Run(run.position, o)) for o in (along, np.zeros_like(along)))
     stylus = next(ends) - next(ends)
     share = (run.normal * stylus).sum(axis=1) / np.linalg.norm(stylus, axis=1)
-    return run.with_columns({"probe_lateral": np.sqrt(np.maximum(0.0, 1.0 - share**2))})
+    columns = {"probe_lateral": np.sqrt(np.maximum(0.0, 1.0 - share**2))}
+    upright = np.abs(stylus[:, 2]) >= (1.0 - 1e-6) * np.linalg.norm(stylus, axis=1)
+    fixed = not any(axes[a].rotary for a in chain.tool if a in axes)
+    known = kind == "probe" and fixed and bool(long.all() and upright.all())
+    if "probe_angle_rad" not in run.columns and known:
+        columns["probe_angle_rad"] = np.arctan2(run.normal[:, 1], run.normal[:, 0])
+    return run.with_columns(columns)
 
 
 def _tip(run: Run, machine: Machine) -> Array:

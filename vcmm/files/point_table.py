@@ -76,7 +76,7 @@ def read_points(
         c = "xyz"[i]
         error[:, i] = table[f"d{c}"] if f"d{c}" in table else table[f"m{c}"] - nominal[:, i]
     run = _run(machine, pose, nominal, normal, offset, tip_radius)
-    run = with_lateral_share(Run(run.position, run.offset, {**run.columns, **columns}, labels), machine)
+    run = with_lateral_share(Run(run.position, run.offset, {**run.columns, **columns}, labels), machine, kind)
     if normal is not None:
         value, row, direction = (error * normal).sum(axis=1), np.arange(n), pose.turn(normal)
     else:

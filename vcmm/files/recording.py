@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.errors import DataError, ModelLimit, UsageError
+from vcmm.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.files.columns import LABELS, read_csv, run_columns
 from vcmm.files.iso230 import read_iso230, recording_of_runs
 from vcmm.files.logs import interpolated, own_logs, read_logs, with_readings
@@ -43,10 +43,12 @@ from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
 from vcmm.pointing import with_down
 from vcmm.pose import Pose
-from vcmm.recording import Recording
+from vcmm.recording import ALL_ROWS, Recording
 from vcmm.run import Array, Run
 
 BREAKS = ("setup", "pose", "run")  # labels: between their values the axes moved unseen
+
+PLACEMENTS = ("rigid", "alignment")  # nuisances of which a recording usually has several
 
 
 def load_recording(path: str | Path, machine: Machine | None = None) -> tuple[Recording, Machine]:
@@ -85,6 +87,7 @@ def _checked(
         ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
         ("series", lambda r: replace(r, run=with_readings(own_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
+        ("nuisance", _with_labels),
         ("nuisance", partial(settled, machine=machine)),
         ("down", partial(_with_down, machine=machine, down=model.down)),
         ("data", partial(_with_part, machine=machine)),
@@ -185,6 +188,25 @@ def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool)
 def _with_nuisance(recording: Recording, machine: Machine) -> Recording:
     """Unchanged, after its nuisance was found to be possible."""
     nuisance_columns(recording, machine)
+    return recording
+
+
+def _with_labels(recording: Recording) -> Recording:
+    """Unchanged, after the label columns of placements were found. Raises UsageError for one that is missing.
+
+    A recording without the column `stylus` or `instrument` has one of them, which a diagnosis tells; without `pose`
+    several placements would become one without a word.
+    """
+    held = sorted(recording.run.labels)
+    for word in PLACEMENTS:
+        label = recording.nuisance.get(word, "")
+        if label not in ALL_ROWS and label not in held:
+            near = did_you_mean(label, held)
+            rest = f" The label columns are {', '.join(held)}." if held else " The data have no label column."
+            raise UsageError(
+                f'{word} = "{label}": the data have no column "{label}".{near}{rest} Add the column, or write '
+                f'{word} = "" for one placement in all rows'
+            )
     return recording
 
 

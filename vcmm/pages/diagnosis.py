@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from inspect import cleandoc
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.problem import with_logs
@@ -24,6 +26,13 @@ from vcmm.recording import Recording
 from vcmm.run import Array
 from vcmm.units import plain
 
+FOUND = "physics that the machine file lacks"
+CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
+SCALE = (
+    "rms of what nuisance parameters and the uncertainty of the calibration cannot take up, weighted by the noise: less "
+    "than the rms of the rows where an artefact's placement takes up most; shares are of the same energy and may overlap"
+)
+SHOWN = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
     "explained": "The departure is explained by physics that the machine file lacks.",
@@ -40,7 +49,7 @@ def sentences(d: Diagnosis) -> list[str]:
     ]
     if d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
-    for a in d.answer:
+    for a in (*d.found, *d.candidates):
         rivals = (
             f" It cannot be told from {', '.join(a.cannot_be_told_from)} here."
             if a.cannot_be_told_from
@@ -48,6 +57,7 @@ def sentences(d: Diagnosis) -> list[str]:
         )
         said = plain_words(a.effect, a.where, a.parameters)
         own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
+        said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}" if a.doubtful else said
         out.append(
             f"{said} {_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability {a.probability:.3f}."
             f"{rivals}{own}".strip()
@@ -62,7 +72,7 @@ def sentences(d: Diagnosis) -> list[str]:
             out.append(
                 f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
             )
-    out += [p.text for p in d.location[:1]]
+    out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
     return out
 
 
@@ -72,17 +82,34 @@ def _name(a: Answer) -> str:
 
 
 def _values(a: Answer) -> str:
-    return (
-        ", ".join(f"{n} = {plain(e.value)} ± {plain(e.u, 2)} {e.unit}" for n, e in a.parameters.items())
-        or "no free parameter"
-    )
+    """Every parameter with its 95 % coverage interval, to the digits that its standard uncertainty supports."""
+    out = [f"{SHOWN.get(n, n)} = {with_interval(e)}" for n, e in a.parameters.items()]
+    lobes = getattr(a.fitted, "lobes", 0)
+    return ", ".join([*([f"{lobes} lobes"] if lobes else []), *out]) or "no free parameter"
+
+
+def with_interval(e: Estimate) -> str:
+    """1.50 um (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
+    low, high = e.interval95
+    if not (np.isfinite([e.value, e.u, low, high]).all() and e.u > 0):
+        return f"{plain(e.value)} {e.unit if e.unit != '1' else ''}".strip()
+    digits = max(0, 1 - int(np.floor(np.log10(e.u))))
+    value, low_text, high_text = (f"{round(x, digits) + 0.0:.{digits}f}" for x in (e.value, low, high))
+    unit = "" if e.unit == "1" else f" {e.unit}"
+    return f"{value}{unit} (95 %: {low_text} to {high_text})"
 
 
 def _micro(d: Diagnosis, value: float) -> str:
     return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
 
 
-def answer_rows(d: Diagnosis) -> list[list[str]]:
+def answer_parts(d: Diagnosis) -> list[tuple[str, tuple[Answer, ...]]]:
+    """Title and answers: what was found, and what is only a candidate; parts without an answer are left away."""
+    parts = [(FOUND, d.found), (CANDIDATES, d.candidates)]
+    return [(title, answers) for title, answers in parts if answers]
+
+
+def answer_rows(answers: Sequence[Answer]) -> list[list[str]]:
     return [
         [
             a.effect,
@@ -92,8 +119,17 @@ def answer_rows(d: Diagnosis) -> list[list[str]]:
             f"{a.share:.0%}",
             ", ".join(a.cannot_be_told_from) or "–",
         ]
-        for a in d.answer
+        for a in answers
     ]
+
+
+def least_seen(d: Diagnosis) -> str:
+    """The smallest rms per effect that this recording would have shown, at the place where it shows best."""
+    shown = (
+        f"{x.effect} {' '.join(x.where.values())}".strip() + f" {_micro(d, x.amplitude)}"
+        for x in d.detectable
+    )
+    return ", ".join(shown)
 
 
 def fit_rows(d: Diagnosis) -> list[list[str]]:
@@ -112,7 +148,7 @@ def fit_rows(d: Diagnosis) -> list[list[str]]:
                 h.fold,
                 _micro(d, h.rms_before),
                 _micro(d, h.rms_after),
-                f"{h.effect_energy_left:.3f}",
+                f"{h.effect_energy_left:.3f}" if np.isfinite(h.effect_energy_left) else "–",
                 f"{h.gain:+.1f} nats",
             ]
         )
@@ -120,7 +156,10 @@ def fit_rows(d: Diagnosis) -> list[list[str]]:
 
 
 def next_rows(d: Diagnosis) -> list[list[str]]:
-    return [[", ".join(n.separates), n.do, f"{n.minutes:.0f}"] for n in d.next_measurement]
+    return [
+        [", ".join(n.separates), n.do, f"{n.minutes:.0f}" if n.minutes >= 10 else f"{n.minutes:.2g}"]
+        for n in d.next_measurement
+    ]
 
 
 def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
@@ -130,13 +169,17 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
         *(r.paragraph(s) for s in sentences(d)),
         *(r.note(w, "warning") for w in d.warnings),
     ]
-    if d.answer:
-        blocks += [r.heading("What was left out"), *_answers(d)]
+    for title, answers in answer_parts(d):
+        blocks += [r.heading(title[:1].upper() + title[1:]), *_answers(answers)]
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
     columns = ["fold", "rms before", "rms after", "effect energy left", "log score gain"]
-    blocks += [r.heading("On rows never fitted"), r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4))]
+    blocks += [
+        r.heading("On rows never fitted"),
+        r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4)),
+        r.paragraph(SCALE),
+    ]
     if d.location:
         rows = [[p.covariate, p.direction, f"{p.p:.2g}", p.text] for p in d.location]
         blocks += [
@@ -156,12 +199,12 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
     return r.page(f"Diagnosis of {recording.name}", blocks, subtitle=machine.name, footer=footer)
 
 
-def _answers(d: Diagnosis) -> list[str]:
+def _answers(answers: Sequence[Answer]) -> list[str]:
     columns = ["effect", "where", "parameters", "probability", "share", "cannot be told from"]
-    out = [r.table(columns, answer_rows(d), numeric=(3, 4))]
-    items = [(_name(a), 100 * a.share) for a in d.answer]
+    out = [r.table(columns, answer_rows(answers), numeric=(3, 4))]
+    items = [(_name(a), 100 * a.share) for a in answers]
     out.append(r.bars(items, unit="%", title="Share of the excess energy", share="none"))
-    for a in d.answer:
+    for a in answers:
         kind = BY_NAME.get(a.effect)
         if kind is not None:
             out.append(
@@ -257,7 +300,7 @@ def _power(d: Diagnosis) -> list[str]:
     rows = [[x.effect, ", ".join(x.where.values()) or "–", _micro(d, x.amplitude)] for x in d.detectable]
     out = [
         r.details(
-            "Smallest amplitude seen per effect (rms over the recording)",
+            "Smallest amplitude seen per effect, at the place where it shows best (rms over the recording)",
             r.table(["effect", "where", "rms"], rows, numeric=(2,)),
         )
     ]

@@ -73,7 +73,8 @@ def _job(result: Result) -> Shown:
     caption = (
         f"What the scenario plate would indicate in a room at {AIR:g} °C, predicted from the machine file and from the improved one, "
         "less what the machine with its concealed faults does indicate, µm. An improved file knows the new parameters only "
-        "as well as the recording showed them, which U contains."
+        "as well as the recording showed them. U contains this for sizes (gap, k), not for a time constant or another scanned "
+        "parameter, nor their correlation."
     )
     return Shown("A measuring job predicted with the improved machine file", columns, rows, caption)
 

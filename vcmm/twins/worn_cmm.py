@@ -33,6 +33,7 @@ from vcmm.observe import baseline, calibration_columns
 from vcmm.recording import Recording
 from vcmm.run import Array, Run, Series
 from vcmm.scenario import Scenario
+from vcmm.written import written
 
 GAP = 1.4e-3  # mm, play of the Y drive: a worn nut, the order of ISO 230-2 reversal errors of used machines
 GROWTH, LAG = (
@@ -227,7 +228,7 @@ def run(
 ) -> Result:
     """Diagnose the recording, and do a measuring job in a room at AIR by the machine as filed, as diagnosed, as it is."""
     found = diagnose(recording, machine, seed=seed, progress=progress)
-    learnt = tuple((a.fitted, a.inputs) for a in found.answer if a.fitted is not None)
+    learnt = tuple((a.fitted, a.inputs) for a in written(found.answer) if a.fitted is not None)
     return Result(recording, machine, found, improved(machine, learnt), _job(job, learnt))
 
 
