@@ -97,7 +97,7 @@ def test_field_writes_a_folder(tmp_path, capsys):
 
 def test_check_of_both_kinds(tmp_path, capsys):
     machine = document(capsys, "check", machine_file(tmp_path))
-    assert set(machine) == HEAD | {"file", "kind", "understood"}
+    assert set(machine) == HEAD | {"file", "kind", "understood", "spoilt"}
     assert machine["kind"] == "machine"
     assert machine["understood"]["axis X"] == "travel 0 to 600 mm"
     scenario = document(capsys, "check", str(edited(tmp_path)))

@@ -69,7 +69,11 @@ def test_slit_axes_have_a_reversal_error(axis, diagnosed, tmp_path):
     """Makers: reversal error, repeatability. Least squares: scale 20.0 um/m and reversal 2.44 um on axis 2."""
     source = data_file(f"data/recordings/iso230_2_linear_axis/slit_11358_axis{axis}_tidy.csv")
     found = diagnosed(slit_axis(source, tmp_path))
-    assert found["verdict"] == "explained"
+    doubtful = [a["effect"] for a in found["answer"] if a["doubtful"]]
+    # on axis 1 a pitch error of 0.09 um, below the scatter, is a candidate with even odds: the answer is not closed
+    assert (found["verdict"], doubtful) == (
+        ("partly explained", ["screw_pitch"]) if axis == 1 else ("explained", [])
+    )
     reversal = max(found["answer"], key=lambda a: a["share"])
     assert {"backlash", "lost_motion"} & {reversal["effect"], *reversal["cannot_be_told_from"]}
     assert reversal["where"] == {"axis": "X"}
