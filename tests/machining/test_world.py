@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.cutting.contactmap import Contacts
 from vcmm.effects.expansion import PartExpansion
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Scatter
@@ -16,7 +17,6 @@ from vcmm.kinematics import Axis, parse_structure
 from vcmm.laws import Normal
 from vcmm.linear import build
 from vcmm.machine import Machine
-from vcmm.machining.contacts import Contacts
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.toolside import SETTING, ToolSide
 from vcmm.machining.world import Cutting

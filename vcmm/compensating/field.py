@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Ints
 from vcmm.effect import Effect, parameter_fields
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
-from vcmm.machining.contacts import Ints
 from vcmm.machining.rows import setting_rows
 from vcmm.machining.states import states_at
 from vcmm.machining.toolside import cutting_effects

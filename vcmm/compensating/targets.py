@@ -11,7 +11,7 @@ import numpy as np
 from vcmm.compensating.contours import directions, left_normal, length_of, points, sweep_of
 from vcmm.compensating.field import Field
 from vcmm.compensating.fitting import Fit, Piece, arcs, chords
-from vcmm.machining.contacts import Ints
+from vcmm.cutting.contactmap import Ints
 from vcmm.nc.moves import Move
 from vcmm.nc.trace import Trace
 from vcmm.run import Array

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.cutting.envelope import CutSurface, tips
 from vcmm.effects.setting import TOOL_AXIS_COLUMNS
 from vcmm.errors import ModelLimit
 from vcmm.inputs import Input
 from vcmm.machining.batch import later_in_batch
-from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.forces_at import forces_at
 from vcmm.machining.neighbours import Candidates, candidates
 from vcmm.machining.rotary import angle_of, commands_to_work, point_of_part

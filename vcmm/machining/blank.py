@@ -21,6 +21,7 @@ from vcmm.cutting.force import (
     LinearEdge,
     at_chip,
     kienzle,
+    linear_edge,
     mean_chip,
     milling_force,
     to_workpiece,
@@ -186,7 +187,7 @@ def _edges(setup: Setup, chip: Array) -> LinearEdge:
     """Edge coefficients of the material, those of Kienzle's law at the mean chip (rows,) of each move."""
     name = str(setup.material)
     if name in LINEAR_EDGE:
-        return LINEAR_EDGE[name]
+        return linear_edge(name)
     return at_chip(kienzle(name), chip, RADIAL if setup.thrust is None else setup.thrust)
 
 

@@ -65,12 +65,6 @@ def cut(
     )  # fmt: skip
 
 
-def _cut_again(shop: Shop, surface: CutSurface) -> Recut | None:
-    if isinstance(surface, TurnedSurface):
-        return recut_turned(shop, surface)
-    return recut(shop.path, shop.sweep, shop.machine, surface, dict(shop.scenario.constants))
-
-
 def _for_marks(settings: Settings, shop: Shop) -> tuple[Settings, tuple[str, ...]]:
     """Turned parts by exact trials: feed marks move along with the errors, which the linear model does not follow."""
     if shop.turning is None or settings.engine != "auto":

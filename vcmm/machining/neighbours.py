@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing import entry
 from vcmm.cutting.sweeps import Sweep, lengths, position
 from vcmm.machining.between import Heights, deepest_between
-from vcmm.machining.contacts import Ints
 from vcmm.machining.rotary import Motion, turned, turned_back
 from vcmm.run import Array
 

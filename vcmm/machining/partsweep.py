@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.sweeps import LINE, Sweep, checked
 from vcmm.cutting.tools import Tool
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
-from vcmm.machining.contacts import Ints
 from vcmm.machining.rotary import Bools, Motion, machine_position, tip_and_axis
 from vcmm.run import Array
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Ints, Solids
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing import entry
-from vcmm.machining.contacts import Ints, Solids
 from vcmm.machining.rotary import Motion, turned
 from vcmm.run import Array
 

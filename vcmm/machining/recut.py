@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.cutting.displaced import displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.cutting.index import build
 from vcmm.cutting.sweeps import Sweep
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
-from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.neighbours import candidates
 from vcmm.machining.rotary import Motion, commands_to_work
 from vcmm.machining.states import states_at, turning_states

@@ -19,11 +19,11 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.sweeps import Sweep, lengths, position
 from vcmm.errors import UsageError
 from vcmm.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directions, link_frames
 from vcmm.machine import Machine
-from vcmm.machining.contacts import Ints
 from vcmm.nc.moves import Move, Program
 from vcmm.run import Array, Run
 

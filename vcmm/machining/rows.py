@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Contacts, Ints, Solids, upright
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.sweeps import Sweep
-from vcmm.machining.contacts import Contacts, Ints, Solids
 from vcmm.machining.neighbours import Candidates
 from vcmm.machining.polish import TurnedSolids
 from vcmm.machining.rotary import Motion
@@ -16,7 +16,6 @@ from vcmm.machining.toolside import SETTING
 from vcmm.pose import Pose
 from vcmm.run import Array, Run
 
-GRAZING = 1e-6
 OF_ROW = ("touch", "feature", "mode")  # labels of a row itself: setting is another row
 Words = np.typing.NDArray[np.str_]
 
@@ -29,11 +28,8 @@ def contacts_of(
     point, candidate = np.nonzero(known)
     row = np.full(found.row.shape, -1, dtype=np.intp)
     row[point, candidate] = np.arange(len(point))
-    along = np.einsum("pki,pi->pk", found.cutter, surface.normals)
-    steep = (
-        np.abs(along) < GRAZING
-    )  # the ray ends in the side of a gouge: the tool moves that end as it moves itself
-    cutter = np.where((known & ~steep)[:, :, None], found.cutter, surface.normals[:, None, :])
+    # where the ray ends in the side of a gouge the tool moves that end as it moves itself
+    cutter = upright(found.cutter, surface.normals, known)
     which = np.where(known, sweep.tool[np.maximum(found.row, 0)], -1).astype(np.intp)
     arm = surface.points[:, None, :] - found.tip
     solids = Solids(sweep.tools, which, arm)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Ints
 from vcmm.kinematics import nominal_tip
-from vcmm.machining.contacts import Ints
 from vcmm.machining.rotary import Motion, tool_offset_to
 from vcmm.nc.knots import times_at
 from vcmm.nc.limits import AXES

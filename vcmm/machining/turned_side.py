@@ -18,12 +18,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.cutting import nose
+from vcmm.cutting.contactmap import GRAZING, Contacts, Ints
 from vcmm.cutting.sweeps import Sweep, position
 from vcmm.influence import Influence, Product
 from vcmm.inputs import Input
 from vcmm.machining.batch import by_tool, later_in_batch
-from vcmm.machining.contacts import Contacts, Ints
-from vcmm.machining.rows import GRAZING, Words, joined, setting_rows, settings_of
+from vcmm.machining.rows import Words, joined, setting_rows, settings_of
 from vcmm.machining.setting import without_setting
 from vcmm.machining.shop import Shop, zeros
 from vcmm.machining.toolside import ToolSide

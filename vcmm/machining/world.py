@@ -15,11 +15,11 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.errors import UsageError
 from vcmm.influence import Influence, Product
 from vcmm.inputs import Input
 from vcmm.machine import Machine
-from vcmm.machining.contacts import Contacts, Ints
 from vcmm.machining.probing import ProbedHere
 from vcmm.machining.toolside import ToolSide
 from vcmm.run import Array, Run

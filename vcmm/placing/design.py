@@ -13,7 +13,6 @@ Math. Stat. 21 (1950) 124. So all candidates are judged at once; Fedorov, Theory
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -219,8 +218,3 @@ def best_candidate(design: Design, f: int, repeats: bool) -> int:
         change = np.where(design.counts[rows] > 0, np.inf, change)
     best = int(np.argmin(change)) if len(change) else -1
     return int(rows[best]) if best >= 0 and np.isfinite(change[best]) else -1
-
-
-def by_name(values: Array, names: Mapping[str, slice]) -> dict[str, float]:
-    """Square roots of sums of variances by characteristic."""
-    return {name: float(np.sqrt(max(values[s].sum(), 0.0))) for name, s in names.items()}

@@ -32,8 +32,6 @@ from vcmm.twins.gaska2014 import (
     FIELD,
     NODES,
     NU,
-    PAPER_DISTANCE_U,
-    PAPER_FORM_U,
     REDRAWS,
     _FormTrials,
     _per_lane,
@@ -249,9 +247,3 @@ def _variance(gains: Array, kernel: Array, deviation: Array, kept: Ints) -> Arra
     near = kernel[:, :, kept]
     local = near @ deviation[kept] / near.sum(axis=2, keepdims=True)
     return np.asarray((gains * local**2).sum(axis=(1, 2)))
-
-
-def paper_best() -> tuple[str, ...]:
-    """The places with the smallest sum of the U of Table 3."""
-    total = {n: PAPER_FORM_U[n] + PAPER_DISTANCE_U[n] for n in PAPER_FORM_U}
-    return tuple(sorted(total, key=lambda n: total[n])[:2])

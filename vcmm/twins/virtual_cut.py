@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.cutting.contactmap import Contacts
 from vcmm.cutting.envelope import UNCUT
 from vcmm.errors import ModelLimit
 from vcmm.machine import Machine
 from vcmm.machining.atcut import tool_side
-from vcmm.machining.contacts import Contacts
 from vcmm.machining.maps import Net
 from vcmm.machining.shop import Shop, look
 from vcmm.machining.toolside import ToolSide
