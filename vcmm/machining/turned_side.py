@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.cutting import nose
-from vcmm.cutting.contactmap import GRAZING, Contacts, Ints
+from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.sweeps import Sweep, position
 from vcmm.influence import Influence, Product
 from vcmm.inputs import Input
@@ -149,9 +149,7 @@ def _contacts(turning: Turning, surface: TurnedSurface) -> tuple[Contacts, Ints,
     arm[point, candidate] = surface.flat[point][:, [0, 2]] - centre
     r[point, candidate] = nose.nose_radius(turning.sweep)[which]
     height = np.where(known, surface.contact_s, np.inf)
-    n = surface.flat_normals[:, None, :]
-    steep = np.abs((surface.normal * n).sum(axis=-1)) < GRAZING
-    cutter = np.where((known & ~steep)[..., None], surface.normal, n)
+    cutter = upright(surface.normal, surface.flat_normals, known)
     circles = NoseCircles(arm, r, surface.flat[:, 0])
     return Contacts(height, cutter, surface.flat_normals, row, circles), point, candidate  # type: ignore[arg-type]
 
