@@ -102,8 +102,23 @@ def _orthonormal(columns: Array) -> Array:
     columns = columns[:, length > 0] / length[length > 0]
     if columns.shape[1] == 0:
         return columns
-    left, size, _ = np.linalg.svd(columns, full_matrices=False)
+    left, size = thin_svd(columns)
     return left[:, size > RANK * size[0]]
+
+
+def thin_svd(x: Array) -> tuple[Array, Array]:
+    """Left singular vectors (m, k) and singular values (k,) of x.
+
+    The fast driver divides and conquers and now and then does not converge on a matrix of deficient rank; QR iteration
+    does (Golub & Van Loan, Matrix Computations (2013), 8.6).
+    """
+    try:
+        left, size, _ = np.linalg.svd(x, full_matrices=False)
+    except np.linalg.LinAlgError:
+        from scipy.linalg import svd
+
+        left, size, _ = svd(x, full_matrices=False, lapack_driver="gesvd")
+    return np.asarray(left), np.asarray(size)
 
 
 def _principal(calibration: Array, q: Array) -> tuple[Array, Array]:
@@ -111,7 +126,7 @@ def _principal(calibration: Array, q: Array) -> tuple[Array, Array]:
     rest = calibration - q @ (q.T @ calibration)
     if rest.shape[1] == 0 or not np.any(rest):
         return np.zeros((len(calibration), 0)), np.zeros(0)
-    left, size, _ = np.linalg.svd(rest, full_matrices=False)
+    left, size = thin_svd(rest)
     keep = size > 1e-6 * max(1.0, float(size[0]))
     return left[:, keep], size[keep]
 

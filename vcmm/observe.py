@@ -80,12 +80,12 @@ class Observer:
 
     def of_effect(self, effect: Effect) -> Array:
         """What an effect with its present numbers adds to the observations (m,), mm or rad."""
-        return self._through(effect, self.machine.asked(effect, self.run)[:, :, None])[:, 0]
+        return self.through(effect, self.machine.asked(effect, self.run)[:, :, None])[:, 0]
 
     def of_parameter(self, effect: Effect, name: str) -> Array:
         """Derivative (m, k) of the observations with respect to each element of a parameter of an effect."""
         self.machine.asked(effect, self.run)
-        return self._through(effect, basis(effect, name, self.run))
+        return self.through(effect, basis(effect, name, self.run))
 
     def ends_of(self, effect: Effect, six: Array) -> tuple[Array, Array | None]:
         """Both ends (m, k) of the observations by error motions (n, 6, k) of the effect's link."""
@@ -98,7 +98,8 @@ class Observer:
             "mj,mjk->mk", maps[1], six[other]
         )  # rows of maps without that end are 0
 
-    def _through(self, effect: Effect, six: Array) -> Array:
+    def through(self, effect: Effect, six: Array) -> Array:
+        """Change of the observations (m, k) by error motions (n, 6, k) of the effect's link: one end less the other."""
         first, second = self.ends_of(effect, six)
         return first if second is None else first - second
 

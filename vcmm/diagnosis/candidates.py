@@ -19,6 +19,7 @@ from vcmm.effect import Effect, parameter_fields
 from vcmm.effects import ALL
 from vcmm.effects.typical import TYPICAL, typical
 from vcmm.errors import ModelLimit, UsageError
+from vcmm.gaussian import thin_svd
 from vcmm.kinematics import ROTARY
 from vcmm.run import Array, Run
 
@@ -118,7 +119,7 @@ def _stale(problem: Problem) -> list[Family]:
     """The calibration as a whole is off by more than it claims: its own covariance, widened, as random effects."""
     if not np.any(problem.calibration):
         return []
-    left, size, _ = np.linalg.svd(problem.calibration, full_matrices=False)
+    left, size = thin_svd(problem.calibration)
     columns = (left * size)[:, size > 1e-2 * size[0]][:, :MOST_COLUMNS]
     k = columns.shape[1]
     option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)

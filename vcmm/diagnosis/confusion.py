@@ -18,7 +18,7 @@ from vcmm.diagnosis.candidates import Family
 from vcmm.diagnosis.evidence import Dictionary, Scorer, orthonormal, scorer
 from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.select import MISMATCH, Selection, Setting
-from vcmm.gaussian import without_span
+from vcmm.gaussian import thin_svd, without_span
 from vcmm.run import Array
 
 NATS = 3.0
@@ -97,8 +97,8 @@ def ranks(given: Scorer) -> Array:
 
 def rank_of(columns: Array, basis: Array) -> int:
     """The same of white columns (m, k) outside a basis."""
-    left = np.linalg.svd(without_span(columns, basis), compute_uv=False)
-    return int(np.sum(left**2 > SEEN * float(np.sum(columns**2))))
+    size = thin_svd(without_span(columns, basis))[1]
+    return int(np.sum(size**2 > SEEN * float(np.sum(columns**2))))
 
 
 def _rivals(

@@ -15,12 +15,14 @@ from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import scorer
+from vcmm.diagnosis.field import Field, rival_field, weighed
 from vcmm.diagnosis.holding import that_hold
 from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge, worsened
 from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, tables_of
 from vcmm.diagnosis.modulated import modulated
+from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.nextstep import next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import clipped
@@ -33,7 +35,7 @@ from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
-from vcmm.diagnosis.select import Selection, Setting, mismatch
+from vcmm.diagnosis.select import Selection, Setting, joint, mismatch
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.diagnosis.simple_part import simple_part
 from vcmm.diagnosis.verdict import beyond, doubts, reasons, seen, verdict
@@ -135,14 +137,16 @@ def _result(
     held_by = partial(that_hold, generic=stage.generic)
     selection, failed = best_road(used, parts, selection, setting, held_by)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
-    rest = _rest(used, stage, selection, setting, parts, seed)
+    tell("weighing the names against physics without a name", 0.85)
+    field = rival_field(used, selection, stage.white, stage.sample)
+    rest = _rest(used, stage, selection, setting, parts, seed, field)
     excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
     held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
     places = _with_other_rivals(places, used, stage, selection, chosen.tied)
-    answers = _answers(used, stage, selection, places, mistake, seed)
+    answers = _answers(used, stage, selection, places, mistake, seed, field)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
     steps = next_steps(used, setting, selection, places)
@@ -191,11 +195,22 @@ def _with_other_rivals(
 
 
 def _rest(
-    problem: Problem, stage: Stage, selection: Selection, setting: Setting, parts: Sequence[Fold], seed: int
+    problem: Problem,
+    stage: Stage,
+    selection: Selection,
+    setting: Setting,
+    parts: Sequence[Fold],
+    seed: int,
+    field: Field | None,
 ) -> Unknown | None:
-    """What has no name: a shape in the residual, else a fold that falls short of what the names promise."""
+    """What has no name: a field that beats the names, a shape in the residual, neighbours that agree, else a fold that
+    falls short of what the names promise.
+    """
+    if field is not None and field.wins:
+        return described(field.unknown, problem, setting, joint((), setting), parts)
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
     rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
+    rest = rest or departure(problem, selection, stage.white, stage.sample)
     rest = described(rest, problem, setting, selection, parts)
     short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
     return of_fold(short) if short and rest is None else rest
@@ -227,10 +242,11 @@ def _answers(
     places: Sequence[Standing],
     mistake: Mistake | None,
     seed: int,
+    field: Field | None,
 ) -> tuple[Answer, ...]:
     refiner = Refiner(problem, stage.white)
     excess = max(float(selection.y @ selection.y) - stage.white.dof * _variance(selection), 1e-300)
-    out = [_of_mistake(mistake, stage.white)] if mistake is not None else []
+    out: list[Answer] = []
     for i, place in enumerate(places):
         term = selection.terms[i]
         signal = selection.signal(i)
@@ -253,7 +269,8 @@ def _answers(
                 place.rival_probability,
             )
         )
-    return tuple(sorted(out, key=lambda a: -a.share))
+    of_table = [_of_mistake(mistake, stage.white)] if mistake is not None else []
+    return tuple(sorted((*of_table, *weighed(out, field)), key=lambda a: -a.share))
 
 
 def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.diagnosis.candidates import Family, Option, unseen_places
-from vcmm.gaussian import Blocks, Ints, Whitener, blocks, log_evidence, without_span
+from vcmm.gaussian import Blocks, Ints, Whitener, blocks, log_evidence, thin_svd, without_span
 from vcmm.run import Array
 
 BATCH = 256
@@ -143,5 +143,5 @@ def orthonormal(x: Array) -> Array:
     x = x[:, length > 0] / length[length > 0]
     if x.shape[1] == 0:
         return x
-    left, size, _ = np.linalg.svd(x, full_matrices=False)
+    left, size = thin_svd(x)
     return np.asarray(left[:, size > 1e-6 * size[0]])

@@ -1,0 +1,175 @@
+"""Neighbours that agree in what the names leave, and smooth fields that are weighed against names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import generator as make
+import numpy as np
+import pytest
+
+from vcmm.diagnosis import kernels
+from vcmm.diagnosis.candidates import Family, Option, catalogue
+from vcmm.diagnosis.closeness import nearness, of_component
+from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.evidence import dictionary
+from vcmm.diagnosis.field import UNNAMED, Field, rival_field, weighed
+from vcmm.diagnosis.neighbours import departure
+from vcmm.diagnosis.null import Noise, clipped, draws
+from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.result import Answer, Unknown
+from vcmm.diagnosis.select import Setting, Term, joint, select
+from vcmm.gaussian import thin_svd
+
+UM = 1e-3
+
+
+def searched(names: tuple[str, ...], delta: float, seed: int, extra=None):
+    """(problem, white, null, selection): `extra(run, normal)` is added to the readings (m,), mm."""
+    case = make.make(names, delta, seed)
+    problem = make_problem(case.recording, make.machine())
+    if extra is not None:
+        problem = replace(
+            problem, residual=problem.residual + extra(problem.run, problem.recording.direction)
+        )
+    white = problem.whitener()
+    null = clipped(draws(Noise(), white, 1, "null", 600), white, 3.0)
+    found = dictionary(catalogue(problem).families, white)
+    setting = Setting(found, white, white.apply(problem.residual), 3.0, 6.0, Refiner(problem, white))
+    return problem, white, null, select(setting), setting
+
+
+def stairs(run, direction):
+    """A scale glued from six unequal pieces, read along Y and felt in z: 1.5 um up and down."""
+    q = run.position["Y"]
+    edges = q.min() + np.ptp(q) * np.array([0.13, 0.34, 0.45, 0.71, 0.86])
+    return 1.5 * UM * np.array([1.0, -0.7, 0.9, -1.0, 0.4, -0.9])[np.searchsorted(edges, q)] * direction[:, 2]
+
+
+def swirl(run, direction):
+    """Turns about the middle of the volume, with the distance from it."""
+    x, y = (run.columns[f"tip_{a}_mm"] - np.median(run.columns[f"tip_{a}_mm"]) for a in "xy")
+    r = np.hypot(x, y)
+    turn = 1.2 * UM * np.sin(r / 35) / np.maximum(r, 1.0)
+    return turn * (x * direction[:, 1] - y * direction[:, 0])
+
+
+def test_z_counts_standard_deviations_of_ln_t():
+    """ln t of the nulls: -1, +1, so mean 0 and standard deviation 1; ln t = 2 is 2 of them. What templates may bring is
+    taken off as amplitudes: (sqrt(e^2) - sqrt((e - 1)^2))^2 = 1, ln 1 = 0."""
+    t = np.exp([2.0, -1.0, 1.0])
+    assert kernels.departed(t)[0] == pytest.approx(2.0)
+    assert kernels.departed(t, forgiven=(np.e - 1) ** 2)[0] == pytest.approx(0.0, abs=1e-12)
+    assert kernels.departed(t, forgiven=1e3)[0] < -10  # more than there is: nothing is left
+
+
+def test_bumps_stand_about_rows_and_fall_off_with_distance():
+    """One length away exp(-1/2) = 0.6065."""
+    problem, *_ = searched((), 0.0, 11)
+    (over_x,) = [n for n in nearness(problem) if n.names == ("X",) and n.bumps[:, 0].sum() < 30]  # the finest
+    x = problem.of_rows(problem.run.position["X"])
+    at = float(x[np.argmax(over_x.bumps[:, 0])])
+    want = np.exp(-0.5 * ((x - at) / (0.02 * np.ptp(x))) ** 2)
+    assert np.abs(over_x.bumps[:, 0] - want).max() < 1e-9
+    assert np.exp(-0.5) == pytest.approx(0.6065, abs=1e-4)
+
+
+def test_a_free_shape_of_a_component_is_felt_through_the_chain():
+    """EZY = 1 mm everywhere moves the tip by 1 mm in z, so a touch along n reads n_z more or less; wide bumps add up to it."""
+    problem, *_ = searched((), 0.0, 11)
+    *_, steps = of_component(problem, "EZY")
+    first = steps[:, 0]  # one beyond 1/120 of the travel: nearly everywhere
+    beyond = np.abs(first) > 0
+    assert beyond.mean() > 0.95
+    assert np.abs(np.abs(first) - np.abs(problem.recording.direction[:, 2]))[beyond].max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13, 14])
+def test_nothing_is_left_where_nothing_is(seed):
+    problem, white, null, selection, _ = searched((), 0.0, seed)
+    assert not selection.terms
+    assert departure(problem, selection, white, null) is None
+    assert rival_field(problem, selection, white, null) is None  # no name, nothing to weigh
+
+
+def test_a_right_name_keeps_its_probability():
+    problem, white, null, selection, _ = searched(("backlash",), 14.0, 23)
+    field = rival_field(problem, selection, white, null)
+    assert field is None or field.share > 0.99
+    assert departure(problem, selection, white, null) is None
+
+
+def test_stairs_are_no_scatter_and_say_their_axis():
+    problem, white, null, _, setting = searched((), 0.0, 7, stairs)
+    left = departure(problem, joint((), setting), white, null)
+    assert left is not None
+    assert left.covariates[0] in ("Y", "tip_y")
+    assert left.direction == "z"
+    assert (
+        0.3 * UM < left.rms < 1.5 * UM
+    )  # 1.5 um times 0.8 for the pieces, times the z component of the touches
+
+
+def test_a_curve_that_follows_a_swirl_loses_to_a_field():
+    """A free name: six smooth curves of the pose. The swirl is one field in space, whatever the pose."""
+    problem, white, null, _, setting = searched((), 0.0, 7, swirl)
+    pose = np.unique(problem.run.labels["pose"], return_inverse=True)[1]
+    part = [problem.of_rows(problem.run.columns[f"tip_{a}_mm"]) for a in "xy"]
+    d = problem.recording.direction
+    curves = [
+        (pose == p) * (v - v.mean()) ** k * d[:, j]
+        for p in range(5)
+        for v in part
+        for k in (0, 1, 2)
+        for j in (0, 1)
+    ]
+    columns = np.stack(curves, axis=1)
+    columns = UM * columns / np.abs(columns).max(axis=0)
+    k = columns.shape[1]
+    family = Family("six_curves", {"direction": "x"}, (), 0.0)
+    option = Option(None, columns, np.ones(k), tuple(map(str, range(k))), 0.0)
+    selection = joint((Term(family, option, white.apply(columns), 1.0),), setting)
+    assert selection.delta(0) > 8  # it does follow much of it
+    field = rival_field(problem, selection, white, null)
+    assert field is not None
+    assert field.wins
+    assert {"X", "Y", "tip_x", "tip_y"} >= set(field.unknown.covariates[:2])
+
+
+def test_what_a_field_leaves_to_the_names():
+    """A field as good as the names and its price: one half; 5 nats worse: 1 / (1 + e^-5) = 0.9933."""
+    unknown = Unknown(("X",), "a dependence", 0.0)
+    answer = Answer("clamping", {}, {}, 0.8, 1.0, (), 12.0, rival_probability=0.2)
+    (half,) = weighed((answer,), Field(0.0, unknown))
+    assert (half.probability, half.rival_probability) == pytest.approx((0.4, 0.1))
+    (most,) = weighed((answer,), Field(-UNNAMED, unknown))
+    assert most.probability == pytest.approx(0.8 * 0.99331, abs=1e-4)
+    assert weighed((answer,), None) == (answer,)
+    assert Field(1e4, unknown).share < 1e-300  # and no overflow
+
+
+def test_a_field_that_wins_is_the_unknown_and_the_names_are_candidates():
+    case = make.make((), 0.0, 7)
+    run = make_problem(case.recording, make.machine()).run
+    value = case.recording.value + swirl(run, case.recording.direction)
+    found = diagnose_recording(replace(case.recording, value=value), make.machine(), 1, 600)
+    assert found.verdict == "unexplained"
+    assert found.unknown is not None
+    assert not found.found
+    assert all(a.probability < 0.5 for a in found.candidates)
+
+
+def test_a_matrix_on_which_the_fast_driver_fails_is_decomposed_all_the_same(monkeypatch):
+    x = np.random.default_rng(1).standard_normal((30, 4)) @ np.diag([3.0, 2.0, 1.0, 0.0])
+    want = thin_svd(x)
+
+    def fails(*_, **__):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setattr(np.linalg, "svd", fails)
+    left, size = thin_svd(x)
+    assert size == pytest.approx(want[1], abs=1e-12)
+    assert np.abs(left[:, :3] @ np.diag(size[:3])) == pytest.approx(
+        np.abs(want[0][:, :3] @ np.diag(want[1][:3])), abs=1e-10
+    )
