@@ -26,7 +26,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "numbers": ("streams", "_stream_kernels", "interval", "summary", "montecarlo", "gaussian"),
     "effects": ("effects",),
     "tasks": (
-        "contact", "strategies", "surroundings", "plan", "qualification", "fixture", "task", "scenario", "recording", "nuisance", "observe", "pointing", "indexing", "instruments",
+        "contact", "strategies", "surroundings", "plan", "qualification", "fixture", "task", "scenario", "recording", "nuisance", "rowlogs", "observe", "pointing", "indexing", "instruments",
         "influence", "trials", "world", "linear", "exact",
     ),
     "programs": ("files.text", "nc", "cutting", "machining.scenario"),

@@ -29,6 +29,7 @@ from vcmm.laws import MultivariateNormal, MultivariateSamples, row_factor
 from vcmm.machine import Machine
 from vcmm.nuisance import nuisance_columns
 from vcmm.recording import Recording
+from vcmm.rowlogs import with_logs
 from vcmm.run import Array, Run
 
 __all__ = [
@@ -74,6 +75,7 @@ class Observer:
     """
 
     def __init__(self, recording: Recording, machine: Machine) -> None:
+        recording = replace(recording, run=with_logs(recording.run))
         self.recording, self.machine = recording, machine
         self.run = _counted(recording, machine.prepare(recording.run))
         self._seen: dict[tuple[str, str], tuple[Array, Array | None]] = {}

@@ -19,7 +19,7 @@ from vcmm.effect import COLUMN
 from vcmm.effects.geometric_change import GeometricChange
 from vcmm.run import Array
 
-PLACES = 100  # rows about which bumps stand
+ON_A_LINE, IN_SPACE = 50, 100  # rows about which bumps stand, over one covariate and over several
 FINE, MIDDLE, WIDE = 0.02, 0.06, 0.2  # lengths over one covariate
 NEAR, FAR = 0.1, 0.25  # lengths in space
 STEPS = 60
@@ -67,7 +67,8 @@ def _over(axes: tuple[Axis, ...], lengths: tuple[float, ...]) -> Iterator[Nearne
 
 def _bumps(axes: tuple[Axis, ...], lengths: tuple[float, ...]) -> Iterator[Nearness]:
     m = len(axes[0].values)
-    at = np.sort(generator(0, "places").permutation(m)[:PLACES])
+    places = ON_A_LINE if len(axes) == 1 else IN_SPACE
+    at = np.sort(generator(0, "places").permutation(m)[:places])
     apart = np.zeros((m, len(at)))
     for axis in axes:
         gap = axis.values[:, None] - axis.values[None, at]

@@ -56,7 +56,7 @@ def of_components(
     problem: Problem, components: Iterable[str], white: Whitener, basis: Array
 ) -> Iterator[list[Kernel]]:
     """Free shapes of component errors over their axes."""
-    for c in components:
+    for c in (c for c in components if np.ptp(problem.run.q(c[2])) > 0):
         for moved in of_component(problem, c):
             x = without_span(white.apply(moved), basis)
             if _seen(x, moved, white):

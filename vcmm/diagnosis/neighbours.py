@@ -36,6 +36,7 @@ from vcmm.run import Array
 NOTHING_NAMED = (
     FALSE_ALARM / 3
 )  # a null recording has paid 1 % to the catalogue and 1 % to the shapes already
+BEYOND = 10  # null recordings beyond the threshold, where there are so many
 WORTH_KEEPING = 2.0  # standard deviations; the largest of so many kernels always exceeds it
 FUNCTIONS = 20  # in which the size of a departure is estimated
 
@@ -43,10 +44,10 @@ FUNCTIONS = 20  # in which the size of a departure is estimated
 def departure(problem: Problem, selection: Selection, white: Whitener, null: Array) -> Unknown | None:
     """The clearest departure from white, None where chance explains it. null (m, M): prepared null recordings, white."""
     basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in selection.terms)], axis=1))
-    rows = without_span(np.column_stack([selection.rest, null]), basis)
+    alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
+    rows = without_span(np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]), basis)
     rows = rows / np.linalg.norm(rows, axis=0)
     forgiven = 2.0 * mismatch(selection) / max(float(selection.rest @ selection.rest), 1e-300)
-    alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
     shapes = of_components(problem, components_of(selection.terms), white, basis)
     kernel = _clearest(questions(shapes, rows), forgiven, alarm)
     kernel = kernel or _clearest(questions(everywhere(problem, white, basis), rows), forgiven, alarm)

@@ -14,19 +14,21 @@ import numpy as np
 
 from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.confusion import Standing
-from vcmm.diagnosis.problem import Problem, RememberingRun, predecessors
+from vcmm.diagnosis.problem import Problem, predecessors
 from vcmm.diagnosis.result import NextStep
 from vcmm.diagnosis.select import Selection, Setting
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.gaussian import Whitener, whitener
 from vcmm.observe import Observer, nuisance_columns
 from vcmm.recording import Recording
+from vcmm.rowlogs import RememberingRun
 from vcmm.run import Array, Run, Series
 
 ROWS = 80  # of the recording repeated in an add-on
 PER_TOUCH = 10.0  # s
 WORTH = 0.08  # gain of separability below which an add-on is not proposed
 SHOWN = 3
+STANDS = 0.05  # component of the normal below which an axis has stopped before the touch
 STRETCH = 2.0  # times the length of the log by which it is continued
 
 Change = Callable[[Run], Run | None]
@@ -188,8 +190,17 @@ def _other_speed(run: Run) -> Run | None:
 
 
 def _other_side(run: Run) -> Run | None:
+    """Every axis came from the other side; a touch goes inwards whatever was before, so its own axes stay as they are."""
     names = [c for c in run.columns if c.startswith("sense_")]
-    return run.with_columns({c: -run.columns[c] for c in names}) if names else None
+    turned = {c: np.where(_approaches(run, c[-1]), run.columns[c], -run.columns[c]) for c in names}
+    return run.with_columns(turned) if any(np.any(v != run.columns[c]) for c, v in turned.items()) else None
+
+
+def _approaches(run: Run, axis: str) -> Array:
+    """Rows (n,) in which the axis moves in the touch itself; none without normals."""
+    if "nx" not in run.columns or axis not in "XYZ":
+        return np.zeros(run.n, dtype=bool)
+    return np.asarray(np.abs(run.normal[:, "XYZ".index(axis)]) > STANDS)
 
 
 def _longer_way(run: Run) -> Run | None:

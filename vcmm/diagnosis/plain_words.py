@@ -141,4 +141,17 @@ def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
             f"a saw over a full turn of {axis}: after 360 degrees the axis is where it was, so this is no geometry but the"
             " gain or the wrap-around of the readout"
         )
-    return alias_words(effect, run)
+    said = (_of_wave(effect), alias_words(effect, run))
+    return "; ".join(s for s in said if s)
+
+
+def _of_wave(effect: Effect) -> str:
+    """The second wave of one period is the first of half of it: a recording knows the wave only."""
+    if effect.name != "encoder_interpolation" or getattr(effect, "harmonic") < 2:  # noqa: B009 - the encoder's
+        return ""
+    period = float(getattr(effect, "period"))  # noqa: B009
+    wave = period / int(getattr(effect, "harmonic"))  # noqa: B009
+    return (
+        f"a wave of {wave:.4g} mm: unequal gains of signals of {period:.4g} mm, or offsets of signals of {wave:.4g} mm;"
+        " the data sheet of the scale decides"
+    )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,9 +17,7 @@ from vcmm.gaussian import Ints, Whitener, whitener
 from vcmm.machine import Machine
 from vcmm.observe import Observer, noise_u, nuisance_columns
 from vcmm.recording import Recording
-from vcmm.run import Array, Run, Series
-
-TRACE = 0.05  # s between rows, from which on a structure of 10 Hz and more is not followed
+from vcmm.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +53,8 @@ class Problem:
 
 def make_problem(recording: Recording, machine: Machine) -> Problem:
     """Predict the recording from the machine alone. Raises what `observe` raises: columns or positions that do not fit."""
-    recording = replace(recording, run=with_logs(recording.run))
     observer = Observer(recording, machine)
+    recording = observer.recording
     columns, _ = nuisance_columns(recording, machine)
     known = [c for _, c in observer.calibration()]
     m = len(recording.value)
@@ -76,43 +74,6 @@ def make_problem(recording: Recording, machine: Machine) -> Problem:
 def _times(recording: Recording) -> Array | None:
     time = recording.run.columns.get("time_s")
     return None if time is None else np.asarray(time[recording.row])
-
-
-@dataclass(frozen=True, eq=False)
-class RememberingRun(Run):
-    """A run that works out every lagged temperature once: hundreds of candidates ask for the same ones."""
-
-    memory: dict[tuple[int, int, float], tuple[Series, Array, Array]] = field(default_factory=dict)
-
-    def lagged(self, sensor: str, tau: float) -> Array:
-        if tau == 0.0 or sensor not in self.series or "time_s" not in self.columns:
-            return super().lagged(sensor, tau)
-        series, time = self.series[sensor], self.column("time_s")
-        key = (id(series), id(time), tau)  # both are kept beside the result, so the ids stay theirs
-        if key not in self.memory:
-            self.memory[key] = (series, time, super().lagged(sensor, tau))
-        return self.memory[key][2]
-
-
-def with_logs(run: Run) -> Run:
-    """Temperatures given row by row also serve as logs over time, so that lags can be followed; the accelerations of a
-    trace likewise, so that what they leave ringing can.
-    """
-    if "time_s" not in run.columns:
-        return run
-    time, first = np.unique(run.column("time_s"), return_index=True)
-    names = [c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")]
-    logs = {
-        n: Series(time, run.column(f"temp_{n}_C")[first])
-        for n in names
-        if n not in run.series and len(time) > 1
-    }
-    if "spindle_rpm" in run.columns and "spindle_rpm" not in run.series and len(time) > 1:
-        logs["spindle_rpm"] = Series(time, run.column("spindle_rpm")[first])
-    if len(time) > 1 and float(np.median(np.diff(time))) < TRACE:
-        moved = [c for c in run.columns if c.startswith("accel_") and np.any(run.columns[c])]
-        logs |= {c: Series(time, run.column(c)[first]) for c in moved if c not in run.series}
-    return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **logs})
 
 
 def predecessors(row: Ints) -> Ints:

@@ -27,7 +27,10 @@ class EncoderInterpolation(Effect):
     sine: float = param(0.0, "um", "sine part; `amplitude` in files")
     cosine: float = param(0.0, "um", "cosine part")
     period: float = param(
-        0.02, "mm", "signal period of the scale", scan=(0.004, 0.008, 0.016, 0.02, 0.04, 0.1, 0.2, 1.0, 2.0)
+        0.02,
+        "mm",
+        "signal period of the scale",
+        scan=(0.004, 0.008, 0.016, 0.02, 0.04, 0.1, 0.2, 0.5, 1.0, 2.0),
     )
     harmonic: int = at(1, "1 = offsets of the signals, 2 = unequal amplitudes or phase", quiet=True)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from inspect import cleandoc
 
 import numpy as np
@@ -13,7 +12,6 @@ from vcmm import report as r
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.plain_words import plain_words
-from vcmm.diagnosis.problem import with_logs
 from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.effects import BY_NAME
@@ -221,9 +219,6 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
     """Residuals by order and over the covariate that tells most, nuisances taken off by least squares."""
     found = tuple((a.fitted, a.inputs) for a in d.answer if a.fitted is not None)
     explained = bool(found) or d.mistake is not None
-    recording = replace(
-        recording, run=with_logs(recording.run)
-    )  # what was found may follow a log of the rows
     nuisance, _ = nuisance_columns(recording, machine)
     before = _rest(recording.value - baseline(recording, machine), nuisance)
     better = improved(_repaired(machine, d), found)
