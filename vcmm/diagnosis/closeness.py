@@ -8,7 +8,7 @@ ranks for temperatures and times, which crowd). Products with a component of the
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,10 +19,11 @@ from vcmm.effect import COLUMN
 from vcmm.effects.geometric_change import GeometricChange
 from vcmm.run import Array
 
-ON_A_LINE, IN_SPACE = 50, 100  # rows about which bumps stand, over one covariate and over several
+ON_A_LINE, PAIRED, IN_SPACE = 50, 100, 200  # rows about which bumps stand
 FINE, MIDDLE, WIDE = 0.02, 0.06, 0.2  # lengths over one covariate
 NEAR, FAR = 0.1, 0.25  # lengths in space
 STEPS = 60
+SAME = 1e-6  # of the range: a tip that only stands off its axis tells nothing new
 CONDITIONS = ("time", "speed")  # beside temperatures: what a place is paired with
 
 
@@ -48,26 +49,31 @@ def nearness(problem: Problem) -> Iterator[Nearness]:
     axes, conditions = _axes(problem), _conditions(problem)
     yield from _over(axes, (FINE, MIDDLE, WIDE))
     yield from _over(conditions, (FINE, 0.15))
-    for place in (axes, _positions(problem, "tip"), _positions(problem, "part")):
-        if place is not axes:
-            yield from _over(place, (FINE, MIDDLE, WIDE))
-        for pair in itertools.combinations(place, 2):
-            yield from _bumps(pair, (MIDDLE, 0.15))
-        if len(place) > 2:
-            yield from _bumps(place, (NEAR, FAR))
+    yield from _in_space(axes)
+    for what in ("tip", "part"):
+        place = _positions(problem, what)
+        new = [a for a in place if not any(float(np.abs(a.values - o.values).max()) < SAME for o in axes)]
+        yield from _over(new, (FINE, MIDDLE, WIDE))
+        yield from _in_space(place) if new else ()
     paired = [c for c in conditions if c.name in CONDITIONS or c.name.startswith("temp_")]
     for pair in itertools.product(axes, paired):
-        yield from _bumps(pair, (0.15,))
+        yield from _bumps(pair, (0.15,), PAIRED)
 
 
-def _over(axes: tuple[Axis, ...], lengths: tuple[float, ...]) -> Iterator[Nearness]:
+def _in_space(place: Sequence[Axis]) -> Iterator[Nearness]:
+    for pair in itertools.combinations(place, 2):
+        yield from _bumps(pair, (MIDDLE, 0.15), IN_SPACE)
+    if len(place) > 2:
+        yield from _bumps(place, (NEAR, FAR), IN_SPACE)
+
+
+def _over(axes: Sequence[Axis], lengths: tuple[float, ...]) -> Iterator[Nearness]:
     for axis in axes:
-        yield from _bumps((axis,), lengths)
+        yield from _bumps((axis,), lengths, ON_A_LINE)
 
 
-def _bumps(axes: tuple[Axis, ...], lengths: tuple[float, ...]) -> Iterator[Nearness]:
+def _bumps(axes: Sequence[Axis], lengths: tuple[float, ...], places: int) -> Iterator[Nearness]:
     m = len(axes[0].values)
-    places = ON_A_LINE if len(axes) == 1 else IN_SPACE
     at = np.sort(generator(0, "places").permutation(m)[:places])
     apart = np.zeros((m, len(at)))
     for axis in axes:
@@ -83,15 +89,10 @@ def _axes(problem: Problem) -> tuple[Axis, ...]:
 
 
 def _positions(problem: Problem, what: str) -> tuple[Axis, ...]:
-    """Where the tip is ("tip") or where on the part it touches ("part"); only where the axes do not say it already."""
-    out = []
-    taken = [problem.of_rows(q) for q in problem.run.position.values()]
-    for letter in "xyz":
-        values = problem.run.columns.get(f"{what}_{letter}_mm")
-        v = None if values is None else problem.of_rows(values)
-        if v is not None and np.ptp(v) > 0 and not any(np.ptp(v - q) < 1e-6 for q in taken):
-            out.append(Axis(f"{what}_{letter}", _scaled(v)))
-    return tuple(out)
+    """Where the tip is ("tip") or where on the part it touches ("part")."""
+    known = {f"{what}_{c}": problem.run.columns.get(f"{what}_{c}_mm") for c in "xyz"}
+    values = {name: problem.of_rows(v) for name, v in known.items() if v is not None}
+    return tuple(Axis(name, _scaled(v)) for name, v in values.items() if np.ptp(v) > 0)
 
 
 def _conditions(problem: Problem) -> tuple[Axis, ...]:

@@ -138,7 +138,7 @@ def _result(
     selection, failed = best_road(used, parts, selection, setting, held_by)
     places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
     tell("weighing the names against physics without a name", 0.85)
-    field = rival_field(used, selection, stage.white, stage.sample)
+    field = rival_field(used, selection, stage.white, stage.sample, stage.threshold)
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (

@@ -7,7 +7,8 @@ and UNNAMED nats more, since the catalogue holds what machines usually have.
 
     p(names) = 1 / (1 + exp(evidence of the field - evidence of the names - UNNAMED - mismatch))
 
-where the names add nothing beside the field. Where they do, both are there: names stand, and the field is what is left.
+where the names do not pay for themselves beside the field: together they add less than the threshold of the null and their
+prior for each. Where they do, both are there: names stand, and the field is what is left.
 """
 
 from __future__ import annotations
@@ -50,8 +51,12 @@ class Field:
         return float(1.0 / (1.0 + np.exp(min(self.lead, 700.0))))
 
 
-def rival_field(problem: Problem, selection: Selection, white: Whitener, null: Array) -> Field | None:
-    """The best field, where the names are nothing beside it; None where they hold. null (m, M): white null recordings."""
+def rival_field(
+    problem: Problem, selection: Selection, white: Whitener, null: Array, threshold: float
+) -> Field | None:
+    """The best field, where the names are nothing beside it; None where they hold. null (m, M): white null recordings;
+    threshold: nats that a name must pay.
+    """
     if selection.fit is None:
         return None
     fields = [_best(asked, selection.y, white.dof) for asked in _followed(problem, selection, white, null)]
@@ -59,7 +64,8 @@ def rival_field(problem: Problem, selection: Selection, white: Whitener, null: A
         return None
     best = max(fields, key=lambda f: f.fit.log_evidence)
     lead = best.fit.log_evidence - selection.fit.log_evidence - UNNAMED - mismatch(selection)
-    if _beside(best, selection, white.dof) > UNNAMED:
+    price = sum(threshold - t.family.log_prior - t.option.log_prior for t in selection.terms)
+    if _beside(best, selection, white.dof) > price:
         return None
     signal = best.columns @ best.fit.mean
     rms = float(np.sqrt(np.mean((signal / white.weight) ** 2)))
@@ -116,7 +122,7 @@ def _described(asked: Asked, rms: float) -> Unknown:
     else:
         along = "along the normal" if kernel.direction == "normal" else f"in {kernel.direction}"
         what = f"a dependence on {over} {along} without a name"
-    text = f"{what} explains more than the names, which add nothing beside it"
+    text = f"{what} explains more than the names, which add little to it"
     return Unknown(kernel.names[:3], text, rms, kernel.direction, len(kernel.names) > 1)
 
 
