@@ -57,6 +57,13 @@ class Whitener:
         x = x - self.nuisance @ (self.nuisance.T @ x)
         return x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
 
+    def adjoint(self, x: Array) -> Array:
+        """(m,) or (m, k) of the white space to A' x of the observations, A = `apply`: (A f)' x = f' (A' x) for any f."""
+        x = x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
+        x = x - self.nuisance @ (self.nuisance.T @ x)
+        x = unchained_adjoint(x, self.before, self.rho)
+        return np.asarray((self.weight * x.T).T)
+
     def absorbed(self, x: Array) -> float:
         """Share of the length of a signal (m,) that nuisance and calibration covariance take away, 0 to 1."""
         before = float(np.linalg.norm(self.scaled(x)))
@@ -70,6 +77,18 @@ def unchained(x: Array, before: Ints, rho: float) -> Array:
     inner = before >= 0
     out = x.copy()
     out[inner] = (x[inner] - rho * x[before[inner]]) / np.sqrt(1 - rho**2)
+    return out
+
+
+def unchained_adjoint(x: Array, before: Ints, rho: float) -> Array:
+    """The transpose of `unchained`."""
+    if rho == 0.0:
+        return x
+    inner = before >= 0
+    size = 1.0 / np.sqrt(1 - rho**2)
+    out = x.copy()
+    out[inner] *= size
+    np.subtract.at(out, before[inner], rho * size * x[inner])
     return out
 
 

@@ -21,7 +21,7 @@ from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Unknown
 from vcmm.diagnosis.select import Setting, Term, joint, select
-from vcmm.gaussian import thin_svd
+from vcmm.gaussian import thin_svd, whitener
 
 UM = 1e-3
 
@@ -59,11 +59,27 @@ def swirl(run, direction):
 
 def test_z_counts_standard_deviations_of_ln_t():
     """ln t of the nulls: -1, +1, so mean 0 and standard deviation 1; ln t = 2 is 2 of them. What templates may bring is
-    taken off as amplitudes: (sqrt(e^2) - sqrt((e - 1)^2))^2 = 1, ln 1 = 0."""
+    taken off as amplitudes: (sqrt(e^2) - (e - 1))^2 = 1, ln 1 = 0; as a share of t that is (e - 1)^2 / e^2."""
     t = np.exp([2.0, -1.0, 1.0])
     assert kernels.departed(t)[0] == pytest.approx(2.0)
-    assert kernels.departed(t, forgiven=(np.e - 1) ** 2)[0] == pytest.approx(0.0, abs=1e-12)
-    assert kernels.departed(t, forgiven=1e3)[0] < -10  # more than there is: nothing is left
+    assert kernels.departed(t, forgiven=((np.e - 1) / np.e) ** 2)[0] == pytest.approx(0.0, abs=1e-12)
+    assert kernels.departed(t, forgiven=2.0)[0] < -10  # more than there is: nothing is left
+
+
+def test_the_score_is_that_of_white_bumps():
+    """t = |X' r|^2 with X made white, against residuals pulled back: an AR(1) filter, a nuisance and a calibration."""
+    rng = np.random.default_rng(5)
+    before = np.r_[-1, np.arange(59)].astype(np.intp)
+    white = whitener(rng.uniform(0.5, 2, 60), rng.normal(size=(60, 3)), rng.normal(size=(60, 4)), before, 0.6)
+    basis = np.linalg.qr(white.apply(rng.normal(size=(60, 2))))[0]
+    bumps, rows = rng.normal(size=(60, 7)), white.apply(rng.normal(size=(60, 5)))
+    kernel = kernels.Kernel(("X",), "normal", bumps, np.ones(60))
+    back = kernels.pulled(white, basis, rows)
+    (asked,) = kernels.questions([[kernel]], back)
+    x, r = back.columns([kernel]), rows - basis @ (basis.T @ rows)
+    want = ((x.T @ r) ** 2).sum(axis=0) / (r**2).sum(axis=0)
+    assert asked.t / asked.t[0] == pytest.approx(want / want[0], rel=1e-4)
+    assert back.columns([replace(kernel, bumps=white.nuisance / white.weight[:, None] * 0)]).shape == (60, 0)
 
 
 def test_bumps_stand_about_rows_and_fall_off_with_distance():

@@ -13,13 +13,22 @@ prior for each. Where they do, both are there: names stand, and the field is wha
 
 from __future__ import annotations
 
+import heapq
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.diagnosis.kernels import Asked, components_of, everywhere, of_components, principal, questions
+from vcmm.diagnosis.kernels import (
+    Asked,
+    components_of,
+    everywhere,
+    of_components,
+    principal,
+    pulled,
+    questions,
+)
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Answer, Unknown
 from vcmm.diagnosis.select import Selection, mismatch
@@ -59,7 +68,7 @@ def rival_field(
     """
     if selection.fit is None:
         return None
-    fields = [_best(asked, selection.y, white.dof) for asked in _followed(problem, selection, white, null)]
+    fields = _tried(problem, selection, white, null)
     if not fields:
         return None
     best = max(fields, key=lambda f: f.fit.log_evidence)
@@ -80,20 +89,20 @@ class _Fitted:
     fit: Posterior
 
 
-def _followed(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[Asked]:
-    """The questions that the residual, nothing named, answers most clearly."""
-    rows = np.column_stack([selection.y, null[:, :NULLS]])
-    groups = itertools.chain(
-        of_components(problem, components_of(selection.terms), white, null[:, :0]),
-        everywhere(problem, white, null[:, :0]),
-    )
-    found = sorted(questions(groups, rows / np.linalg.norm(rows, axis=0)), key=lambda a: -float(a.z[0]))
-    return found[:TRIED]
+def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[_Fitted]:
+    """Fields over what the residual, nothing named, follows most clearly."""
+    rows = pulled(white, null[:, :0], np.column_stack([selection.y, null[:, :NULLS]]))
+    groups = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
+    out: list[_Fitted] = []
+    for asked in heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0])):
+        x = rows.columns(asked.kernels)
+        out += [_best(asked, x, selection.y, white.dof)] if x.shape[1] else []
+    return out
 
 
-def _best(asked: Asked, y: Array, dof: int) -> _Fitted:
+def _best(asked: Asked, x: Array, y: Array, dof: int) -> _Fitted:
     """The field of highest evidence over its smoothness and size."""
-    whole = principal(asked.white, COUNTS[-1])
+    whole = principal(x, COUNTS[-1])
     tried = []
     for count, width in itertools.product(COUNTS, WIDTHS):
         columns = whole[:, :count]

@@ -1,17 +1,19 @@
-"""Free shapes over everything that a recording knows, as white columns, and how strongly a residual follows each.
+"""Free shapes over everything that a recording knows, and how strongly a residual follows each.
 
-    t = |X^T r|^2,   X: bumps about places, white, outside some chosen terms;   r: white residual
+    t = |X' r|^2,   X: bumps about places, white, outside some chosen terms;   r: white residual
 
-is the score of a Gaussian process with the kernel X X^T (a variance component; Lin, Biometrika 84 (1997) 309). It needs no
+is the score of a Gaussian process with the kernel X X' (a variance component; Lin, Biometrika 84 (1997) 309). It needs no
 shape: a stair, a swirl or a waviness of changing period raise it alike. Its law is that of the simulated null recordings:
 z is ln t in standard deviations of theirs.
+
+The residual and the nulls are pulled back to the observations once, X' r = F' (A' r), and never the bumps F made white.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,13 +29,14 @@ VANISHED = 1e-3  # share of the length of the bumps that must survive nuisance, 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """White bumps (m, k) outside the chosen terms. names: covariates; direction: "x", "y", "z" or "normal"; component: of a
-    free shape over its axis, or "".
+    """Bumps (m, k) times a component of the sensitive direction, factor (m,). names: covariates; direction: "x", "y", "z" or
+    "normal"; component: of a free shape over its axis, or "".
     """
 
     names: tuple[str, ...]
     direction: str
-    white: Array
+    bumps: Array
+    factor: Array
     component: str = ""
 
 
@@ -46,46 +49,69 @@ class Asked:
     t: Array
     z: Array
 
-    @property
-    def white(self) -> Array:
-        """All bumps (m, k) of the question."""
-        return np.concatenate([k.white for k in self.kernels], axis=1)
+
+@dataclass(frozen=True, eq=False)
+class Pulled:
+    """Residual and nulls (m, 1 + M), white, outside `basis` and of length 1, pulled back to the observations up to a common
+    factor; residual (m,): white, of length 1.
+    """
+
+    white: Whitener
+    basis: Array
+    residual: Array
+    rows: Array
+    _turned: dict[str, Array] = field(default_factory=dict)
+
+    def times(self, kernel: Kernel) -> Array:
+        """The rows times the kernel's factor; once per direction."""
+        if kernel.component:
+            return self.rows
+        if kernel.direction not in self._turned:
+            self._turned[kernel.direction] = self.rows * kernel.factor[:, None].astype(np.float32)
+        return self._turned[kernel.direction]
+
+    def columns(self, kernels: Sequence[Kernel]) -> Array:
+        """White columns (m, k) of kernels, outside the basis; (m, 0) where nothing of them is seen."""
+        columns = np.concatenate([k.bumps * k.factor[:, None] for k in kernels], axis=1)
+        x = without_span(self.white.apply(columns), self.basis)
+        before = float(np.linalg.norm((self.white.weight * columns.T).T))
+        return x if float(np.linalg.norm(x)) > VANISHED * before else x[:, :0]
 
 
-def of_components(
-    problem: Problem, components: Iterable[str], white: Whitener, basis: Array
-) -> Iterator[list[Kernel]]:
+def pulled(white: Whitener, basis: Array, rows: Array) -> Pulled:
+    """rows (m, 1 + M): white residual and nulls."""
+    rows = without_span(rows, basis)
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    back = white.adjoint(rows)
+    return Pulled(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
+
+
+def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[Kernel]]:
     """Free shapes of component errors over their axes."""
+    alone = np.ones(problem.m)
     for c in (c for c in components if np.ptp(problem.run.q(c[2])) > 0):
         for moved in of_component(problem, c):
-            x = without_span(white.apply(moved), basis)
-            if _seen(x, moved, white):
-                yield [Kernel((c[2],), "normal", x, c)]
+            yield [Kernel((c[2],), "normal", moved, alone, c)]
 
 
-def everywhere(problem: Problem, white: Whitener, basis: Array) -> Iterator[list[Kernel]]:
+def everywhere(problem: Problem) -> Iterator[list[Kernel]]:
     """Groups of kernels that differ by their direction only."""
     factors = modulators(problem)
     for near in nearness(problem):
-        k = near.bumps.shape[1]
-        columns = np.concatenate([near.bumps * f[:, None] for f in factors.values()], axis=1)
-        x = without_span(white.apply(columns), basis)
-        parts = [(d, slice(i * k, (i + 1) * k)) for i, d in enumerate(factors)]
-        yield [Kernel(near.names, d, x[:, at]) for d, at in parts if _seen(x[:, at], columns[:, at], white)]
+        yield [Kernel(near.names, d, near.bumps, f) for d, f in factors.items()]
 
 
-def _seen(x: Array, columns: Array, white: Whitener) -> bool:
-    return float(np.linalg.norm(x)) > VANISHED * float(np.linalg.norm((white.weight * columns.T).T))
-
-
-def questions(groups: Iterable[list[Kernel]], rows: Array) -> Iterator[Asked]:
-    """Every kernel by itself, and those of x, y and z together: a swirl turns. rows (m, 1 + M): residual, nulls; length 1."""
-    rows = rows.astype(np.float32)
+def questions(groups: Iterable[list[Kernel]], rows: Pulled) -> Iterator[Asked]:
+    """Every kernel by itself, and those of x, y and z together: a swirl turns."""
     return itertools.chain.from_iterable(_of_group(group, rows) for group in groups)
 
 
-def _of_group(group: list[Kernel], rows: Array) -> Iterator[Asked]:
-    alone = [Asked((k,), k, t, departed(t)) for k in group for t in (_score(k.white, rows),)]
+def _of_group(group: list[Kernel], rows: Pulled) -> Iterator[Asked]:
+    bumps = group[0].bumps.T.astype(np.float32)
+    alone = []
+    for k in group:
+        t = ((bumps @ rows.times(k)) ** 2).sum(axis=0).astype(float)
+        alone.append(Asked((k,), k, t, departed(t)))
     yield from alone
     turned = [a for a in alone if a.clearest.direction in tuple("xyz")]
     if len(turned) > 1:
@@ -94,19 +120,15 @@ def _of_group(group: list[Kernel], rows: Array) -> Iterator[Asked]:
         yield Asked(tuple(a.clearest for a in turned), clearest, total, departed(total))
 
 
-def _score(white: Array, rows: Array) -> Array:
-    return np.asarray(((white.astype(np.float32).T @ rows) ** 2).sum(axis=0), dtype=float)
-
-
 def departed(t: Array, forgiven: float = 0.0) -> Array:
-    """z (1 + M,) of t; `forgiven` is taken off the residual's own, the first: what errors of templates may bring."""
-    own = max(float(np.sqrt(t[0]) - np.sqrt(forgiven)), 1e-12) ** 2
-    logs = np.log(np.maximum(np.r_[own, t[1:]], 1e-30))
+    """z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, is what errors of templates may bring."""
+    own = t[0] * max(1.0 - np.sqrt(forgiven), 1e-6) ** 2
+    logs = np.log(np.maximum(np.r_[own, t[1:]], 1e-300))
     return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), 1e-12))
 
 
 def reach(x: Array) -> float:
-    """Largest of |X^T e|^2 over unit vectors e."""
+    """Largest of |X' e|^2 over unit vectors e."""
     small = x.T @ x if x.shape[1] < len(x) else x @ x.T
     return float(np.linalg.eigvalsh(small)[-1])
 

@@ -10,7 +10,8 @@ the selection: what they leave may lie wholly in the strongest direction of a ke
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import heapq
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -18,11 +19,13 @@ from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
     Asked,
     Kernel,
+    Pulled,
     components_of,
     departed,
     everywhere,
     of_components,
     principal,
+    pulled,
     questions,
     reach,
 )
@@ -30,14 +33,14 @@ from vcmm.diagnosis.null import FALSE_ALARM, upper_quantile
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import Selection, mismatch
-from vcmm.gaussian import Whitener, best_width, without_span
+from vcmm.gaussian import Whitener, best_width
 from vcmm.run import Array
 
 NOTHING_NAMED = (
     FALSE_ALARM / 3
 )  # a null recording has paid 1 % to the catalogue and 1 % to the shapes already
 BEYOND = 10  # null recordings beyond the threshold, where there are so many
-WORTH_KEEPING = 2.0  # standard deviations; the largest of so many kernels always exceeds it
+KEPT = 20  # of the clearest questions: where templates explain them all, there is none to ask
 FUNCTIONS = 20  # in which the size of a departure is estimated
 
 
@@ -45,34 +48,43 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
     """The clearest departure from white, None where chance explains it. null (m, M): prepared null recordings, white."""
     basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in selection.terms)], axis=1))
     alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
-    rows = without_span(np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]), basis)
-    rows = rows / np.linalg.norm(rows, axis=0)
+    rows = pulled(white, basis, np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]))
     forgiven = 2.0 * mismatch(selection) / max(float(selection.rest @ selection.rest), 1e-300)
-    shapes = of_components(problem, components_of(selection.terms), white, basis)
-    kernel = _clearest(questions(shapes, rows), forgiven, alarm)
-    kernel = kernel or _clearest(questions(everywhere(problem, white, basis), rows), forgiven, alarm)
-    return None if kernel is None else _described(kernel, selection, white)
+    found = _clearest(of_components(problem, components_of(selection.terms)), rows, forgiven, alarm)
+    found = found or _clearest(everywhere(problem), rows, forgiven, alarm)
+    return None if found is None else _described(*found, selection, white)
 
 
-def _clearest(all_asked: Iterable[Asked], forgiven: float, alarm: float) -> Kernel | None:
-    """The kernel of the largest departure, where it exceeds what a share `alarm` of the null recordings reaches."""
-    kept: list[Asked] = []
-    largest: Array | None = None
-    for asked in all_asked:
-        largest = asked.z[1:] if largest is None else np.maximum(largest, asked.z[1:])
-        if asked.z[0] > WORTH_KEEPING:
-            kept.append(asked)
-    if largest is None:
-        return None
+def _clearest(
+    groups: Iterable[list[Kernel]], rows: Pulled, forgiven: float, alarm: float
+) -> tuple[Kernel, Array] | None:
+    """The kernel of the largest departure and its white columns, where it exceeds what a share `alarm` of the null
+    recordings reaches.
+    """
+    largest = np.full(rows.rows.shape[1] - 1, -np.inf)
+    clearest = heapq.nlargest(KEPT, _noted(questions(groups, rows), largest), key=lambda a: float(a.z[0]))
     limit = upper_quantile(largest, alarm)
-    for asked in sorted(kept, key=lambda a: -float(a.z[0])):
-        if asked.z[0] > limit and departed(asked.t, reach(asked.white) * forgiven)[0] > limit:
-            return asked.clearest
+    for asked in (a for a in clearest if a.z[0] > limit):
+        x = rows.columns(asked.kernels)
+        if x.shape[1] and departed(asked.t, _of_templates(x, rows, forgiven))[0] > limit:
+            return asked.clearest, rows.columns([asked.clearest])
     return None
 
 
-def _described(kernel: Kernel, selection: Selection, white: Whitener) -> Unknown:
-    columns = principal(kernel.white, FUNCTIONS)
+def _noted(asked: Iterable[Asked], largest: Array) -> Iterator[Asked]:
+    """The same, while `largest` (M,) takes the largest z of every null recording."""
+    for one in asked:
+        np.maximum(largest, one.z[1:], out=largest)
+        yield one
+
+
+def _of_templates(x: Array, rows: Pulled, forgiven: float) -> float:
+    """Share of t that errors of templates of energy `forgiven` (over that of the residual) may bring, at their worst."""
+    return reach(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), 1e-300)
+
+
+def _described(kernel: Kernel, white_columns: Array, selection: Selection, white: Whitener) -> Unknown:
+    columns = principal(white_columns, FUNCTIONS)
     fit = best_width(columns, selection.rest, white.dof)
     rms = float(np.sqrt(np.mean((columns @ fit.mean / white.weight) ** 2)))
     over = " and ".join(kernel.names)
