@@ -250,6 +250,15 @@ def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
     return Posterior(np.asarray(mean), np.asarray(sigma**2 * cov), sigma, evidence)
 
 
+def evidence_from(gram: Array, b: Array, total: float, dof: int, width: Array) -> float:
+    """The log evidence of `posterior` from gram = X'X (k, k), b = X'r (k,) and total = r'r: many subsets share one product."""
+    root = np.linalg.cholesky(gram + np.diag(width**-2.0))
+    q = float(np.sum(np.linalg.solve(root, b) ** 2))
+    volume = 2.0 * float(np.sum(np.log(np.diag(root))) + np.sum(np.log(width)))
+    rest = max(total - q, 1e-12 * total, 1e-300)
+    return -0.5 * volume - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
+
+
 def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:
     """Posterior at the common prior width of highest evidence."""
     found = [posterior(x, r, dof, np.full(x.shape[1], s)) for s in scales]

@@ -31,21 +31,37 @@ class RememberingRun(Run):
 
 
 def with_logs(run: Run) -> Run:
-    """Temperatures given row by row also serve as logs over time, so that lags can be followed; the accelerations of a
-    trace likewise, so that what they leave ringing can.
+    """The run with the logs of its rows where no other log is known: temperatures, so that lags can be followed, the speed of
+    the spindle, and the accelerations of a trace, so that what they leave ringing can.
+
+    Rows that share a time are averaged. A clock that goes back tells no past: then there are none.
     """
-    if "time_s" not in run.columns:
-        return run
-    time, first = np.unique(run.column("time_s"), return_index=True)
-    names = [c.removeprefix("temp_").removesuffix("_C") for c in run.columns if c.startswith("temp_")]
-    logs = {
-        n: Series(time, run.column(f"temp_{n}_C")[first])
-        for n in names
-        if n not in run.series and len(time) > 1
+    own = {k: v for k, v in row_logs(run).items() if k not in run.series}
+    return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **own})
+
+
+def row_logs(run: Run) -> dict[str, Series]:
+    """Sensor or column -> log on the clock of the rows."""
+    if "time_s" not in run.columns or np.any(np.diff(run.column("time_s")) < 0):
+        return {}
+    time, codes = np.unique(run.column("time_s"), return_inverse=True)
+    if len(time) < 2:
+        return {}
+    trace = float(np.median(np.diff(time))) < TRACE
+    count = np.bincount(codes)
+    return {
+        sensor_of(name): Series(time, np.bincount(codes, values) / count)
+        for name, values in run.columns.items()
+        if _is_temperature(name)
+        or name == "spindle_rpm"
+        or (trace and name.startswith("accel_") and np.any(values))
     }
-    if "spindle_rpm" in run.columns and "spindle_rpm" not in run.series and len(time) > 1:
-        logs["spindle_rpm"] = Series(time, run.column("spindle_rpm")[first])
-    if len(time) > 1 and float(np.median(np.diff(time))) < TRACE:
-        moved = [c for c in run.columns if c.startswith("accel_") and np.any(run.columns[c])]
-        logs |= {c: Series(time, run.column(c)[first]) for c in moved if c not in run.series}
-    return RememberingRun(run.position, run.offset, run.columns, run.labels, {**run.series, **logs})
+
+
+def _is_temperature(name: str) -> bool:
+    return name.startswith("temp_") and name.endswith("_C")
+
+
+def sensor_of(column: str) -> str:
+    """temp_air_C -> air, the name under which a run keeps the log."""
+    return column.removeprefix("temp_").removesuffix("_C") if _is_temperature(column) else column

@@ -48,6 +48,7 @@ def diagnose_command(
     found, known = load_recording(recording, load_machine(machine) if machine else None)
     with progress() as show_progress, about(recording):
         diagnosis = diagnose(found, known, seed=seed, extra_effects=extra, progress=show_progress)
+    diagnosis = _fitted_before(diagnosis, known, recording.name)
     body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
     improved = _improved(folder, recording, machine, known, diagnosis) if folder else {}
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
@@ -59,6 +60,19 @@ def diagnose_command(
     else:
         _show(diagnosis)
     return 0
+
+
+def _fitted_before(diagnosis: Any, known: Any, recording: str) -> Any:
+    """The diagnosis with a warning where the machine was made from this very recording."""
+    from dataclasses import replace
+
+    if not any(i.evidence.startswith(f"diagnosed from {recording}") for i in known.inputs):
+        return diagnosis
+    said = (
+        f"the machine holds what an earlier diagnosis of {recording} found: what is found now is fitted to the same rows a"
+        " second time, and a verdict is worth less than the first one; judge the machine on another recording"
+    )
+    return replace(diagnosis, warnings=(*diagnosis.warnings, said))
 
 
 def _own_class(word: str) -> Any:

@@ -100,8 +100,8 @@ def described(
     rest: Unknown | None, problem: Problem, setting: Setting, selection: Selection, parts: Sequence[Fold]
 ) -> Unknown | None:
     """The same with the fitted shape and, where one pays for its search and extrapolates, a formula."""
-    if rest is None:
-        return None
+    if rest is None or not rest.drawn:
+        return rest
     whites = [t.white for t in selection.terms]
     basis = orthonormal(np.concatenate([np.zeros((problem.m, 0)), *whites], axis=1))
     white = setting.white

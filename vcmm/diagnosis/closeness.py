@@ -98,10 +98,10 @@ def _positions(problem: Problem, what: str) -> tuple[Axis, ...]:
 def _conditions(problem: Problem) -> tuple[Axis, ...]:
     out = []
     for name, values in problem.run.columns.items():
-        if name.startswith(SKIP) or not np.ptp(values) > 0:
+        if name.startswith((*SKIP, "counted_")) or not np.ptp(values) > 0:  # counted: a position once more
             continue
         v = problem.of_rows(values)
-        turns = name.endswith("_rad")
+        turns = name.endswith("_rad") and "since" not in name
         out.append(Axis(short(name), v / (2 * np.pi) if turns else _ranks(v), turns))
     speed = path_speed(problem.run)
     if speed is not None and np.ptp(speed) > 0:

@@ -10,6 +10,7 @@ Names that hold the answer whatever is recorded (see nested) are no rivals while
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +38,7 @@ class Standing:
     families: tuple[int, ...]  # best family of each rival name
     contained_in: tuple[str, ...] = ()  # freer names that mimic the answer and are improbable beside it
     rival_probability: float = 0.0  # of the rivals together
+    elsewhere: tuple[Mapping[str, str], ...] = ()  # other places of the same name that explain as much
 
 
 def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
@@ -52,7 +54,19 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
     mine = _probability(setting, scores, {setting.found.families[own].name}, larger, unknown)
     theirs = _probability(setting, scores, set(names), larger, unknown)
-    return Standing(float(scores[own]), mine, names, families, freer, theirs)
+    return Standing(
+        float(scores[own]), mine, names, families, freer, theirs, _elsewhere(setting, scores, own)
+    )
+
+
+def _elsewhere(setting: Setting, scores: Array, own: int) -> tuple[Mapping[str, str], ...]:
+    """Places (another sensor, another axis) at which the same name is within NATS of the answer."""
+    families = setting.found.families
+    order = np.argsort(-scores, kind="stable")
+    near = [
+        int(j) for j in order if families[j].name == families[own].name and scores[j] > scores[own] - NATS
+    ]
+    return tuple(families[j].where for j in near if j != own)
 
 
 def own_arguments(family: Family) -> set[str]:

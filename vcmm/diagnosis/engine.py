@@ -15,7 +15,7 @@ from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import scorer
-from vcmm.diagnosis.field import Field, rival_field, weighed
+from vcmm.diagnosis.field import Field, kept_terms, rival_field, weighed
 from vcmm.diagnosis.holding import that_hold
 from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge, worsened
 from vcmm.diagnosis.improve import fitted
@@ -38,7 +38,7 @@ from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
 from vcmm.diagnosis.select import Selection, Setting, joint, mismatch
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.diagnosis.simple_part import simple_part
-from vcmm.diagnosis.verdict import beyond, doubts, reasons, seen, verdict
+from vcmm.diagnosis.verdict import beyond, curves, doubts, reasons, seen, verdict
 from vcmm.effect import Effect
 from vcmm.gaussian import SCALES, Whitener
 from vcmm.indexing import told
@@ -140,7 +140,7 @@ def _result(
     tell("weighing the names against physics without a name", 0.85)
     field = rival_field(used, selection, stage.white, stage.sample, stage.threshold)
     rest = _rest(used, stage, selection, setting, parts, seed, field)
-    excess = scatter_excess(selection, stage.white, stage.noise, stage.sample)
+    excess = "" if rest else scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = (
         selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
@@ -156,9 +156,9 @@ def _result(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
     named = any(not a.doubtful for a in answers) or mistake is not None
-    forgiven = 2.0 * mismatch(selection) / stage.white.dof
+    forgiven = 2.0 * mismatch(selection) * left**2 / stage.white.dof
     against = reasons(named, rest, failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left)
-    against = (*against, *doubts(answers, worsened(used, parts, selection)))
+    against = (*against, *curves(answers), *doubts(answers, worsened(used, parts, selection)))
     places_of, unnamed = seen(locate(scorer(stage.generic), y, stage.chance), named or bool(against))
     against = (*against, *unnamed)
     return Diagnosis(
@@ -207,7 +207,7 @@ def _rest(
     falls short of what the names promise.
     """
     if field is not None and field.wins:
-        return described(field.unknown, problem, setting, joint((), setting), parts)
+        return described(field.unknown, problem, setting, joint(kept_terms(selection, field), setting), parts)
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
     rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
     rest = rest or departure(problem, selection, stage.white, stage.sample)
@@ -264,7 +264,7 @@ def _answers(
                 selection.delta(i),
                 largest > SCALES[-1],
                 *fitted(selection, i, problem.machine),
-                _remarks(selection, i, problem, stage),
+                _remarks(selection, i, problem, stage, place),
                 place.contained_in,
                 place.rival_probability,
             )
@@ -273,9 +273,11 @@ def _answers(
     return tuple(sorted((*of_table, *weighed(out, field)), key=lambda a: -a.share))
 
 
-def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage) -> str:
+def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place: Standing) -> str:
     """What must be said beside answer i."""
+    others = " | ".join(" ".join(w.values()) for w in place.elsewhere)
     said = (
+        f"its place is open: as good at {others}" if others else "",
         remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
         simple_part(selection, i, stage.found.families, stage.white),
     )

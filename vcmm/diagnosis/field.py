@@ -1,25 +1,27 @@
-"""Weighing names against physics without a name: does a smooth field explain more than they do, and need none of them?
+"""Weighing names against physics without a name: does a smooth field explain more than some of them?
 
 A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
 nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
-kernels) of any smoothness over the covariates that the residual follows most; its price is the evidence, as for every name,
-and UNNAMED nats more, since the catalogue holds what machines usually have.
+kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
+smoothness and size, and it pays UNNAMED nats, since the catalogue holds what machines usually have.
 
-    p(names) = 1 / (1 + exp(evidence of the field - evidence of the names - UNNAMED - mismatch))
+    lead = evidence(field and S) - evidence(all names) - UNNAMED - mismatch
+    p(names not in S) = 1 / (1 + exp(lead))
 
-where the names do not pay for themselves beside the field: together they add less than the threshold of the null and their
-prior for each. Where they do, both are there: names stand, and the field is what is left.
+S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They stand. Where all do,
+the field is no rival: it is what is left.
 """
 
 from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
     Asked,
     components_of,
@@ -31,117 +33,150 @@ from vcmm.diagnosis.kernels import (
 )
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Answer, Unknown
-from vcmm.diagnosis.select import Selection, mismatch
-from vcmm.gaussian import Posterior, Whitener, posterior
+from vcmm.diagnosis.select import Selection, Term, mismatch
+from vcmm.diagnosis.unnamed import proposal
+from vcmm.gaussian import Ints, Whitener, evidence_from, posterior
 from vcmm.run import Array
 
 UNNAMED = 5.0  # nats
 TRIED = 8  # kernels that the residual follows most
-NULLS = 300
+SHORT = 4  # fields that are weighed with every subset of the names
+NULLS = 200
 COUNTS = (10, 20, 40, 80)  # principal functions: the fewer, the smoother
 WIDTHS = (0.125, 0.5, 2.0, 8.0)  # of the first function, in units of the noise
+SUREST = 14.0  # nats: no template is known so well that more would mean anything
+
+Subset = tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A field without a name instead of the names. lead: nats beyond theirs and the price; unknown: what it looks like."""
+    """A field instead of the terms with the numbers `refused`. lead: nats beyond theirs and the price."""
 
     lead: float
     unknown: Unknown
+    refused: Subset
 
     @property
     def wins(self) -> bool:
-        """Is it more probable than the names?"""
+        """Is it more probable than the names that it refuses?"""
         return self.lead > 0
 
     @property
     def share(self) -> float:
-        """Probability that is left to the names."""
-        return float(1.0 / (1.0 + np.exp(min(self.lead, 700.0))))
+        """Probability that is left to them."""
+        return float(1.0 / (1.0 + np.exp(min(self.lead, SUREST))))
 
 
 def rival_field(
     problem: Problem, selection: Selection, white: Whitener, null: Array, threshold: float
 ) -> Field | None:
-    """The best field, where the names are nothing beside it; None where they hold. null (m, M): white null recordings;
+    """The best field that makes names superfluous; None where there is none. null (m, M): white null recordings;
     threshold: nats that a name must pay.
     """
     if selection.fit is None:
         return None
-    fields = _tried(problem, selection, white, null)
-    if not fields:
+    every = tuple(range(len(selection.terms)))
+    pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
+    price = selection.fit.log_evidence + UNNAMED + mismatch(selection)
+    weighing = [
+        _Weighing.of(asked, x, selection, white) for asked, x in _tried(problem, selection, white, null)
+    ]
+    weighing = heapq.nlargest(
+        SHORT, weighing, key=lambda w: max(w.evidence(()), *(w.evidence(_without(every, i)) for i in every))
+    )
+    if not weighing:
         return None
-    best = max(fields, key=lambda f: f.fit.log_evidence)
-    lead = best.fit.log_evidence - selection.fit.log_evidence - UNNAMED - mismatch(selection)
-    price = sum(threshold - t.family.log_prior - t.option.log_prior for t in selection.terms)
-    if _beside(best, selection, white.dof) > price:
+
+    def worth(choice: tuple[_Weighing, Subset]) -> float:
+        w, kept = choice
+        return w.evidence(kept) - sum(pays[i] for i in kept)
+
+    w, kept = max(itertools.product(weighing, _subsets(every)), key=worth)
+    if kept == every:
         return None
-    signal = best.columns @ best.fit.mean
-    rms = float(np.sqrt(np.mean((signal / white.weight) ** 2)))
-    return Field(lead, _described(best.asked, rms))
+    lead = w.evidence(kept) - price
+    what = proposal(w.asked.clearest, problem, w.rms(white), "explains more than {}, which add little to it")
+    return Field(lead, what, tuple(i for i in every if i not in kept))
+
+
+def _subsets(every: Subset) -> Iterator[Subset]:
+    return itertools.chain.from_iterable(itertools.combinations(every, k) for k in range(len(every) + 1))
+
+
+def _without(every: Subset, i: int) -> Subset:
+    return tuple(j for j in every if j != i)
 
 
 @dataclass(frozen=True, eq=False)
-class _Fitted:
+class _Weighing:
+    """One field beside the names. gram, b, total: products of all white columns, the names' first, and the residual."""
+
     asked: Asked
-    columns: Array
-    width: float
-    fit: Posterior
+    functions: Array
+    y: Array
+    gram: Array
+    b: Array
+    dof: int
+    spans: tuple[Ints, ...]
+    widths: tuple[Array, ...]
+
+    @staticmethod
+    def of(asked: Asked, x: Array, selection: Selection, white: Whitener) -> _Weighing:
+        functions = principal(x, COUNTS[-1])
+        whole = np.concatenate([*(t.white for t in selection.terms), functions], axis=1)
+        spans = tuple(np.arange(whole.shape[1])[selection.span(i)] for i in range(len(selection.terms)))
+        widths = tuple(np.full(t.white.shape[1], t.width) for t in selection.terms)
+        gram, b = whole.T @ whole, whole.T @ selection.y
+        return _Weighing(asked, functions, selection.y, gram, b, white.dof, spans, widths)
+
+    def evidence(self, kept: Subset) -> float:
+        """Nats of the field and some of the names, the mean over the smoothness and size of the field."""
+        names = [self.spans[i] for i in kept]
+        first = len(self.b) - self.functions.shape[1]
+        total = float(self.y @ self.y)
+        out = []
+        for count, width in itertools.product(COUNTS, WIDTHS):
+            field = np.arange(first, min(first + count, len(self.b)))
+            at = np.concatenate([*names, field])
+            widths = np.concatenate([*(self.widths[i] for i in kept), np.full(len(field), width)])
+            out.append(evidence_from(self.gram[np.ix_(at, at)], self.b[at], total, self.dof, widths))
+        return float(np.logaddexp.reduce(out) - np.log(len(out)))
+
+    def rms(self, white: Whitener) -> float:
+        """Size of the field alone, mm or rad."""
+        fits = [
+            posterior(self.functions, self.y, self.dof, np.full(self.functions.shape[1], w)) for w in WIDTHS
+        ]
+        signal = self.functions @ max(fits, key=lambda f: f.log_evidence).mean
+        return float(np.sqrt(np.mean((signal / white.weight) ** 2)))
 
 
-def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[_Fitted]:
-    """Fields over what the residual, nothing named, follows most clearly."""
-    rows = pulled(white, null[:, :0], np.column_stack([selection.y, null[:, :NULLS]]))
-    groups = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
-    out: list[_Fitted] = []
-    for asked in heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0])):
-        x = rows.columns(asked.kernels)
-        out += [_best(asked, x, selection.y, white.dof)] if x.shape[1] else []
-    return out
+def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[tuple[Asked, Array]]:
+    """What the residual follows most clearly, nothing named or all names but one, with its white columns."""
+    given = [(), *([t for t in selection.terms if t is not one] for one in selection.terms)]
+    free = pulled(white, null[:, :0], np.column_stack([selection.y, null[:, :1]]))
+    found: list[Asked] = []
+    for terms in given[: 1 if len(selection.terms) == 1 else None]:
+        basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
+        rows = pulled(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
+        groups = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
+        found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
+    columns = [(asked, free.columns(asked.kernels)) for asked in found]
+    return [(asked, x) for asked, x in columns if x.shape[1]]
 
 
-def _best(asked: Asked, x: Array, y: Array, dof: int) -> _Fitted:
-    """The field of highest evidence over its smoothness and size."""
-    whole = principal(x, COUNTS[-1])
-    tried = []
-    for count, width in itertools.product(COUNTS, WIDTHS):
-        columns = whole[:, :count]
-        fit = posterior(columns, y, dof, np.full(columns.shape[1], width))
-        tried.append(_Fitted(asked, columns, width, fit))
-    return max(tried, key=lambda f: f.fit.log_evidence)
-
-
-def _beside(field: _Fitted, selection: Selection, dof: int) -> float:
-    """Nats that the names add to the field."""
-    named = np.concatenate([t.white for t in selection.terms], axis=1)
-    size = np.concatenate([np.full(t.white.shape[1], t.width) for t in selection.terms])
-    x = np.concatenate([named, field.columns], axis=1)
-    both = [
-        posterior(x, selection.y, dof, np.r_[size, np.full(field.columns.shape[1], w)]).log_evidence
-        for w in WIDTHS
-    ]
-    return max(both) - field.fit.log_evidence
-
-
-def _described(asked: Asked, rms: float) -> Unknown:
-    kernel = asked.clearest
-    over = " and ".join(kernel.names)
-    if kernel.component:
-        what = f"an error of {kernel.component} over {over} of no shape in the catalogue"
-    else:
-        along = "along the normal" if kernel.direction == "normal" else f"in {kernel.direction}"
-        what = f"a dependence on {over} {along} without a name"
-    text = f"{what} explains more than the names, which add little to it"
-    return Unknown(kernel.names[:3], text, rms, kernel.direction, len(kernel.names) > 1)
+def kept_terms(selection: Selection, field: Field) -> list[Term]:
+    """The terms that stand beside the field."""
+    return [t for i, t in enumerate(selection.terms) if i not in field.refused]
 
 
 def weighed(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...]:
-    """The answers with the probability that the field leaves them."""
+    """The answers, in the order of the terms, with the probability that the field leaves them."""
     if field is None:
         return tuple(answers)
-    return tuple(
-        replace(
-            a, probability=a.probability * field.share, rival_probability=a.rival_probability * field.share
-        )
-        for a in answers
-    )
+    return tuple(_less(a, field.share) if i in field.refused else a for i, a in enumerate(answers))
+
+
+def _less(a: Answer, share: float) -> Answer:
+    return replace(a, probability=a.probability * share, rival_probability=a.rival_probability * share)

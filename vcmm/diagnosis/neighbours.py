@@ -33,6 +33,7 @@ from vcmm.diagnosis.null import FALSE_ALARM, upper_quantile
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import Selection, mismatch
+from vcmm.diagnosis.unnamed import proposal
 from vcmm.gaussian import Whitener, best_width
 from vcmm.run import Array
 
@@ -49,10 +50,17 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
     basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in selection.terms)], axis=1))
     alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
     rows = pulled(white, basis, np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]))
-    forgiven = 2.0 * mismatch(selection) / max(float(selection.rest @ selection.rest), 1e-300)
+    forgiven = (
+        2.0 * mismatch(selection) * _variance(selection) / max(float(selection.rest @ selection.rest), 1e-300)
+    )
     found = _clearest(of_components(problem, components_of(selection.terms)), rows, forgiven, alarm)
     found = found or _clearest(everywhere(problem), rows, forgiven, alarm)
-    return None if found is None else _described(*found, selection, white)
+    return None if found is None else _measured(found[0], problem, found[1], selection, white)
+
+
+def _variance(selection: Selection) -> float:
+    """Of the noise found, in units of the one stated: `mismatch` counts in the former, residuals in the latter."""
+    return selection.fit.sigma**2 if selection.fit else 1.0
 
 
 def _clearest(
@@ -83,14 +91,11 @@ def _of_templates(x: Array, rows: Pulled, forgiven: float) -> float:
     return reach(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), 1e-300)
 
 
-def _described(kernel: Kernel, white_columns: Array, selection: Selection, white: Whitener) -> Unknown:
-    columns = principal(white_columns, FUNCTIONS)
-    fit = best_width(columns, selection.rest, white.dof)
-    rms = float(np.sqrt(np.mean((columns @ fit.mean / white.weight) ** 2)))
-    over = " and ".join(kernel.names)
-    if kernel.component:
-        text = f"what is left of {kernel.component} still depends on {over}: its error has another shape than what was named"
-    else:
-        along = "along the normal" if kernel.direction == "normal" else f"in {kernel.direction}"
-        text = f"a dependence on {over} {along} that no effect of the catalogue explains; neighbours agree in what is left"
-    return Unknown(kernel.names[:3], text, rms, kernel.direction, len(kernel.names) > 1)
+def _measured(
+    kernel: Kernel, problem: Problem, columns: Array, selection: Selection, white: Whitener
+) -> Unknown:
+    """The departure with its size, from the principal functions of the kernel."""
+    functions = principal(columns, FUNCTIONS)
+    fit = best_width(functions, selection.rest, white.dof)
+    rms = float(np.sqrt(np.mean((functions @ fit.mean / white.weight) ** 2)))
+    return proposal(kernel, problem, rms, "is left that no name explains: neighbours agree")

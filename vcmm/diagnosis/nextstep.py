@@ -150,7 +150,9 @@ def extended(problem: Problem, addon: AddOn) -> tuple[Recording, Array] | None:
     chosen = np.unique(np.linspace(0, recording.m - 1, min(ROWS, recording.m)).astype(np.intp))
     rows = recording.row[chosen]
     run = problem.recording.run
-    new = addon.change(run.take(rows))
+    touches = recording.kind == "probe" and addon.change is _other_side
+    change = _other_side_of_touches if touches else addon.change
+    new = change(run.take(rows))
     if new is None:
         return None
     both = joined(run, new)
@@ -190,17 +192,22 @@ def _other_speed(run: Run) -> Run | None:
 
 
 def _other_side(run: Run) -> Run | None:
-    """Every axis came from the other side; a touch goes inwards whatever was before, so its own axes stay as they are."""
     names = [c for c in run.columns if c.startswith("sense_")]
-    turned = {c: np.where(_approaches(run, c[-1]), run.columns[c], -run.columns[c]) for c in names}
-    return run.with_columns(turned) if any(np.any(v != run.columns[c]) for c, v in turned.items()) else None
+    return run.with_columns({c: -run.columns[c] for c in names}) if names else None
 
 
-def _approaches(run: Run, axis: str) -> Array:
-    """Rows (n,) in which the axis moves in the touch itself; none without normals."""
-    if "nx" not in run.columns or axis not in "XYZ":
-        return np.zeros(run.n, dtype=bool)
-    return np.asarray(np.abs(run.normal[:, "XYZ".index(axis)]) > STANDS)
+def _other_side_of_touches(run: Run) -> Run | None:
+    """A touch goes inwards whatever was before: the axes that move in it keep their sense. None where all do."""
+    turned = _other_side(run)
+    if turned is None or "nx" not in run.columns:
+        return None
+    stays = {f"sense_{a}": np.abs(run.normal[:, i]) > STANDS for i, a in enumerate("XYZ")}
+    kept = {
+        c: np.where(still, run.columns[c], turned.columns[c])
+        for c, still in stays.items()
+        if c in run.columns
+    }
+    return turned.with_columns(kept) if any(np.any(v != run.columns[c]) for c, v in kept.items()) else None
 
 
 def _longer_way(run: Run) -> Run | None:

@@ -72,6 +72,7 @@ class Unknown:
     rms: float
     direction: str = "normal"
     pair: bool = False  # the two first covariates act together
+    drawn: bool = True  # can its shape be shown over them?
     shape: Shape | None = None
     formula: str = ""
     gain: float = 0.0  # nats of the formula on rows never fitted
@@ -178,6 +179,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "probability": a.probability,
         "share": a.share,
         "cannot_be_told_from": list(a.cannot_be_told_from),
+        "probability_with_rivals": min(a.probability + a.rival_probability, 1.0),
         "contained_in": list(a.contained_in),
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,
@@ -206,11 +208,11 @@ def _unknown(x: Unknown, micro: float) -> dict[str, Any]:
 
 
 def _shape(s: Shape, micro: float) -> dict[str, Any]:
-    """The curve over one covariate, or the map over two (rows over the second)."""
+    """The curve over one covariate, or the map over two: [i][j] at the i-th value of the first and the j-th of the second."""
     grid = {"over": list(s.names), s.names[0]: s.x.tolist()}
     if s.y is not None:
         grid[s.names[1]] = s.y.tolist()
-    return {**grid, "value_um": (s.value * micro).tolist(), "u_um": (s.u * micro).tolist()}
+    return {**grid, "value_um": (s.value.T * micro).tolist(), "u_um": (s.u.T * micro).tolist()}
 
 
 def _place(p: Place) -> dict[str, Any]:

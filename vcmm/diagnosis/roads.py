@@ -10,8 +10,9 @@ from collections.abc import Callable, Sequence
 
 from vcmm.diagnosis.holdout import Fold, judge
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.select import Selection, Setting, select_simply, worth
+from vcmm.diagnosis.select import Selection, Setting, Term, select_simply, worth
 
+FEW = 3  # numbers of a name, beyond which it is a shape of its own
 EQUAL = 3.0  # nats: predictions that differ by less are alike
 Gate = Callable[[Problem, Sequence[Fold], Selection, Setting], Selection]
 
@@ -21,11 +22,11 @@ def best_road(
 ) -> tuple[Selection, bool]:
     """The better of `straight` and the simple road, of each what `gated` lets through; whether it held terms back there.
 
-    One term, or the same names: nothing to choose.
+    One term of one number, or the same names: nothing to choose.
     """
     first = gated(problem, parts, straight, setting)
     short = len(first.terms) < len(straight.terms)
-    if len(straight.terms) < 2:
+    if not any(free(t) for t in straight.terms) and len(straight.terms) < 2:
         return first, short
     simple = select_simply(setting)
     if names(simple) == names(straight):
@@ -37,6 +38,11 @@ def best_road(
     if lead > EQUAL or (lead > -EQUAL and worth(second, setting) > worth(first, setting)):
         return second, len(second.terms) < len(simple.terms)
     return first, short
+
+
+def free(term: Term) -> bool:
+    """Has it many numbers? Then it may stand for several simple names."""
+    return term.white.shape[1] > FEW
 
 
 def names(selection: Selection) -> set[str]:

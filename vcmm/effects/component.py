@@ -72,13 +72,17 @@ def check_increasing(what: str, grid: Array) -> None:
 
 @dataclass(frozen=True, eq=False)
 class ComponentTable(_Component):
-    """A component error tabulated over one axis, or over a grid of several; linear between the nodes."""
+    """A component error tabulated over one axis, or over a grid of several; linear between the nodes.
+
+    measured: nodes of the stored table over its own axis, where more were added for the sake of a correlated uncertainty.
+    """
 
     name = "component_table"
     cites = "ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it"
     arguments: tuple[str, ...] = field(default=("X",))
     grids: tuple[Array, ...] = field(default_factory=lambda: (np.array([0.0, 1.0]),))
     values: Any = param(lambda: np.zeros(2), "mm or rad", "error at the nodes", shape="(nodes, ...)")
+    measured: Any = None
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -51,7 +51,8 @@ class MapInterpolation(Effect):
         grids = dict(zip(getattr(table, "arguments", ()), getattr(table, "grids", ())))
         if component[-1:] not in grids:
             raise UsageError(f"{table.id} has no table over axis {component[-1:]} to be interpolated")
-        nodes = np.asarray(grids[component[-1]], dtype=float)
+        measured = getattr(table, "measured", None)
+        nodes = np.asarray(grids[component[-1]] if measured is None else measured, dtype=float)
         return cls(component, nodes, shape, np.zeros(len(nodes) - 1 if shape == "cells" else orders))
 
     @property

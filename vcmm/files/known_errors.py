@@ -174,6 +174,7 @@ def _refined(effect: ComponentTable | ComponentSpline, step: float) -> Effect:
         values = CubicSpline(effect.nodes, effect.values, bc_type="natural")(nodes)
         return replace(effect, nodes=nodes, values=np.asarray(values))
     values, grids = np.asarray(effect.values, dtype=float), list(effect.grids)
+    measured = dict(zip(effect.arguments, grids)).get(effect.link)
     for axis, letter in enumerate(effect.arguments):
         if letter in "XYZ":
             grid, nodes = grids[axis], _denser(grids[axis], step)
@@ -184,7 +185,7 @@ def _refined(effect: ComponentTable | ComponentSpline, step: float) -> Effect:
             f"correlation_length = {3 * step:g} mm needs {values.size} nodes in the table of {effect.component}; "
             f"{MOST_NODES} are the limit: state a longer correlation length"
         )
-    return replace(effect, grids=tuple(grids), values=values)
+    return replace(effect, grids=tuple(grids), values=values, measured=measured)
 
 
 def _between(column: Array, nodes: Array, grid: Array) -> Array:

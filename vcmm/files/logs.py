@@ -10,6 +10,7 @@ import numpy as np
 
 from vcmm.errors import DataError, UsageError, did_you_mean
 from vcmm.files.columns import read_csv, run_columns
+from vcmm.rowlogs import sensor_of
 from vcmm.run import Array, Run, Series
 
 LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # besides temp_<name>_C
@@ -82,25 +83,6 @@ def interpolated(run: Run, logs: dict[str, Series]) -> Run:
     return replace(run.with_columns(new), series=series)
 
 
-def own_logs(run: Run) -> Run:
-    """The run with its temperature columns as logs too, on the clock of its rows, where no other log is known.
-
-    A lag needs the temperatures before each row; rows that share a time are averaged.
-    """
-    if "time_s" not in run.columns or run.n < 2:
-        return run
-    time, codes = np.unique(run.column("time_s"), return_inverse=True)
-    if len(time) < 2:
-        return run
-    count = np.bincount(codes)
-    own = {
-        sensor_of(name): Series(time, np.bincount(codes, values) / count)
-        for name, values in run.columns.items()
-        if (name.startswith("temp_") and name.endswith("_C")) or name == "spindle_rpm"
-    }
-    return replace(run, series={**own, **run.series})
-
-
 def with_readings(run: Run) -> Run:
     """The run with what the sensors of scales and part said as columns of their own: the recorded temperatures.
 
@@ -110,8 +92,3 @@ def with_readings(run: Run) -> Run:
     corrected = [n for n in run.columns if n == "temp_part_C" or n.startswith("temp_scale_")]
     new = {f"reading_{n.removeprefix('temp_')}": run.columns[n] for n in corrected}
     return run.with_columns({n: values for n, values in new.items() if n not in run.columns})
-
-
-def sensor_of(column: str) -> str:
-    """temp_air_C -> air, the name under which a run keeps the log."""
-    return column.removeprefix("temp_").removesuffix("_C")

@@ -19,7 +19,7 @@ import numpy as np
 from vcmm.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.files.columns import LABELS, read_csv, run_columns
 from vcmm.files.iso230 import read_iso230, recording_of_runs
-from vcmm.files.logs import interpolated, own_logs, read_logs, with_readings
+from vcmm.files.logs import interpolated, read_logs, with_readings
 from vcmm.files.machine import machine_from
 from vcmm.files.observations import OBSERVED, Sense, read_observations
 from vcmm.files.point_table import read_points
@@ -44,6 +44,7 @@ from vcmm.nuisance import nuisance_columns
 from vcmm.pointing import with_down
 from vcmm.pose import Pose
 from vcmm.recording import ALL_ROWS, Recording
+from vcmm.rowlogs import with_logs
 from vcmm.run import Array, Run
 
 BREAKS = ("setup", "pose", "run")  # labels: between their values the axes moved unseen
@@ -85,7 +86,7 @@ def _checked(
     recording = replace(recording, name=name, nuisance=model.nuisance, noise=noise)
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
         ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
-        ("series", lambda r: replace(r, run=with_readings(own_logs(interpolated(r.run, logs))))),
+        ("series", lambda r: replace(r, run=with_readings(with_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
         ("nuisance", _with_labels),
         ("nuisance", partial(settled, machine=machine)),

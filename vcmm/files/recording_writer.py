@@ -6,7 +6,6 @@ import csv
 import io
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +13,11 @@ import numpy as np
 
 from vcmm.errors import Environment, UsageError
 from vcmm.files.columns import axis_column, file_columns, known_column
-from vcmm.files.logs import LOGGED, own_logs
+from vcmm.files.logs import LOGGED
 from vcmm.files.observations import FROM, NORMAL, VECTOR
 from vcmm.laws import Law, Normal, StudentT
 from vcmm.recording import Ints, Recording
+from vcmm.rowlogs import row_logs
 from vcmm.run import Run, Series
 
 DEG = np.pi / 180.0
@@ -45,7 +45,7 @@ def save_recording(recording: Recording, path: str | Path, machine: str = "machi
 def recording_texts(recording: Recording, stem: str, machine: str = "machine.toml") -> dict[str, str]:
     """File name -> text of all files of a recording; see `save_recording`."""
     run = recording.run
-    own = own_logs(replace(run, series={})).series
+    own = row_logs(run)
     logs = {name: log for name, log in run.series.items() if not _same(log, own.get(name))}
     column = {s: s if s in LOGGED else f"temp_{s}_C" for s in logs}
     names = {sensor: f"{stem}_{sensor}.csv" for sensor in logs}

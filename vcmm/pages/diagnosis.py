@@ -37,19 +37,21 @@ VERDICT = {
     "partly explained": "Part of the departure is explained; something is left that the catalogue does not hold.",
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
 }
+NOT_SHOWN = "Something does not fit, and neither a name nor a place for it is found."
 
 
 def sentences(d: Diagnosis) -> list[str]:
     """The verdict in plain words."""
     out = [
-        VERDICT[d.verdict],
+        NOT_SHOWN if d.verdict == "unexplained" and d.unknown is None else VERDICT[d.verdict],
         *(f"{r[:1].upper()}{r[1:]}." for r in d.reasons if d.unknown is None or r[:9] != "something"),
     ]
     if d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
     for a in (*d.found, *d.candidates):
         rivals = (
-            f" It cannot be told from {', '.join(a.cannot_be_told_from)} here."
+            f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them"
+            f" {min(a.probability + a.rival_probability, 1.0):.3f}."
             if a.cannot_be_told_from
             else ""
         )

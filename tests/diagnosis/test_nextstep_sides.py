@@ -1,0 +1,36 @@
+"""Coming from the other side: every axis for an instrument, only the axes at rest for a touch, which goes inwards."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.diagnosis.nextstep import _other_side, _other_side_of_touches
+from vcmm.run import Run
+
+
+def run_of(normals: list[list[float]]) -> Run:
+    n = len(normals)
+    nx, ny, nz = np.array(normals, dtype=float).T
+    columns = {"nx": nx, "ny": ny, "nz": nz, "sense_X": -np.ones(n), "sense_Y": np.ones(n)}
+    return Run({a: np.zeros(n) for a in "XYZ"}, np.zeros((n, 3)), columns)
+
+
+def test_an_instrument_along_x_sees_both_approaches():
+    turned = _other_side(run_of([[1, 0, 0], [1, 0, 0]]))
+    assert turned is not None
+    assert turned.columns["sense_X"].tolist() == [1, 1]
+    assert turned.columns["sense_Y"].tolist() == [-1, -1]
+
+
+def test_a_touch_along_x_keeps_the_sense_of_x():
+    turned = _other_side_of_touches(run_of([[1, 0, 0], [0, 1, 0]]))
+    assert turned is not None
+    assert turned.columns["sense_X"].tolist() == [
+        -1,
+        1,
+    ]  # X moves in the first touch and stands in the second
+    assert turned.columns["sense_Y"].tolist() == [-1, 1]
+
+
+def test_touches_in_which_all_axes_move_cannot_come_from_the_other_side():
+    assert _other_side_of_touches(run_of([[0.6, 0.64, 0.48], [0.6, -0.64, 0.48]])) is None
