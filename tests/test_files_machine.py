@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import data_file
 
+from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.errors import DataError
 from vcmm.files.machine import load_machine
 from vcmm.laws import MultivariateNormal
@@ -82,6 +83,8 @@ def test_short_form_of_the_uncertainty(tmp_path):
     # nodes are added where the process needs them, on the table itself: 0 ... 1 um at 300 mm, half of it at 150 mm
     assert np.diff(nodes).max() <= 50.0 + 1e-9
     assert np.interp(150.0, nodes, machine.effects[0].values) == pytest.approx(0.5e-3)
+    # what lies between the nodes of the table is asked between those that were measured
+    assert MapInterpolation.from_table(machine.effects[0]).nodes.tolist() == [0.0, 300.0, 600.0]
     assert known["component_table[EBX].values"].u == pytest.approx(0.8e-6)
     assert known["squareness[C0Y].angle"].u == pytest.approx(1e-6)
 

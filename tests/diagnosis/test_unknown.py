@@ -59,3 +59,15 @@ def test_a_rhythm_has_its_period_in_the_formula():
 
 def test_nothing_unknown_no_formula():
     assert diagnose_recording(make.make((), 0.0, 11).recording, make.machine(), 1, 500).unknown is None
+
+
+def test_a_map_is_written_over_the_first_covariate_then_the_second(region):
+    """The spot at X = 320, Y = 260 (generator) is the extreme of the map, indexed as `over` says."""
+    shape = diagnosis_json(region[1])["unknown"]["shape"]
+    value = np.array(shape["value_um"])
+    first, second = (np.array(shape[name]) for name in shape["over"])
+    assert value.shape == (len(first), len(second))
+    i, j = np.unravel_index(np.argmax(np.abs(value)), value.shape)
+    at = dict(zip(shape["over"], (first[i], second[j])))
+    assert abs(at["X"] - 320) < 60
+    assert abs(at["Y"] - 260) < 70

@@ -19,7 +19,7 @@ from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.result import Answer
 from vcmm.diagnosis.scans import trials
 from vcmm.diagnosis.select import Setting, Term, joint, select
-from vcmm.diagnosis.verdict import beyond, doubts, seen
+from vcmm.diagnosis.verdict import beyond, curves, doubts, seen, told, verdict
 from vcmm.effects.dynamics import StructuralVibration
 from vcmm.gaussian import whitener
 from vcmm.run import Run
@@ -173,3 +173,19 @@ def test_a_name_that_closes_the_account_of_a_strong_one_is_taken_and_one_that_do
         setting = Setting(found, white, raw, np.inf, 3.0, lambda option, r, basis: option)
         names.append({t.family.name for t in select(setting).terms})
     assert names == [{"strong", "weak"}, {"strong"}]
+
+
+def test_two_free_curves_over_one_component_explain_nothing():
+    def curve(name: str, component: str) -> Answer:
+        return replace(answer(0.99), effect=name, where={"component": component})
+
+    both = (curve("geometric_change", "EXX"), curve("map_interpolation", "EXX"))
+    (said,) = curves(both)
+    assert "over EXX" in said
+    assert verdict(True, curves(both)) == "partly explained"
+    assert curves((both[0], curve("map_interpolation", "EYX"))) == ()
+
+
+def test_small_probabilities_are_not_told_to_digits():
+    assert told(0.0463) == "0.046"
+    assert told(1.7e-51) == "below 0.001"

@@ -23,7 +23,7 @@ from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.mistakes import Mistake, tables_of
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.neighbours import departure
-from vcmm.diagnosis.nextstep import next_steps
+from vcmm.diagnosis.nextstep import closer, next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import clipped
 from vcmm.diagnosis.plain_words import remark
@@ -149,7 +149,7 @@ def _result(
     answers = _answers(used, stage, selection, places, mistake, seed, field)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
-    steps = next_steps(used, setting, selection, places)
+    steps = (*next_steps(used, setting, selection, places), *closer(used, rest))
     y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
     tell("done", 1.0)
     left = sigma * float(

@@ -68,7 +68,7 @@ def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> E
     gram = columns.T @ columns / problem.m
     draws = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
     unit = "urad" if problem.recording.kind == "angle" else "um"
-    return _estimate(float(np.sqrt(mean @ gram @ mean)), float(draws.std()), draws, unit)
+    return _estimate(float(np.median(draws)), float(draws.std()), draws, unit)
 
 
 def _linear(
@@ -147,21 +147,24 @@ def _estimate(value: float, u: float, draws: Array, unit: str) -> Estimate:
 
 
 def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: Array) -> Estimate:
-    """rms of an array parameter: over the rows, about its mean, for a field; over the elements for random vectors."""
+    """rms of an array parameter: over the rows, about its mean, for a field; over the elements for random vectors.
+
+    The median of its posterior: the rms of the posterior mean is too small, since that is drawn towards zero.
+    """
     term = selection.terms[i]
     effect = term.option.effect
     assert effect is not None
     unit = parameter(effect, linear_parameters(effect)[0]).metadata["show"]
     if any("@" in label for label in term.option.labels):
         rms = np.sqrt((values**2).mean(axis=1))
-        return _estimate(float(np.sqrt((mean**2).mean())), float(rms.std()), rms, unit)
+        return _estimate(float(np.median(rms)), float(rms.std()), rms, unit)
     six = np.concatenate([basis(effect, n, problem.run) for n in linear_parameters(effect)], axis=2)
     turns = not np.any(six[:, :3])
     field = six[:, 3:] if turns else six[:, :3]
     field = field - field.mean(axis=0)  # a constant is the pose, or the zero of the axis
     gram = np.einsum("nik,nil->kl", field, field) / problem.run.n
     rms = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
-    return _estimate(float(np.sqrt(mean @ gram @ mean)), float(rms.std()), rms, "urad" if turns else "um")
+    return _estimate(float(np.median(rms)), float(rms.std()), rms, "urad" if turns else "um")
 
 
 def _scan(problem: Problem, selection: Selection, i: int, name: str, refiner: Refiner) -> Estimate | None:

@@ -14,8 +14,9 @@ import numpy as np
 
 from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.confusion import Standing
+from vcmm.diagnosis.discrepancy import values_of
 from vcmm.diagnosis.problem import Problem, predecessors
-from vcmm.diagnosis.result import NextStep
+from vcmm.diagnosis.result import NextStep, Unknown
 from vcmm.diagnosis.select import Selection, Setting
 from vcmm.errors import ModelLimit, UsageError
 from vcmm.gaussian import Whitener, whitener
@@ -24,6 +25,7 @@ from vcmm.recording import Recording
 from vcmm.rowlogs import RememberingRun
 from vcmm.run import Array, Run, Series
 
+PLACES = 60  # along the covariate of something unknown
 ROWS = 80  # of the recording repeated in an add-on
 PER_TOUCH = 10.0  # s
 WORTH = 0.08  # gain of separability below which an add-on is not proposed
@@ -60,6 +62,29 @@ def next_steps(
         good = sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)
         out += good[:SHOWN]
     return tuple(out)
+
+
+def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
+    """How to see the law of what has no name: its first covariate varied finely, all else equal."""
+    if unknown is None or not unknown.covariates:
+        return ()
+    name = unknown.covariates[0]
+    values = values_of(problem, name)
+    if name.removeprefix("tip_").upper() in problem.run.position and values is not None:
+        low, high = float(values.min()), float(values.max())
+        step = (high - low) / PLACES
+        axis = name.removeprefix("tip_").upper()
+        do = f"measure {axis} from {low:.4g} to {high:.4g} in steps of {step:.2g}, both ways, all else equal"
+    elif name.startswith("temp_"):
+        do = f"repeat some touches at three values of {name}, at the same places"
+    elif name == "time":
+        do = "touch one place again and again, as fast as possible, for as long as the log was"
+    elif name == "speed" or name.startswith("speed_"):
+        do = "repeat some touches at three speeds, at the same places"
+    else:
+        return ()
+    pace = PER_TOUCH if problem.recording.kind == "probe" else 1.0
+    return (NextStep(("unknown", name), do, float(round(2 * PLACES * pace / 60)), 0.0),)
 
 
 def _nearest(setting: Setting, selection: Selection, place: Standing, i: int) -> Option:

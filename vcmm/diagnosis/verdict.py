@@ -19,6 +19,7 @@ from vcmm.diagnosis.null import FALSE_ALARM
 from vcmm.diagnosis.result import Answer, Unknown
 
 UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
+LEAST_TOLD = 0.001
 APART = 1.1  # ratio from which two measures of the scatter are both told
 STRUCTURED = 0.9  # correlation of neighbours, from which each observation tells 0.9^2 = 81 % of the next one's variance
 
@@ -78,19 +79,24 @@ def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
     )
 
 
+def told(probability: float) -> str:
+    """A probability in words: below one in a thousand no template is known well enough for digits."""
+    return f"{probability:.2g}" if probability >= LEAST_TOLD else f"below {LEAST_TOLD:g}"
+
+
 def doubts(answers: Sequence[Answer], worse: Sequence[str]) -> tuple[str, ...]:
     """Why answers are no findings: names less probable than not, and rows never fitted that they predict worse than
     nothing does.
     """
     out = []
     for a in answers:
-        name = " ".join((a.effect, *a.where.values()))
+        name = " ".join((a.effect.replace("_", " "), *a.where.values()))
         if a.undetermined:
             out.append(
                 f"{name} is a candidate and no finding: its size may be anything over orders of magnitude"
             )
         elif a.improbable:
-            out.append(f"{name} is a candidate and no finding: its probability is {a.probability:.2g}")
+            out.append(f"{name} is a candidate and no finding: its probability is {told(a.probability)}")
     if worse:
         out.append(f"the names make rows that were not fitted worse: {', '.join(worse)}")
     return tuple(out)

@@ -14,6 +14,7 @@ from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Answer, Diagnosis
+from vcmm.diagnosis.verdict import LEAST_TOLD, told
 from vcmm.effects import BY_NAME
 from vcmm.errors import UsageError
 from vcmm.machine import Machine
@@ -48,31 +49,45 @@ def sentences(d: Diagnosis) -> list[str]:
     ]
     if d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
-    for a in (*d.found, *d.candidates):
-        rivals = (
-            f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them"
-            f" {min(a.probability + a.rival_probability, 1.0):.3f}."
-            if a.cannot_be_told_from
-            else ""
-        )
-        said = plain_words(a.effect, a.where, a.parameters)
-        own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
-        said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}" if a.doubtful else said
-        out.append(
-            f"{said} {_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability {a.probability:.3f}."
-            f"{rivals}{own}".strip()
-        )
-    if d.unknown is not None:
-        where = ", ".join(d.unknown.covariates)
-        out.append(
-            f"Unknown, over {where}: {d.unknown.description} (rms {_micro(d, d.unknown.rms)}). A proposal, not a name."
-        )
-        if d.unknown.formula:
-            unit = "urad" if d.angle else "um"
-            out.append(
-                f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
-            )
+    out += [_said(d, a) for a in d.found] + _of_unknown(d) + [_said(d, a) for a in d.candidates]
     out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
+    return out
+
+
+def _said(d: Diagnosis, a: Answer) -> str:
+    """One answer: what the machine does, its numbers, what it may be instead."""
+    rivals = (
+        f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them"
+        f" {min(a.probability + a.rival_probability, 1.0):.3f}."
+        if a.cannot_be_told_from
+        else ""
+    )
+    said = plain_words(a.effect, a.where, a.parameters)
+    own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
+    said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}" if a.doubtful else said
+    return (
+        f"{said} {_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability"
+        f" {_probability(a)}.{rivals}{own}".strip()
+    )
+
+
+def _probability(a: Answer) -> str:
+    return f"{a.probability:.3f}" if a.probability >= LEAST_TOLD else told(a.probability)
+
+
+def _of_unknown(d: Diagnosis) -> list[str]:
+    """What has no name: where, how large, and its formula where there is one."""
+    if d.unknown is None:
+        return []
+    size = f" (rms {_micro(d, d.unknown.rms)})" if d.unknown.rms > 0 else ""
+    out = [
+        f"Unknown, over {', '.join(d.unknown.covariates)}: {d.unknown.description}{size}. A proposal, not a name."
+    ]
+    if d.unknown.formula:
+        unit = "urad" if d.angle else "um"
+        out.append(
+            f"A formula that also predicts rows never fitted (proposal, not physics), {unit}: {d.unknown.formula}."
+        )
     return out
 
 
@@ -115,7 +130,7 @@ def answer_rows(answers: Sequence[Answer]) -> list[list[str]]:
             a.effect,
             ", ".join(str(v) for v in a.where.values()) or "–",
             _values(a),
-            f"{a.probability:.3f}",
+            _probability(a),
             f"{a.share:.0%}",
             ", ".join(a.cannot_be_told_from) or "–",
         ]
@@ -289,7 +304,7 @@ def _histogram(before: Array, after: Array, unit: str) -> str:
 
 def _next(d: Diagnosis) -> str:
     if not d.next_measurement:
-        return r.paragraph("No add-on is needed to tell rivals apart.")
+        return r.paragraph("No add-on of the list would tell more.")
     return r.table(["separates", "do", "minutes"], next_rows(d), numeric=(2,))
 
 

@@ -1,10 +1,13 @@
-"""Coming from the other side: every axis for an instrument, only the axes at rest for a touch, which goes inwards."""
+"""What to measure next. Coming from the other side: every axis for an instrument, only the axes at rest for a touch, which goes inwards."""
 
 from __future__ import annotations
 
+import generator as make
 import numpy as np
 
-from vcmm.diagnosis.nextstep import _other_side, _other_side_of_touches
+from vcmm.diagnosis.nextstep import _other_side, _other_side_of_touches, closer
+from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.result import Unknown
 from vcmm.run import Run
 
 
@@ -34,3 +37,16 @@ def test_a_touch_along_x_keeps_the_sense_of_x():
 
 def test_touches_in_which_all_axes_move_cannot_come_from_the_other_side():
     assert _other_side_of_touches(run_of([[0.6, 0.64, 0.48], [0.6, -0.64, 0.48]])) is None
+
+
+def test_what_has_no_name_is_looked_at_closely():
+    """60 places both ways at 10 s a touch: 20 minutes."""
+    case = make.make((), 0.0, 11)
+    problem = make_problem(case.recording, make.machine())
+    (step,) = closer(problem, Unknown(("X",), "a dependence on X", 0.0))
+    assert step.separates == ("unknown", "X")
+    assert step.minutes == 20.0
+    x = problem.run.position["X"]
+    assert f"measure X from {x.min():.4g} to {x.max():.4g} in steps of" in step.do
+    assert closer(problem, None) == ()
+    assert "three values" in closer(problem, Unknown(("temp_air",), "", 0.0))[0].do
