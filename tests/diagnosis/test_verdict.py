@@ -106,6 +106,17 @@ def test_noise_of_the_stated_scale_is_no_alarm_whatever_its_law(quiet, name):
     assert alarms == [""] * 6
 
 
+def test_noise_that_was_stated_too_large_is_counted_as_it_is(quiet):
+    """0.7 of the stated scatter: u is 0.7 of what was stated within 10 %, so the calibration weighs more beside it."""
+    problem, _ = quiet
+    base = scatter(problem, "ar0", np.random.default_rng(3))
+    found = looked_at(quiet, 0.7 * base)
+    assert found.less == pytest.approx(0.7, rel=0.1)
+    assert found.u(problem) == pytest.approx(found.less * problem.u)
+    assert looked_at(quiet, base).less == 1.0
+    assert looked_at(quiet, 1.3 * base).less == 1.0  # more may be physics that is not named yet
+
+
 def test_twice_the_noise_and_a_movement_in_it_are_told(quiet):
     problem, _ = quiet
     rng = np.random.default_rng(12)

@@ -110,7 +110,8 @@ def _passes(
 
 
 def _same(a: Audit, b: Audit) -> bool:
-    return abs(a.rho - b.rho) < 0.1 and (a.growth == 0) == (b.growth == 0) and a.noise == b.noise
+    alike = abs(a.rho - b.rho) < 0.1 and abs(a.less - b.less) < 0.05
+    return alike and (a.growth == 0) == (b.growth == 0) and a.noise == b.noise
 
 
 def _left(problem: Problem, plain: Whitener, selection: Selection) -> Array:
