@@ -21,7 +21,7 @@ from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Unknown
 from vcmm.diagnosis.select import Setting, Term, joint, select
-from vcmm.gaussian import thin_svd, whitener
+from vcmm.gaussian import evidence_from, posterior, thin_svd, whitener
 
 UM = 1e-3
 
@@ -80,6 +80,18 @@ def test_the_score_is_that_of_white_bumps():
     want = ((x.T @ r) ** 2).sum(axis=0) / (r**2).sum(axis=0)
     assert asked.t / asked.t[0] == pytest.approx(want / want[0], rel=1e-4)
     assert back.columns([replace(kernel, bumps=white.nuisance / white.weight[:, None] * 0)]).shape == (60, 0)
+
+
+def test_the_evidence_from_products_is_that_of_the_posterior():
+    """One column of length 2 along r = 3: gram 4, b 6, width 1: q = 36 / 5 = 7.2 of 9, ln|1 + 4| = 1.609, dof 10:
+    -0.805 - 5 ln(1.8 / 9) = -0.805 + 8.047 = 7.242."""
+    x, r = np.zeros((12, 1)), np.zeros(12)
+    x[0], r[0] = 2.0, 3.0
+    width = np.ones(1)
+    assert evidence_from(x.T @ x, x.T @ r, 9.0, 10, width) == pytest.approx(7.242, abs=1e-3)
+    assert evidence_from(x.T @ x, x.T @ r, 9.0, 10, width) == pytest.approx(
+        posterior(x, r, 10, width).log_evidence
+    )
 
 
 def test_bumps_stand_about_rows_and_fall_off_with_distance():

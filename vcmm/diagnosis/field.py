@@ -154,10 +154,11 @@ class _Weighing:
 
 def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[tuple[Asked, Array]]:
     """What the residual follows most clearly, nothing named or all names but one, with its white columns."""
-    given = [(), *([t for t in selection.terms if t is not one] for one in selection.terms)]
+    others = [[t for t in selection.terms if t is not one] for one in selection.terms]
+    given = [[], *(o for o in others if o)]  # all but one of one is none
     free = pulled(white, null[:, :0], np.column_stack([selection.y, null[:, :1]]))
     found: list[Asked] = []
-    for terms in given[: 1 if len(selection.terms) == 1 else None]:
+    for terms in given:
         basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
         rows = pulled(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
         groups = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))

@@ -47,9 +47,14 @@ class Answer:
     rival_probability: float = 0.0  # what the names in cannot_be_told_from hold together
 
     @property
+    def with_rivals(self) -> float:
+        """Probability of the name and of those it cannot be told from together."""
+        return min(self.probability + self.rival_probability, 1.0)
+
+    @property
     def improbable(self) -> bool:
         """Less probable than not, its rivals included."""
-        return self.probability + self.rival_probability < EVEN_ODDS
+        return self.with_rivals < EVEN_ODDS
 
     @property
     def undetermined(self) -> bool:
@@ -179,7 +184,7 @@ def _answer(a: Answer) -> dict[str, Any]:
         "probability": a.probability,
         "share": a.share,
         "cannot_be_told_from": list(a.cannot_be_told_from),
-        "probability_with_rivals": min(a.probability + a.rival_probability, 1.0),
+        "probability_with_rivals": a.with_rivals,
         "contained_in": list(a.contained_in),
         "evidence_nats": a.evidence,
         "implausibly_large": a.implausible,

@@ -57,8 +57,7 @@ def sentences(d: Diagnosis) -> list[str]:
 def _said(d: Diagnosis, a: Answer) -> str:
     """One answer: what the machine does, its numbers, what it may be instead."""
     rivals = (
-        f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them"
-        f" {min(a.probability + a.rival_probability, 1.0):.3f}."
+        f" It cannot be told from {', '.join(a.cannot_be_told_from)} here; with them {a.with_rivals:.3f}."
         if a.cannot_be_told_from
         else ""
     )
