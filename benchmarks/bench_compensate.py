@@ -15,14 +15,14 @@ import numpy as np
 
 from vcmm.compensating.field import field_of, known_errors_of
 from vcmm.compensating.job import compensate
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
 from vcmm.nc.interpret import interpret
 from vcmm.nc.setup import Setup
-from vcmm.run import Array
 
 SETUP = Setup(dialect="fanuc", offsets={"G54": (0.0, 0.0, 0.0)}, compensation=())
 

@@ -16,10 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "diagnosis"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import generator as make
-
+from tests.diagnosis import generator as make
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.result import Diagnosis
 

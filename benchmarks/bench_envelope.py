@@ -13,11 +13,11 @@ import time
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.cutting.envelope import surface_left
 from vcmm.cutting.index import build
 from vcmm.cutting.sweeps import Sweep, path
 from vcmm.cutting.tools import Tool, ball, bull, flat
-from vcmm.run import Array
 
 STEP, SIDE, BRUTE = 0.5, 100.0, 200
 

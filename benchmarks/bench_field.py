@@ -6,11 +6,11 @@ import time
 
 import numpy as np
 
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.squareness import Squareness
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.run import Run
 
 ROWS = 1_000_000
 

@@ -8,8 +8,8 @@ Plan: 100 points on a plane, a circle, a cylinder and a sphere; outputs: their 1
 
     loop         per trial: draw, displace the points, four scipy.optimize.least_squares
     vectorised   numpy: all 601 raw inputs, one matrix product, one linear fit for all trials
-    collapsed    vcmm.montecarlo.simulate: the same linear fit folded into a 15-row gain
-    closed form  sqrt(diag(G S G^T)), and vcmm.interval for the exact coverage intervals
+    collapsed    vcmm.evaluation.montecarlo.simulate: the same linear fit folded into a 15-row gain
+    closed form  sqrt(diag(G S G^T)), and vcmm.evaluation.interval for the exact coverage intervals
 
 Rounds are interleaved and medians taken, since other work may share the processor; the ratios are the result.
 """
@@ -32,9 +32,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.optimize import least_squares
 
-from vcmm import streams
-from vcmm.laws import Normal, StudentT
-from vcmm.montecarlo import Accumulator, Term, marginal, simulate, uncertainty
+from vcmm.core.laws import Normal, StudentT
+from vcmm.evaluation import streams
+from vcmm.evaluation.montecarlo import Accumulator, Term, marginal, simulate, uncertainty
 
 Array = NDArray[np.float64]
 TRAVEL = np.array([800.0, 1000.0, 600.0])

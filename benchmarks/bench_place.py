@@ -16,17 +16,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.run import Array
+from vcmm.evaluation.linear import LinearModel
+from vcmm.evaluation.streams import draw
 from vcmm.files.scenario import load_scenario
-from vcmm.fixture import Goal, pose_of, six_of
-from vcmm.influence import influences
 from vcmm.library import path
-from vcmm.linear import LinearModel
+from vcmm.measuring.fixture import Goal, pose_of, six_of
+from vcmm.measuring.scenario import Scenario
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.space import boxes, default_fixture
 from vcmm.placing.travels import Travels
-from vcmm.run import Array
-from vcmm.scenario import Scenario
-from vcmm.streams import draw
+from vcmm.response.influence import influences
 
 TRIALS = 10_000
 
@@ -53,7 +53,7 @@ def by_matrix(scenario: Scenario, model: LinearModel, weights: Array, six: Array
 
 def by_trials(scenario: Scenario, model: LinearModel, weights: Array, six: Array) -> Array:
     """u of the characteristics from 10^4 trials."""
-    from vcmm.laws import Normal
+    from vcmm.core.laws import Normal
 
     g, spread = dense(scenario, model, six)
     lanes = np.stack([np.arange(g.shape[1]), np.zeros(g.shape[1])], axis=1).astype(np.uint32)

@@ -14,22 +14,22 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
 from vcmm.effects.scatter import Scatter
 from vcmm.effects.squareness import Squareness
-from vcmm.errors import ModelLimit
-from vcmm.inputs import Input
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.laws import Normal
-from vcmm.machine import Machine
-from vcmm.part import Characteristic, Feature, Part
+from vcmm.measuring.plan import Plan, Step, Stylus
+from vcmm.measuring.scenario import Scenario
+from vcmm.part.part import Characteristic, Feature, Part
 from vcmm.placing.candidates import nearest, problem_of, spots
 from vcmm.placing.goal import goal_of
 from vcmm.placing.growing import growing
 from vcmm.placing.planning import standard_spots
 from vcmm.placing.standards import standard_points
-from vcmm.plan import Plan, Step, Stylus
-from vcmm.pose import Pose
-from vcmm.scenario import Scenario
 
 Z = np.array([0.0, 0.0, 1.0])
 DATUM = Feature("datum", "plane", np.array([0, 0, 40.0]), Z, np.zeros(0), extent=(20.0, 20.0))
@@ -59,7 +59,7 @@ def scenario(feature: Feature, what: str) -> Scenario:
     steps = []
     for f in features:
         points = next(p for _, p in standard_points(f, 25, 2.0))
-        from vcmm.part import normal
+        from vcmm.part.part import normal
 
         steps.append(Step(f.name, "down", points, normal(f, points)))
     axes = {a: Axis(a, (-500.0, 500.0)) for a in "XYZ"}

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.motion.timing import Elements, Timing, plan_motion, planned
+from vcmm.motion.toolpath import naive_seconds, toolpath
 from vcmm.nc.moves import Move, Source
-from vcmm.nc.timing import Elements, Timing, plan_motion, planned
-from vcmm.nc.toolpath import naive_seconds, toolpath
 
 MOVES, LENGTH, FEED = 100_000, 0.5, 6000.0
 

@@ -10,9 +10,9 @@ from dataclasses import fields
 from inspect import cleandoc
 from pathlib import Path
 
-from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.units import EXAMPLES, dimension_of, parse_unit
 from vcmm.effects import ALL
-from vcmm.units import EXAMPLES, dimension_of, parse_unit
 
 HEAD = """# Effects
 

@@ -21,8 +21,8 @@ import numpy as np
 
 import vcmm
 from vcmm.library import path
-from vcmm.twins import abbe_milling as twin
-from vcmm.twins.virtual_cut import departure
+from vcmm.papers.abbe_milling import twin
+from vcmm.papers.virtual_cut import departure
 
 scenario = vcmm.load_cut(path("abbe_milling"))
 for letter, axis in scenario.machine.axes.items():

@@ -20,7 +20,7 @@ import numpy as np
 
 import vcmm
 from vcmm.library import path
-from vcmm.twins import gaska2014
+from vcmm.papers.gaska2014 import twin as gaska2014
 
 scenario = vcmm.load_scenario(path("gaska2014"))
 print(scenario.name, "-", len(scenario.places), "places,", scenario.task().touches.run.n, "touches")

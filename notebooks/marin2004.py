@@ -18,8 +18,8 @@
 
 import vcmm
 from vcmm.library import path
-from vcmm.twins import marin2004 as twin
-from vcmm.twins.marin2004_day import PARAMETERS, UNITS
+from vcmm.papers.marin2004 import twin
+from vcmm.papers.marin2004.day import PARAMETERS, UNITS
 
 scenario = vcmm.load_cut(path("marin2004"))
 result = twin.run(scenario)

@@ -18,8 +18,8 @@
 import numpy as np
 
 import vcmm
-from vcmm.fixture import Fixture, Freedom, Goal, pose_of, six_of
 from vcmm.library import path
+from vcmm.measuring.fixture import Fixture, Freedom, Goal, pose_of, six_of
 
 scenario = vcmm.load_scenario(path("plate"))
 

@@ -47,7 +47,7 @@ for line in result.characteristics[0].budget[:4]:
 # What if the probe scattered twice as much? A machine is a frozen value: change a copy.
 
 # %%
-from vcmm.laws import StudentT
+from vcmm.core.laws import StudentT
 
 inputs = tuple(
     replace(i, law=StudentT(0.8e-3, 10)) if i.effect == "scatter" else i for i in scenario.machine.inputs

@@ -17,10 +17,10 @@
 import numpy as np
 
 import vcmm
+from vcmm.cases import test_piece_errors as twin
+from vcmm.cases.test_piece_page import tables
 from vcmm.library import path
-from vcmm.pages.shown import text
-from vcmm.pages.test_piece import tables
-from vcmm.twins import test_piece_errors as twin
+from vcmm.pages.tables import text
 
 scenario = vcmm.load_cut(path("test_piece"))
 result = twin.run(scenario)

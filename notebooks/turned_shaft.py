@@ -22,7 +22,7 @@ import numpy as np
 import vcmm
 from vcmm.library import path
 from vcmm.machining.job import finished_part
-from vcmm.machining.shop import set_up
+from vcmm.machining.preparation import set_up
 
 scenario = vcmm.load_cut(path("turned_shaft"))
 result = vcmm.cut(scenario, trials=1000)

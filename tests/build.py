@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
 from vcmm.effects.scatter import Scatter
-from vcmm.inputs import Input
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.laws import Normal
-from vcmm.machine import Machine
-from vcmm.part import Characteristic, Feature, Part
-from vcmm.plan import Plan, Step, Stylus
-from vcmm.pose import Pose
-from vcmm.scenario import Scenario
-from vcmm.strategies import Grid, Levels, plan_points
+from vcmm.measuring.plan import Plan, Step, Stylus
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.strategies import Grid, Levels, plan_points
+from vcmm.part.part import Characteristic, Feature, Part
 
 BORE = Feature(
     "bore", "cylinder", np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([15.0]), inside=True, extent=(20.0,)

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
 from vcmm.nc.moves import Move, Source
 
 AT = Source(7, 1, 5)

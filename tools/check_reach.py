@@ -13,10 +13,11 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "placing")]
+sys.path.insert(0, str(ROOT))
 
-from placing_independent import compare  # noqa: E402
 from test_collision import random_checks  # noqa: E402
+
+from tests.placing.placing_independent import compare  # noqa: E402
 
 
 def main() -> None:

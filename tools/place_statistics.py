@@ -15,10 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "placing"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from drawn import Problem, problem
-
+from tests.placing.drawn import Problem, problem
 from vcmm.placing.search import Counted, search
 
 SCAN, EVOLUTION, BAR = 25_000, 26_000, 1e-3

@@ -23,15 +23,14 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "tests" / "recordings"))
+sys.path.insert(0, str(ROOT))
 
-import convert  # noqa: E402
-from judged import left, rms, without_nuisance  # noqa: E402
-
-from vcmm.diagnosing import diagnose  # noqa: E402
+from tests.recordings import convert  # noqa: E402
+from tests.recordings.judged import left, rms, without_nuisance  # noqa: E402
+from vcmm.core.errors import VcmmError  # noqa: E402
+from vcmm.diagnosis.job import diagnose  # noqa: E402
 from vcmm.diagnosis.problem import Problem, make_problem  # noqa: E402
 from vcmm.diagnosis.result import Diagnosis  # noqa: E402
-from vcmm.errors import VcmmError  # noqa: E402
 from vcmm.files.recording import load_recording  # noqa: E402
 
 Maker = Callable[[Path, Path], Path]

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.laws import Uniform
+from vcmm.evaluation.interval import Linear
 from vcmm.files.columns import read_positions
 from vcmm.files.machine import load_machine
-from vcmm.interval import Linear
-from vcmm.laws import Uniform
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 
 def kinematics(root: Path) -> None:

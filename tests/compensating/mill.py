@@ -8,12 +8,12 @@ import numpy as np
 
 from vcmm.compensating.job import compensate
 from vcmm.compensating.result import Compensation
-from vcmm.effect import Effect
+from vcmm.core.effect import Effect
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
 from vcmm.nc.setup import Setup, Tool
 
 SETUP = Setup(

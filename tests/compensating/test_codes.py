@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from mill import SETUP, body, rough, run
 
+from tests.compensating.mill import SETUP, body, rough, run
 from vcmm.compensating.codes import behind
 from vcmm.compensating.languages import LANGUAGES
 

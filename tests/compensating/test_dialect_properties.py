@@ -11,8 +11,8 @@ from pathlib import Path
 
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from mill import SETUP, rough, run
 
+from tests.compensating.mill import SETUP, rough, run
 from vcmm.nc.interpret import interpret
 
 quick = settings(

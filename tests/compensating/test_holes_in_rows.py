@@ -6,7 +6,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from mill import SETUP, body, rough, run
+
+from tests.compensating.mill import SETUP, body, rough, run
 
 FANUC = (
     "%\nO1\nG54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50.\nG98 G83 X50. Y20. Z-30. R2. Q5.\nX350.\nG80\nM30\n%\n"

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mill import SETUP, body, mill, rough, run, scale
 
+from tests.compensating.mill import SETUP, body, mill, rough, run, scale
+from vcmm.core.machine import Machine
 from vcmm.effects.squareness import Squareness
-from vcmm.machine import Machine
 from vcmm.nc.interpret import interpret
 
 HEAD = "%\nO1\nG21 G90 G54\n"

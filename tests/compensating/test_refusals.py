@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from mill import SETUP, mill, rough, run, scale
 
+from tests.compensating.mill import SETUP, mill, rough, run, scale
 from vcmm.cli import run as vcmm
-from vcmm.errors import DataError, ModelLimit, UsageError
+from vcmm.core.errors import DataError, ModelLimit, UsageError
 
 PROGRAM = "%\nO1\nG21 G90 G54\nG1 X100. F500\nM30\n%\n"
 MACHINE = """vcmm = "machine/1"
@@ -100,7 +100,7 @@ def test_dialects_without_traces(tmp_path, monkeypatch):
 
 
 def test_rotary_axes_and_increments_of_turning(tmp_path):
-    from vcmm.kinematics import Axis, parse_structure
+    from vcmm.core.kinematics import Axis, parse_structure
 
     turning = replace(
         mill(*rough().effects), chain=parse_structure("w C' X' Y' b Z t"),

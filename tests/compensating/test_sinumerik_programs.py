@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from mill import SETUP, body, mill, rough, run, scale
 
+from tests.compensating.mill import SETUP, body, mill, rough, run, scale
+from vcmm.core.errors import DataError
 from vcmm.effects.squareness import Squareness
-from vcmm.errors import DataError
 from vcmm.nc.interpret import interpret
 
 SIEMENS = replace(SETUP, dialect="sinumerik")

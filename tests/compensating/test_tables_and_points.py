@@ -6,17 +6,17 @@ import json
 
 import numpy as np
 import pytest
-from mill import mill
 
+from tests.compensating.mill import mill
 from vcmm.cli import run as vcmm
 from vcmm.compensating.points import corrected_points
 from vcmm.compensating.tables import control_tables
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
-from vcmm.errors import UsageError
 from vcmm.files.machine import load_machine
-from vcmm.run import Run
 
 MACHINE = """vcmm = "machine/1"
 kind = "machine-tool"

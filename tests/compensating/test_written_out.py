@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from mill import SETUP, body, run, scale
 
-from vcmm.errors import DataError, ModelLimit
+from tests.compensating.mill import SETUP, body, run, scale
+from vcmm.core.errors import DataError, ModelLimit
 from vcmm.nc.interpret import interpret
 
 HEAD = "%\nO1\nG21 G90 G54\n"

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.laws import StudentT
-from vcmm.machine import Machine
-from vcmm.recording import Recording
-from vcmm.run import Run, Series
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.laws import StudentT
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run, Series
+from vcmm.response.recording import Recording
 
 SIGMA = 0.7e-3  # mm, scale of the t law
 NOISE = StudentT(SIGMA, 6.0)

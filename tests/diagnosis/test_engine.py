@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.result import VERDICTS, diagnosis_json

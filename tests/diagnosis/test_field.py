@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
 from vcmm.diagnosis import kernels
 from vcmm.diagnosis.candidates import Family, Option, catalogue
 from vcmm.diagnosis.closeness import nearness, of_component
@@ -21,7 +21,7 @@ from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Unknown
 from vcmm.diagnosis.select import Setting, Term, joint, select
-from vcmm.gaussian import evidence_from, posterior, thin_svd, whitener
+from vcmm.evaluation.gaussian import evidence_from, posterior, thin_svd, whitener
 
 UM = 1e-3
 

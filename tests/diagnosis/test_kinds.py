@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
+from vcmm.core.laws import Normal
+from vcmm.core.run import Run
 from vcmm.diagnosis.engine import diagnose_recording
-from vcmm.laws import Normal
-from vcmm.recording import Recording
-from vcmm.run import Run
+from vcmm.response.recording import Recording
 
 UM = 1e-3
 

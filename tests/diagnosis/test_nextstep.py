@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import generator as make
 import numpy as np
 
+from tests.diagnosis import generator as make
+from vcmm.core.run import Run
 from vcmm.diagnosis.nextstep import _other_side, _other_side_of_touches, closer
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.result import Unknown
-from vcmm.run import Run
 
 
 def run_of(normals: list[list[float]]) -> Run:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
+from vcmm.core.run import Run
 from vcmm.diagnosis.candidates import catalogue
 from vcmm.diagnosis.estimates import _estimate, around
 from vcmm.diagnosis.evidence import dictionary, scorer
@@ -17,7 +18,6 @@ from vcmm.diagnosis.noise import audit, neighbour_correlation
 from vcmm.diagnosis.null import clipped, upper_quantile
 from vcmm.diagnosis.problem import make_problem, predecessors
 from vcmm.diagnosis.scans import change_points, filled, spectral_lines
-from vcmm.run import Run
 
 
 def problem(noise="t6", names=(), delta=0.0, seed=3):

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import generator as make
 import numpy as np
 import pytest
-from test_kinds import laser
 
+from tests.diagnosis import generator as make
+from tests.diagnosis.test_kinds import laser
+from vcmm.core.run import Run
 from vcmm.diagnosis.candidates import catalogue
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.periods import alias, alias_words, aliases, lattice_frequency, of_angle, supported
 from vcmm.diagnosis.problem import make_problem
 from vcmm.effects.pitch import ScrewPitch
-from vcmm.run import Run
 
 EVERY_4 = np.arange(0, 201, 4.0)  # 51 places
 ANYWHERE = np.random.default_rng(1).uniform(0, 200, 51)
@@ -69,7 +69,7 @@ def test_the_alias_is_said():
         made = laser(lambda q, s: 0 * q)
         q = np.tile(np.r_[EVERY_4, EVERY_4[::-1]], 3)
         n = len(q)
-        from vcmm.run import Run
+        from vcmm.core.run import Run
 
         run = Run({"X": q, "Y": np.zeros(n), "Z": np.zeros(n)}, np.zeros((n, 3)), {})
         noise = 0.6e-3 * np.random.default_rng(5).standard_normal(n)

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
-import generator as make
 import numpy as np
 import pytest
-from test_engine import tables
 
+from tests.diagnosis import generator as make
+from tests.diagnosis.test_engine import tables
 from vcmm.cli import run
+from vcmm.core.errors import ModelLimit
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
 from vcmm.diagnosis.candidates import catalogue
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.improve import apart, improved
@@ -19,16 +23,12 @@ from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.repair import repaired
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.pitch import ScrewPitch
-from vcmm.errors import ModelLimit
 from vcmm.files.isg import ErrorFile, ErrorTable, read_isg
 from vcmm.files.isg_writer import isg_text
 from vcmm.files.machine import load_machine
 from vcmm.files.recording_writer import save_recording
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.observe import baseline
-from vcmm.recording import Recording
-from vcmm.run import Run
+from vcmm.response.observe import baseline
+from vcmm.response.recording import Recording
 
 
 def test_every_repair_predicts_the_departure_that_was_found():
@@ -138,7 +138,7 @@ def saw(turns=2.0):
     columns = {"nx": np.zeros(n), "ny": np.zeros(n), "nz": np.ones(n)}
     made = Run({"C": c}, np.zeros((n, 3)), columns)
     value = 0.3e-3 * (c / (2 * np.pi) - 0.5) + 10e-6 * rng.standard_normal(n)
-    from vcmm.laws import Normal
+    from vcmm.core.laws import Normal
 
     axis = np.tile([0.0, 0.0, 1.0], (n, 1))
     rows = np.arange(n)

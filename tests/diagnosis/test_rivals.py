@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
+from vcmm.core.run import Run
 from vcmm.diagnosis import noise as audits
 from vcmm.diagnosis.aliases import with_aliases
 from vcmm.diagnosis.candidates import Family, Option, catalogue
@@ -24,8 +25,7 @@ from vcmm.diagnosis.verdict import reasons, verdict
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.scale import ScaleFactor
-from vcmm.gaussian import whitener
-from vcmm.run import Run
+from vcmm.evaluation.gaussian import whitener
 
 ROWS = 200
 

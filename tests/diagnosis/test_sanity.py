@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import generator as make
 import numpy as np
 import pytest
 
-from vcmm.diagnosis.belonging import noise_warning
+from tests.diagnosis import generator as make
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Series
 from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.machine_match import noise_warning
 from vcmm.diagnosis.sanity import checked, in_time, without_gaps
 from vcmm.effects.component import ComponentTable
-from vcmm.errors import ModelLimit
-from vcmm.run import Series
 
 UM = 1e-3
 
@@ -128,7 +128,7 @@ def tables():
 def test_a_recording_of_the_other_sign_is_recognised():
     case = make.make((), 0.0, 9, replace(make.RICH, n=300)).recording
     machine = make.machine(*tables())
-    from vcmm.observe import baseline
+    from vcmm.response.observe import baseline
 
     flipped = replace(
         case, value=case.value - baseline(case, machine)
@@ -223,9 +223,9 @@ def test_a_time_is_told_in_its_unit():
 
 
 def test_a_residual_of_minus_twice_the_known_errors_is_told():
-    from vcmm.diagnosis.other_way import against_known
+    from vcmm.diagnosis.opposite_sign import against_known
     from vcmm.effects.squareness import Squareness
-    from vcmm.observe import baseline
+    from vcmm.response.observe import baseline
 
     case = make.make((), 0.0, 9, replace(make.RICH, n=200)).recording
     machine = make.machine(Squareness("C0Y", 60e-6))

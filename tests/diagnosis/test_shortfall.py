@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
 from vcmm.diagnosis.candidates import Family, catalogue, unseen_places
 from vcmm.diagnosis.confusion import standing
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.evidence import dictionary
 from vcmm.diagnosis.holdout import folds
-from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.noise import audit
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.select import Setting, select
 from vcmm.diagnosis.shortfall import failing_fold, of_fold
+from vcmm.diagnosis.special_cases import generalises
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import re
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.result import diagnosis_json
 from vcmm.pages.diagnosis import diagnosis_page

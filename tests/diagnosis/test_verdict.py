@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import generator as make
 import numpy as np
 import pytest
 
+from tests.diagnosis import generator as make
+from vcmm.core.run import Run
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.evidence import dictionary
@@ -21,8 +22,7 @@ from vcmm.diagnosis.scans import trials
 from vcmm.diagnosis.select import Setting, Term, joint, select
 from vcmm.diagnosis.verdict import beyond, curves, doubts, seen, told, verdict
 from vcmm.effects.dynamics import StructuralVibration
-from vcmm.gaussian import whitener
-from vcmm.run import Run
+from vcmm.evaluation.gaussian import whitener
 
 
 def answer(probability: float, rivals: float = 0.0) -> Answer:

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.effect import Effect, parameter_fields
+from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.run import Run, Series
 from vcmm.effects import (
     AbbeCountedTwice,
     AbbeOffset,
@@ -68,7 +69,6 @@ from vcmm.effects import (
     WorkOffset,
     WorkpieceHeating,
 )
-from vcmm.run import Run, Series
 
 CUBE = np.array([[x, y, z] for x in (0.0, 400.0) for y in (0.0, 300.0) for z in (-200.0, 0.0)])
 GRID_X, GRID_Z = np.array([0.0, 150.0, 400.0]), np.array([-200.0, 0.0])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.run import Run
 from vcmm.effects.backlash import Backlash
-from vcmm.run import Run
 
 
 def _run(sense: list[float]) -> Run:

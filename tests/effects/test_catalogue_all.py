@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from effects.factory import GRID_X, _numbers, scaled, some_run
 
-from vcmm.effect import Effect, basis, parameter, parameter_fields, with_parameter
+from tests.effects.factory import GRID_X, _numbers, scaled, some_run
+from vcmm.core.effect import Effect, basis, parameter, parameter_fields, with_parameter
+from vcmm.core.errors import UsageError
 from vcmm.effects import ALL, BY_NAME
 from vcmm.effects.cutting import ToolRunout
 from vcmm.effects.dynamics import DynamicPitch
@@ -18,7 +19,6 @@ from vcmm.effects.reversal import ReversalSpike
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.typical import TYPICAL, typical
-from vcmm.errors import UsageError
 from vcmm.files.effects import build_effect
 
 RUN = some_run()
@@ -116,7 +116,7 @@ def test_every_entry_of_typical_is_a_linear_parameter():
 @pytest.mark.parametrize("kind", ALL, ids=lambda k: k.name)
 def test_typical_amplitudes_are_micrometres(kind: type[Effect]):
     """At its typical amplitude an effect moves something by 10 nm to 0.2 mm, on the run of the contract tests."""
-    from effects.factory import INSTANCES
+    from tests.effects.factory import INSTANCES
 
     for effect in (e for e in INSTANCES if type(e) is kind):
         for f in parameter_fields(effect):

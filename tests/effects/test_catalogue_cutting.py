@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
-from vcmm.errors import UsageError
-from vcmm.run import Run
 
 
 def _run(**columns: float) -> Run:

@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run, Series
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
 from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.lag import ReadoutDelay, ServoLag
 from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
 from vcmm.effects.reversal_curve import LostMotionCurve
 from vcmm.effects.rotary import RotaryCyclic
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.run import Run, Series
 
 
 def _run(x: list[float], offset=(0.0, 0.0, 0.0), **columns: list[float]) -> Run:
@@ -177,8 +177,8 @@ def test_words_are_checked():
 
 
 def test_an_angle_that_is_read_late_runs_ahead_of_the_axis():
+    from vcmm.core.run import Run
     from vcmm.effects.lag import RotaryReadoutDelay
-    from vcmm.run import Run
 
     n = np.zeros(3)
     speed = np.array([0.5, -0.5, 0.0])

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
 from vcmm.effects.flexure import CrossAxisFlexure, GradientBending, PartLoad
 from vcmm.effects.gravity import GravityFlexure
-from vcmm.errors import UsageError
-from vcmm.run import Run
 
 
 def _run(offset=(0.0, 0.0, 0.0), **columns: float) -> Run:
@@ -53,8 +53,8 @@ def test_gradient_bending_shifts_and_pitches():
     run = _run((0.0, 0.0, -100.0), temp_gradient_C=0.2)
     six = effect.error_motion(run)[0]
     assert six == pytest.approx([0, 0, 0.5e-3, 0, -2e-6, 0], abs=1e-15)
-    from vcmm.kinematics import Axis, parse_structure
-    from vcmm.machine import Machine
+    from vcmm.core.kinematics import Axis, parse_structure
+    from vcmm.core.machine import Machine
 
     axes = {a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}
     bent = Machine("m", "cmm", parse_structure("w b Y X Z t"), axes, (effect,))

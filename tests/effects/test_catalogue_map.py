@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
 from vcmm.effects.abbe import AbbeCountedTwice, AbbeOffset, rotation_tables
 from vcmm.effects.component import ComponentSpline, ComponentTable
 from vcmm.effects.geometric_change import GeometricChange
 from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.scale import ScaleFactor
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.run import Run
 
 GRID = np.array([0.0, 400.0])
 TABLES = (

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
 from vcmm.effects.clamping import Clamping
 from vcmm.effects.laser import K_H, K_P, K_T, AirIndex, CosineError, DeadPath
 from vcmm.effects.tip_form import TipForm, harmonics
-from vcmm.errors import UsageError
-from vcmm.run import Run
 
 
 def _touch(normal, **columns: float) -> Run:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run, Series
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.heating import ScrewHeating, SpindleGrowth
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.workpiece import WorkpieceHeating
-from vcmm.errors import UsageError
-from vcmm.run import Run, Series
 
 E1 = 0.632121  # 1 - 1/e
 

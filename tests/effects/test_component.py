@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
 from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.run import Run
 
 
 def _run(**q: list[float]) -> Run:

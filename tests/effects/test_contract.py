@@ -6,9 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from effects.factory import INSTANCES, scaled, some_run
 
-from vcmm.effect import (
+from tests.effects.factory import INSTANCES, scaled, some_run
+from vcmm.core.effect import (
     FREE_LINKS,
     Effect,
     basis,
@@ -17,13 +17,13 @@ from vcmm.effect import (
     stepped_basis,
     with_parameter,
 )
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
+from vcmm.core.units import dimension_of, in_unit, quantity
 from vcmm.effects import ALL, BY_NAME, find
-from vcmm.errors import ModelLimit, UsageError
 from vcmm.files.effects import build_effect
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.run import Run
-from vcmm.units import dimension_of, in_unit, quantity
 
 RUN = some_run()
 each = pytest.mark.parametrize("effect", INSTANCES, ids=lambda e: e.id)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.core.run import Run
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
-from vcmm.influence import influences, products
-from vcmm.inputs import Input
-from vcmm.laws import Normal
-from vcmm.run import Run
+from vcmm.response.influence import influences, products
 
 
 def _run(temperature: float, reading: float | None = None, x: float = 300.0) -> Run:

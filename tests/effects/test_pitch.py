@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
 from vcmm.effects.pitch import ScrewPitch
-from vcmm.errors import UsageError
-from vcmm.run import Run
 
 
 def _x(effect: ScrewPitch, *q: float) -> np.ndarray:

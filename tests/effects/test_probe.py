@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.run import Run
 from vcmm.effects.probe import ProbeLobing, StylusBending, TipOffset, TipRadius, TriggerDelay
-from vcmm.run import Run
 
 
 def _run(n: int = 1, normal: tuple[float, float, float] = (1.0, 0.0, 0.0), **columns: object) -> Run:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Run
 from vcmm.effects.residual import CorrelatedField, ResidualField, field_weights
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.run import Run
 
 LEVELS = (0.0, 100.0, 200.0, 300.0)
 COLUMNS = ((0.0, 0.0), (120.0, 0.0), (60.0, 90.0))  # staggered: one triangle

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.run import Run
 from vcmm.effects.scale import ScaleFactor
-from vcmm.run import Run
 
 
 def test_5_um_per_m_at_400_mm():

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.run import Run
 from vcmm.effects.scatter import Reindexing, Scatter
-from vcmm.run import Run
 
 
 def test_scatter_is_a_reading_along_n():

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Run
 from vcmm.effects.squareness import RotaryLocation, Squareness
-from vcmm.errors import UsageError
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.run import Run
 
 AXES = {a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}
 PLACE = {"X": 50.0, "Y": 200.0, "Z": -100.0}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.run import Run
 from vcmm.effects.qualification import StylusQualification
-from vcmm.run import Run
 
 
 def test_offset_and_radius_add():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from build import machine
 
+from tests.build import machine
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Run, Series
 from vcmm.effects.thermal import ThermalDrift
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.run import Run, Series
 
 
 def _run(time: np.ndarray, log: Series | None = None, columns: dict | None = None) -> Run:

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import data_file
 
 from benchmarks.exam import blocks, machines
 from benchmarks.exam.concealed_axis import play
@@ -20,6 +19,7 @@ from benchmarks.exam.kinema import Chain, Errors, tip_error, turn
 from benchmarks.exam.machines import BRIDGE
 from benchmarks.exam.observe import Hidden, join, observed
 from benchmarks.exam.strength import amplitude_for, whitener
+from tests.conftest import data_file
 
 
 def _design(**more) -> Design:

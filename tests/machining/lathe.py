@@ -8,7 +8,7 @@ import numpy as np
 
 import vcmm
 from vcmm.machining.patches import patch
-from vcmm.machining.shop import Shop, set_up
+from vcmm.machining.preparation import Shop, set_up
 from vcmm.machining.turned_faces import turned_net
 
 HEAD = "%\nO1 (SHAFT)\nG21 G18 G40 G99\nG28 U0 W0\nG50 S3000\nT0101\nG97 S1000 M3\n"

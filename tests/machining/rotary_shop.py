@@ -9,8 +9,8 @@ import numpy as np
 import vcmm
 from vcmm.machining.maps import net
 from vcmm.machining.patches import patch
+from vcmm.machining.preparation import Shop, set_up
 from vcmm.machining.result import Patch
-from vcmm.machining.shop import Shop, set_up
 
 HEAD = "%\nO1 (ROTARY)\nG21 G17 G40 G49 G80 G90 G94\nT1 M6\nG54 S3000 M3\n"
 FOOT = "G0 Z300.\nM30\n%\n"

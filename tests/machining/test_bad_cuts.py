@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import re
 
-import lathe
 import pytest
-import rotary_shop as rs
-import shop
-from test_turning_job import PLAIN, plain
 
 import vcmm
+from tests.machining import lathe, shop
+from tests.machining import rotary_shop as rs
+from tests.machining.test_turning_job import PLAIN, plain
 from vcmm.cli import run as command
+from vcmm.core.errors import UsageError, VcmmError
 from vcmm.cutting.solid import thinning
-from vcmm.errors import UsageError, VcmmError
 from vcmm.machining.job import cut
 from vcmm.machining.wrong_unit import exchanged
 from vcmm.nc.interpret import interpret

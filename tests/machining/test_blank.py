@@ -6,17 +6,17 @@ import math
 
 import numpy as np
 import pytest
-import shop
 
 import vcmm
+from tests.machining import shop
+from vcmm.core.errors import VcmmError
 from vcmm.cutting.dexels import Dexels
 from vcmm.cutting.solid import picture, triangles, write_stl
 from vcmm.cutting.stock import Stock
 from vcmm.cutting.sweeps import Sweep, join, lines
 from vcmm.cutting.tools import flat
-from vcmm.errors import VcmmError
 from vcmm.machining.blank import Blank, machined_blank, notes
-from vcmm.machining.shop import set_up
+from vcmm.machining.preparation import set_up
 from vcmm.nc.interpret import read_program
 from vcmm.nc.setup import Setup
 

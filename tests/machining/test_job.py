@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import shop
 
 import vcmm
+from tests.machining import shop
 from vcmm.cli import run as command
-from vcmm.errors import VcmmError
+from vcmm.core.errors import VcmmError
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.patches import surface_map
-from vcmm.machining.shop import set_up
+from vcmm.machining.preparation import set_up
 
 SQUARENESS = '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "20 urad"\n'
 
@@ -241,7 +241,7 @@ zone = "0.02 mm"
 def test_the_deepest_cut_at_a_rounded_corner_lies_between_steps(tmp_path):
     """The tangent point of a wall in a pocket corner, tool R 10, rounding 10 um: 0.0647 um are left.
 
-    The control leaves the wall d = 0.010 x 16 / (3 sqrt 2) = 0.03771 mm before the corner (vcmm.nc.blend): at t = s / 2d the
+    The control leaves the wall d = 0.010 x 16 / (3 sqrt 2) = 0.03771 mm before the corner (vcmm.motion.blend): at t = s / 2d the
     tool is at a = d - 2d (t - t^3 + t^4 / 2) before the corner and b = 2d (t^3 - t^4 / 2) off the wall, and leaves
     b + a^2 / 2R at the tangent point. Least where 6 t^2 = 2d / R (1 - 2t), t = 0.0342: 0.0030 + 0.0617 um.
     The nearest steps, 0.02 and 0.05 mm before the corner, leave 0.86 and 0.05^2 / 20 = 0.125 um.

@@ -6,11 +6,11 @@ import json
 
 import numpy as np
 import pytest
-import shop
 
 import vcmm
+from tests.machining import shop
 from vcmm.cli import run as command
-from vcmm.errors import UsageError, VcmmError
+from vcmm.core.errors import UsageError, VcmmError
 from vcmm.files.placed_cut import placed_cut
 from vcmm.machining.placement import place_cut
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import rotary_shop as rs
 
 import vcmm
+from tests.machining import rotary_shop as rs
 from vcmm.cli import run as command
 from vcmm.machining.job import finished_part
-from vcmm.machining.shop import set_up
+from vcmm.machining.preparation import set_up
 
 BORE = "G0 B{b}. \nG0 X0 Y0\nG43 H1 Z200.\nZ110.\nG1 Z70. F400\nG3 X10. Y0 I5. J0\nG3 X10. Y0 I-10. J0\nG3 X0 Y0 I-5. J0\nG0 Z200.\n"
 FRONT = 'front = { type = "cylinder", point = "0 0 72 mm", axis = [0, 0, 1], diameter = "40 mm", length = "26 mm", inside = true }\n'
@@ -39,7 +39,7 @@ def test_a_leaning_pallet_inclines_bores_that_face_each_other(tmp_path):
 
     # so both axes rise towards their mouths: from the axis of the front bore, prolonged, the back bore stands off by 2 a |z|,
     # most at z = -98: 2 x 20e-6 x 98 = 3.92 um, a zone of 7.84 um
-    from vcmm.linear import build
+    from vcmm.evaluation.linear import build
 
     model = build(task, world)
     assert model.values(model.q0)[0] == pytest.approx(7.84e-3, rel=2e-3)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-import rotary_shop as rs
 
-from vcmm.errors import ModelLimit
-from vcmm.machining.shop import remarks
+from tests.machining import rotary_shop as rs
+from vcmm.core.errors import ModelLimit
+from vcmm.machining.preparation import remarks
 
 TABLE = "w C' X' Y' b Z t"
 BOSS = 'boss = { type = "cylinder", point = "0 0 -8 mm", axis = [0, 0, 1], diameter = "20 mm", length = "6 mm" }\n'

@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import rotary_shop as rs
 
 import vcmm
+from tests.machining import rotary_shop as rs
 from vcmm.cli import run as command
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.effects.residual import CorrelatedField
-from vcmm.errors import ModelLimit, UsageError
 from vcmm.machining.blank import notes
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.placement import place_cut
-from vcmm.machining.shop import look, set_up
+from vcmm.machining.preparation import look, set_up
 
 STRUCTURE = "w B' Z' b X Y t"  # a horizontal machining centre: the spindle is Z, the pallet turns about the vertical Y
 ELSEWHERE = 'work_offset = { set_on = "elsewhere" }'

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import rotary_shop as rs
 
 import vcmm
+from tests.machining import rotary_shop as rs
+from vcmm.core.errors import ModelLimit
 from vcmm.cutting.envelope import CUT
-from vcmm.errors import ModelLimit
-from vcmm.machining.atcut import tool_side
 from vcmm.machining.job import cut
-from vcmm.machining.shop import look
+from vcmm.machining.machine_at_cut import tool_side
+from vcmm.machining.preparation import look
 
 ELSEWHERE = 'work_offset = { set_on = "elsewhere" }'
 ROLL = "w A' X' Y' b Z t"  # the part turns about X, Z of the spindle leads to its axis

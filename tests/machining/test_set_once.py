@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import lathe
 import pytest
-import shop
-from test_turning_job import plain
 
 import vcmm
-from vcmm.errors import UsageError
+from tests.machining import lathe, shop
+from tests.machining.test_turning_job import plain
+from vcmm.core.errors import UsageError
 from vcmm.machining.job import cut, finished_part
-from vcmm.machining.shop import set_up
+from vcmm.machining.preparation import set_up
 
 TURNING = '[tools.9]\nlength = "60 mm"\nshape = "turning"\nnose_radius = "0.8 mm"\norientation = 3\n'  # never called
 

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 
-import lathe
 import numpy as np
 import pytest
-from lathe import effect
 
 import vcmm
+from tests.machining import lathe
+from tests.machining.lathe import effect
 from vcmm.machining.job import cut, finished_part
-from vcmm.machining.shop import set_up
+from vcmm.machining.preparation import set_up
 
 UM = 1e-3
 NOSE, BESIDE = 0.8, 0.026

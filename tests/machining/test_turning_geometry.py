@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-import lathe
 import numpy as np
 import pytest
 
+from tests.machining import lathe
 from vcmm.cutting.envelope import UNCUT, surface_left
 from vcmm.cutting.nose import capsules, entry, removed_by
 from vcmm.cutting.sweeps import join

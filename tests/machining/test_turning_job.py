@@ -6,18 +6,18 @@ import json
 import math
 import shutil
 
-import lathe
 import numpy as np
 import pytest
-from lathe import effect
 
 import vcmm
+from tests.machining import lathe
+from tests.machining.lathe import effect
 from vcmm.cli import run as command
-from vcmm.errors import VcmmError
-from vcmm.evaluation import EXACT
+from vcmm.core.errors import VcmmError
+from vcmm.evaluation.uncertainty import EXACT
 from vcmm.library import folder
 from vcmm.machining.job import cut, finished_part
-from vcmm.machining.shop import remarks, set_up
+from vcmm.machining.preparation import remarks, set_up
 from vcmm.machining.turned_blank import mesh
 from vcmm.machining.turned_recut import lifted
 
@@ -78,7 +78,7 @@ def test_a_rapid_through_the_bar_is_told(tmp_path):
 def test_a_ball_rests_on_the_feed_marks(tmp_path):
     ready = lathe.shop(lathe.write(tmp_path))
     _, points = lathe.nominal(ready, "journal")
-    from vcmm.machining.shop import look
+    from vcmm.machining.preparation import look
 
     normals = points * [1, 1, 0] / 10.0
     found = look(ready, points, normals)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import lathe
 import numpy as np
 import pytest
-import rotary_shop as rs
-from test_turning_job import plain
 
-from vcmm.machining.atcut import tool_side
-from vcmm.machining.shop import look
+from tests.machining import lathe
+from tests.machining import rotary_shop as rs
+from tests.machining.test_turning_job import plain
+from vcmm.machining.machine_at_cut import tool_side
+from vcmm.machining.preparation import look
 
 TABLE = "w C' X' Y' b Z t"
 BOSS = 'boss = { type = "cylinder", point = "0 0 -8 mm", axis = [0, 0, 1], diameter = "20 mm", length = "6 mm" }\n'

@@ -5,28 +5,28 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Run
 from vcmm.cutting.contactmap import Contacts
 from vcmm.effects.expansion import PartExpansion
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Scatter
 from vcmm.effects.setting import ToolLength, ToolRadius, WorkOffset
 from vcmm.effects.workpiece import WorkpieceHeating
-from vcmm.evaluation import evaluate
-from vcmm.inputs import Input
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.laws import Normal
-from vcmm.linear import build
-from vcmm.machine import Machine
+from vcmm.evaluation.linear import build
+from vcmm.evaluation.uncertainty import evaluate
+from vcmm.evaluation.world import Measuring
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
-from vcmm.machining.toolside import SETTING, ToolSide
+from vcmm.machining.tool_errors import SETTING, ToolSide
 from vcmm.machining.world import Cutting
-from vcmm.part import Characteristic, Feature, Part
-from vcmm.plan import touches
-from vcmm.pose import Pose
-from vcmm.run import Run
-from vcmm.settings import Settings
-from vcmm.task import Task
-from vcmm.world import Measuring
+from vcmm.measuring.plan import touches
+from vcmm.measuring.settings import Settings
+from vcmm.measuring.task import Task
+from vcmm.part.part import Characteristic, Feature, Part
 
 LEFT = Feature(
     "left", "plane", np.array([-50.0, 0, 0]), np.array([-1.0, 0, 0]), np.zeros(0), extent=(40.0, 20.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vcmm.cli import run
-from vcmm.errors import DataError, ModelLimit
+from vcmm.core.errors import DataError, ModelLimit
 from vcmm.nc.interpret import interpret
 from vcmm.nc.setup import Setup, Tool
 
@@ -204,6 +204,6 @@ def test_a_change_of_unit_is_remarked_and_right():
     ],
 )
 def test_a_loop_that_moves_for_ever_ends_too(dialect: str, text: str, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("vcmm.nc.flow.MOST_REPEATED", 5000)
+    monkeypatch.setattr("vcmm.nc.iso.flow.MOST_REPEATED", 5000)
     with pytest.raises(DataError, match=r"bad\.nc:[2-7]:1: .* more than 5000 blocks again"):
         interpret(text, dialect, name="bad.nc")

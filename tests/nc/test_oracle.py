@@ -6,9 +6,9 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from oracle import SETUP, Step, answer, differences, ours, program, steps
 
-from vcmm.errors import DataError
+from tests.nc.oracle import SETUP, Step, answer, differences, ours, program, steps
+from vcmm.core.errors import DataError
 from vcmm.nc.interpret import read_program
 from vcmm.nc.moves import Move
 
@@ -91,7 +91,7 @@ def test_what_linuxcnc_refuses_is_refused_in_its_dialect(name: str, line: int, w
 
 
 def test_an_entry_of_no_length_is_refused_as_the_oracle_does():
-    from vcmm.errors import ModelLimit
+    from vcmm.core.errors import ModelLimit
 
     assert "entry move" in answer("linuxcnc_lathe_g76.ngc")["error"][1]
     with pytest.raises((ModelLimit, DataError), match=r":27:\d+: radius compensation begins"):

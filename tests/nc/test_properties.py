@@ -7,8 +7,8 @@ import math
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from oracle import folder
 
+from tests.nc.oracle import folder
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Move
 from vcmm.nc.tokens import split_lines, tokenize

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import data_file
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vcmm.errors import ModelLimit, UsageError
+from tests.conftest import data_file
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.nc.moves import PLANES, Move, Source
 from vcmm.nc.radius import FANUC_A, FANUC_B, LINUXCNC, SINUMERIK, Style, centre_path
 

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from vcmm.cli import run
-from vcmm.machine import Machine
+from vcmm.core.machine import Machine
 from vcmm.nc.interpret import interpret
 from vcmm.nc.sensible import remarks_on, without_length
 from vcmm.nc.setup import Setup, Tool
@@ -83,7 +83,7 @@ def test_compensate_refuses_a_program_without_tool_length(tmp_path, capsys):
     ("tool", "due"), [(Tool(1, shape="turning", orientation=3), "nose_radius"), (Tool(1), "diameter")]
 )
 def test_radius_compensation_asks_for_the_size_of_this_tool(tool, due):
-    from vcmm.errors import DataError
+    from vcmm.core.errors import DataError
 
     with pytest.raises(DataError, match=f"add {due} = "):
         interpret("G21 G90\nT1 M6\nG41 D1 G1 X10. F100\nM30\n", "fanuc", Setup(tools={1: tool}))

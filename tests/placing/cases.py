@@ -6,13 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from plate import PLATE
 
+from tests.plate import PLATE
+from vcmm.core.inputs import Input
+from vcmm.core.laws import MultivariateNormal
 from vcmm.effects.residual import CorrelatedField
 from vcmm.files.scenario import load_scenario
-from vcmm.inputs import Input
-from vcmm.laws import MultivariateNormal
-from vcmm.scenario import Scenario
+from vcmm.measuring.scenario import Scenario
 
 
 def written(folder: Path, more: str = "", *edits: tuple[str, str]) -> Path:

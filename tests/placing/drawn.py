@@ -9,23 +9,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.effect import Effect
+from vcmm.core.effect import Effect
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.laws import MultivariateNormal, Normal
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
 from vcmm.effects.component import ComponentSpline
 from vcmm.effects.residual import CorrelatedField
 from vcmm.effects.scatter import Scatter
 from vcmm.effects.squareness import Squareness
-from vcmm.fixture import Fixture, Freedom, Goal, six_of
-from vcmm.inputs import Input
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.laws import MultivariateNormal, Normal
-from vcmm.machine import Machine
-from vcmm.part import Characteristic, Feature, Part
+from vcmm.measuring.fixture import Fixture, Freedom, Goal, six_of
+from vcmm.measuring.plan import Plan, Step, Stylus
+from vcmm.measuring.scenario import Scenario
+from vcmm.part.part import Characteristic, Feature, Part
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.space import Box, boxes
 from vcmm.placing.travels import Travels
-from vcmm.plan import Plan, Step, Stylus
-from vcmm.pose import Pose
-from vcmm.scenario import Scenario
 
 TRAVEL = {"X": (0.0, 700.0), "Y": (0.0, 600.0), "Z": (-450.0, 0.0)}
 

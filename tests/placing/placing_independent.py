@@ -8,16 +8,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from build import machine  # tests/build.py
 
-from vcmm.kinematics import Axis
-from vcmm.part import Feature, Part
+from tests.build import machine  # tests/build.py
+from vcmm.core.kinematics import Axis
+from vcmm.core.pose import Pose
+from vcmm.measuring.obstacles import Clamp, Head, Surroundings
+from vcmm.measuring.plan import Plan, Step, Stylus, Touch
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.strategies import Grid, Levels, plan_points
+from vcmm.part.part import Feature, Part
 from vcmm.placing.reach import Feasibility
-from vcmm.plan import Plan, Step, Stylus, Touch
-from vcmm.pose import Pose
-from vcmm.scenario import Scenario
-from vcmm.strategies import Grid, Levels, plan_points
-from vcmm.surroundings import Clamp, Head, Surroundings
 
 Z = np.array([0.0, 0.0, 1.0])
 TOP = Feature("top", "plane", np.array([0, 0, 20.0]), Z, np.zeros(0), extent=(80.0, 80.0))

@@ -6,24 +6,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cases import plate, with_field
 
-from vcmm.effect import basis, projected_basis
+from tests.placing.cases import plate, with_field
+from vcmm.core.effect import basis, projected_basis
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis, Motion, link_frames, parse_structure, sensed, tip_motion
+from vcmm.core.laws import Normal
+from vcmm.core.run import Run
 from vcmm.effects.backlash import Backlash
-from vcmm.evaluation import evaluate
+from vcmm.evaluation.linear import build
+from vcmm.evaluation.uncertainty import evaluate
 from vcmm.files.scenario import load_scenario
-from vcmm.fixture import Goal, pose_of, six_of
-from vcmm.inputs import Input
-from vcmm.kinematics import Axis, Motion, link_frames, parse_structure, sensed, tip_motion
-from vcmm.laws import Normal
 from vcmm.library import path
-from vcmm.linear import build
+from vcmm.measuring.fixture import Goal, pose_of, six_of
 from vcmm.placing.closed import Closed
 from vcmm.placing.objective import Uncertain, exact_terms
 from vcmm.placing.rows import Rows
 from vcmm.placing.space import boxes, default_fixture
 from vcmm.placing.travels import Travels
-from vcmm.run import Run
 
 
 def drawn(scenario, count, seed=0):

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.mesh import Mesh
-from vcmm.part import Feature, Part
+from vcmm.core.pose import Pose
+from vcmm.part.mesh import Mesh
+from vcmm.part.part import Feature, Part
 from vcmm.placing.collision import Bodies, rods, slack
 from vcmm.placing.material import analytic_solid
 from vcmm.placing.meshes import MeshSolid, mesh_distance_numpy
 from vcmm.placing.solid import Box, Frustum, Rod
-from vcmm.pose import Pose
 
 Z = np.array([0.0, 0.0, 1.0])
 CUBE = Box(Pose.identity(), np.array([10.0, 10.0, 10.0]))

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cases import plate, written
 
-from vcmm.errors import DataError, ModelLimit, UsageError
+from tests.placing.cases import plate, written
+from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.files.scenario import load_scenario
-from vcmm.fixture import DOWN, Fixture, Freedom, Goal, pose_of, six_of, turned_down
+from vcmm.measuring.fixture import DOWN, Fixture, Freedom, Goal, pose_of, six_of, turned_down
 from vcmm.placing.job import place
 from vcmm.placing.objective import Uncertain, complete
 from vcmm.placing.rows import Rows

@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from build import DIAMETER
-from build import scenario as job
-from plate import edited
 
-from vcmm.errors import ModelLimit, UsageError
+from tests.build import DIAMETER
+from tests.build import scenario as job
+from tests.plate import edited
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.files.scenario import load_scenario
 from vcmm.fit import gauss
-from vcmm.form import Lobes
-from vcmm.part import Feature
+from vcmm.measuring.plan import Plan, Step, Stylus
+from vcmm.measuring.strategies import Around, Levels, plan_points
+from vcmm.part.form import Lobes
+from vcmm.part.part import Feature
 from vcmm.placing.candidates import nearest, problem_of, spots
 from vcmm.placing.design import Candidates, Design, Target, exchanged, least
 from vcmm.placing.formfield import form_factor, surface_grid
@@ -23,8 +25,6 @@ from vcmm.placing.motions import motions_of, outputs
 from vcmm.placing.order import Visit, ordered, ways
 from vcmm.placing.planfiles import plan_files, plan_json
 from vcmm.placing.planning import optimise_plan
-from vcmm.plan import Plan, Step, Stylus
-from vcmm.strategies import Around, Levels, plan_points
 
 Z = np.array([0.0, 0.0, 1.0])
 PLANE = Feature("top", "plane", np.zeros(3), Z, np.zeros(0), extent=(80.0, 80.0))
@@ -33,7 +33,7 @@ CIRCLE = Feature("ring", "circle", np.zeros(3), Z, np.array([10.0]))
 
 def candidates(feature, points, shared=None, touch=1e-3, short=0.0) -> Candidates:
     """One feature with plain scatter."""
-    from vcmm.part import normal
+    from vcmm.part.part import normal
 
     n = len(points)
     normals = normal(feature, points)
@@ -178,7 +178,7 @@ def test_one_touch_more_or_less_by_rank_one_update():
 
 def test_u_agrees_with_the_evaluation_of_the_same_plan(tmp_path: Path):
     """Without form the closed form is that of `vcmm uncertainty`: another route, through q and its operator."""
-    from vcmm.jobs import uncertainty
+    from vcmm.api import uncertainty
 
     scenario = load_scenario(edited(tmp_path))
     styli = {s.feature: s.stylus for s in scenario.plan.steps}
@@ -200,7 +200,7 @@ def test_form_agrees_with_draws_and_fits():
     bore = Feature("bore", "cylinder", np.zeros(3), Z, np.array([15.0]), inside=True, extent=(20.0,))
     points, normals = plan_points(bore, Levels((5.0, 15.0), 5))
     reference = surface_grid(bore, 48)
-    from vcmm.part import normal
+    from vcmm.part.part import normal
 
     factor, short = form_factor(motions_of(bore), points, 1e-3, None, (reference, normal(bore, reference)))
     z = np.random.default_rng(8).normal(size=(4000, factor.shape[1]))

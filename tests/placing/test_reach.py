@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from placing_independent import BORE, DOWN, TOP, Z, compare, job
 
-from vcmm.errors import DataError
-from vcmm.part import Feature, Part
+from tests.placing.placing_independent import BORE, DOWN, TOP, Z, compare, job
+from vcmm.core.errors import DataError
+from vcmm.core.pose import Pose
+from vcmm.measuring.obstacles import Clamp, Surroundings
+from vcmm.measuring.plan import Plan, Step, Stylus, Touch
+from vcmm.measuring.strategies import Levels, plan_points
+from vcmm.part.part import Feature, Part
 from vcmm.placing.reach import CONSTRAINTS, Feasibility
 from vcmm.placing.relax import no_reachable_pose, relaxation
-from vcmm.plan import Plan, Step, Stylus, Touch
-from vcmm.pose import Pose
-from vcmm.strategies import Levels, plan_points
-from vcmm.surroundings import Clamp, Surroundings
 
 HERE = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])
 

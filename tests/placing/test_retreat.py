@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vcmm.core.pose import Pose
 from vcmm.files.scenario import load_scenario
 from vcmm.placing.access import lacking
 from vcmm.placing.collision import rods
 from vcmm.placing.reach import CONSTRAINTS, Feasibility
 from vcmm.placing.solid import Box
-from vcmm.pose import Pose
 
 HERE = np.zeros((1, 6))
 POST = 'clamps.post = { centre = "-195 0 300 mm", size = "10 10 600 mm" }'

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cases import plate, with_field
-from drawn import problem
 from scipy.stats import qmc
 
 import vcmm
-from vcmm.fixture import Fixture, Freedom, Goal, pose_of, six_of
+from tests.placing.cases import plate, with_field
+from tests.placing.drawn import problem
+from vcmm.measuring.fixture import Fixture, Freedom, Goal, pose_of, six_of
 from vcmm.placing.certificate import _floor, certify, scan, scan_after
 from vcmm.placing.confirm import _batches, fresh_seed
 from vcmm.placing.flat import values_at

@@ -12,8 +12,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from vcmm.interval import Linear
-from vcmm.laws import (
+from vcmm.core.laws import (
     Arcsine,
     CurvilinearTrapezoidal,
     Law,
@@ -22,8 +21,9 @@ from vcmm.laws import (
     StudentT,
     Uniform,
 )
-from vcmm.montecarlo import Summary, Term, adaptive, covariance, marginal, simulate, summarise
-from vcmm.streams import draw
+from vcmm.evaluation.interval import Linear
+from vcmm.evaluation.montecarlo import Summary, Term, adaptive, covariance, marginal, simulate, summarise
+from vcmm.evaluation.streams import draw
 
 LANE = np.zeros((1, 2), np.uint32)
 TRIALS = 1_000_000

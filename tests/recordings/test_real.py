@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import data_file
-from convert import (
+
+from tests.conftest import data_file
+from tests.recordings.convert import (
     gantry_heating,
     petals,
     plug_plate,
@@ -24,10 +25,9 @@ from convert import (
     switched_off,
     telescope_mount,
 )
-from judged import left, rms, without_nuisance
-
+from tests.recordings.judged import left, rms, without_nuisance
 from vcmm.cli import run
-from vcmm.diagnosing import diagnose
+from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.problem import make_problem
 from vcmm.files.recording import load_recording
 

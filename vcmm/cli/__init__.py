@@ -7,7 +7,7 @@ import sys
 from typing import Any
 
 from vcmm import __version__
-from vcmm.errors import UsageError, VcmmError, choose_from
+from vcmm.core.errors import UsageError, VcmmError, choose_from
 
 VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "demo": "Virtually measure a part on a published machine and say how well (start here).",

@@ -18,8 +18,8 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
     json
         Print one JSON document.
     """
-    from vcmm.cli.common import document, print_json, show_table, sources
-    from vcmm.errors import DataError, did_you_mean
+    from vcmm.console.common import document, print_json, show_table, sources
+    from vcmm.core.errors import DataError, did_you_mean
     from vcmm.files.problems import misspelt
     from vcmm.files.toml import read_toml
 
@@ -126,7 +126,7 @@ def _tool_rows(setup: Any) -> list[list[str]]:
 def _recording_rows(file: Path) -> list[list[str]]:
     """What was observed on what, and what a diagnosis cannot ask of it."""
     from vcmm.files.recording import load_recording
-    from vcmm.observe import left_out
+    from vcmm.response.observe import left_out
 
     recording, machine = load_recording(file)
     counted = {name: len(set(words)) for name, words in recording.run.labels.items()}
@@ -164,10 +164,10 @@ def _scenario_rows(file: Path) -> list[list[str]]:
 
 def _cutting_rows(file: Path) -> list[list[str]]:
     """Everything short of the uncertainty: program read and timed, tools swept, every feature reached by a cutter."""
-    from vcmm.cli.common import about
+    from vcmm.console.common import about
     from vcmm.files.cut_scenario import load_cut
     from vcmm.machining.job import finished_part
-    from vcmm.machining.shop import remarks, set_up
+    from vcmm.machining.preparation import remarks, set_up
 
     scenario = load_cut(file)
     with about(file):
@@ -205,9 +205,9 @@ def _known_rows(scenario: Any, task: Any) -> list[list[str]]:
 
 
 def _measuring_rows(file: Path) -> list[list[str]]:
-    from vcmm.cli.common import about
+    from vcmm.console.common import about
+    from vcmm.evaluation.checks import remarks
     from vcmm.files.scenario import load_scenario
-    from vcmm.remarks import remarks
 
     scenario = load_scenario(file)
     with about(file):
@@ -222,7 +222,7 @@ def _measuring_rows(file: Path) -> list[list[str]]:
 
 def _evaluate(task: Any) -> None:
     """Ask every effect and every input once: columns, tables, hulls, rotations, labels."""
-    from vcmm.influence import influences
+    from vcmm.response.influence import influences
 
     task.machine.indication_error(task.touches.run)
     influences(task.machine, task.touches.run, task.inputs)

@@ -65,11 +65,11 @@ def _program(
     program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
     carry: bool, growth: float, inline: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
 ) -> int:  # fmt: skip
-    from vcmm.cli.common import document, print_json, progress, say
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
-    from vcmm.errors import UsageError, choose_from
-    from vcmm.units import quantity
+    from vcmm.console.common import document, print_json, progress, say
+    from vcmm.core.errors import UsageError, choose_from
+    from vcmm.core.units import quantity
 
     machine: Any = None
     constants: Any = None
@@ -120,8 +120,8 @@ def _offsets(
     program: Path, setup: Any, machine: Any, dialect: str | None, set_here: bool, constants: Any, files: list[Path], json: bool
 ) -> int:  # fmt: skip
     """--offset-only: nothing is written."""
-    from vcmm.cli.common import document, print_json, say
     from vcmm.compensating.offsets import best_offsets
+    from vcmm.console.common import document, print_json, say
 
     found = best_offsets(program, setup, machine, dialect=dialect, set_here=set_here, constants=constants)
     if json:
@@ -165,7 +165,7 @@ def compensation_json(found: Any, target: Path) -> dict[str, Any]:
 
 
 def _show_departures(found: Any, rows: list[tuple[str, Any]]) -> None:
-    from vcmm.cli.common import show_table
+    from vcmm.console.common import show_table
 
     show_table(
         f"{found.name} on {found.machine}: departure of the cut path from the programmed one",
@@ -177,7 +177,7 @@ def _show_departures(found: Any, rows: list[tuple[str, Any]]) -> None:
 
 
 def _show(found: Any) -> None:
-    from vcmm.cli.common import say
+    from vcmm.console.common import say
 
     rows = [
         ("as programmed", found.before),

@@ -8,7 +8,7 @@ from typing import Any
 
 def machine_form(machine: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
     """One of the two. Raises UsageError where both are asked for."""
-    from vcmm.errors import UsageError
+    from vcmm.core.errors import UsageError
 
     if points is not None and table is not None:
         raise UsageError("--points and --table exclude each other; give one of them")
@@ -17,10 +17,10 @@ def machine_form(machine: Path, points: Path | None, table: str | None, out: Pat
 
 def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> int:
     """MACHINE --points measured.csv: indicated to corrected points."""
-    from vcmm.cli.common import document, print_json, say, sources, write_text
     from vcmm.compensating.points import corrected_points
     from vcmm.compensating.tables import without_scatter
-    from vcmm.errors import ModelLimit
+    from vcmm.console.common import document, print_json, say, sources, write_text
+    from vcmm.core.errors import ModelLimit
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
 
@@ -57,8 +57,8 @@ def _points_csv(found: Any) -> str:
 
 def table_form(machine: Path, form: str, out: Path | None, json: bool) -> int:
     """MACHINE --table FORMAT: tables for a control, in the folder --out (default: the current one)."""
-    from vcmm.cli.common import document, print_json, say, sources, write_files
     from vcmm.compensating.tables import control_tables
+    from vcmm.console.common import document, print_json, say, sources, write_files
     from vcmm.files.machine import load_machine
 
     loaded = load_machine(machine)

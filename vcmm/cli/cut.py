@@ -36,7 +36,7 @@ def cut_command(
     out
         Folder for report.html, cut.json, surface.csv and, where the set-up states a stock, stock.stl.
     """
-    from vcmm.cli.common import about, document, output_folder, print_json, progress, sources
+    from vcmm.console.common import about, document, output_folder, print_json, progress, sources
     from vcmm.files.cut_scenario import load_cut
     from vcmm.machining.job import cut
 
@@ -93,8 +93,8 @@ def cut_json(found: Any) -> dict[str, Any]:
 
 def show(found: Any) -> None:
     """Deviations, who owns them, what a batch shares, the surface."""
-    from vcmm.cli.common import say, show_table
-    from vcmm.cli.words import deviation_text, length_text, percent_text, span_text
+    from vcmm.console.common import say, show_table
+    from vcmm.console.quantities import deviation_text, length_text, percent_text, span_text
     from vcmm.machining.result import expected
 
     rows = [
@@ -139,8 +139,8 @@ def _recut_text(found: Any) -> str:
 
 def _show_owners(found: Any) -> None:
     """Whose uncertainty it is, the largest contributions, and what a batch shares."""
-    from vcmm.cli.common import show_table
-    from vcmm.cli.words import deviation_text, percent_text
+    from vcmm.console.common import show_table
+    from vcmm.console.quantities import deviation_text, percent_text
 
     names = list(next(iter(found.shares.values())))
     shares = [
@@ -176,7 +176,7 @@ def _show_owners(found: Any) -> None:
 def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files
+    from vcmm.console.common import say, write_files
     from vcmm.pages.cut import cut_page
 
     texts = {

@@ -35,7 +35,7 @@ def demo_command(
         Print one JSON document.
     """
     if twin == "worn_cmm":
-        from vcmm.cli.twin_diagnosis import worn_command
+        from vcmm.cases.worn_cmm_command import worn_command
 
         _refuse_draws(twin, draws)
         return worn_command(out, json, _command())
@@ -47,18 +47,18 @@ def demo_command(
 
 
 def _refuse_draws(twin: str, draws: int | None) -> None:
-    from vcmm.errors import UsageError
+    from vcmm.core.errors import UsageError
 
     if draws is not None:
         raise UsageError(f"--draws is of no use to {twin}: it has one recording; leave it out")
 
 
 def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
-    from vcmm.cli.common import document, output_folder, print_json, progress, say, show_table, write_text
+    from vcmm.console.common import document, output_folder, print_json, progress, say, show_table, write_text
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path
-    from vcmm.pages.gaska2014 import cells, demo_page
-    from vcmm.twins import gaska2014
+    from vcmm.papers.gaska2014 import twin as gaska2014
+    from vcmm.papers.gaska2014.page import cells, demo_page
 
     folder = output_folder(out)
     source = path("gaska2014")
@@ -102,7 +102,7 @@ def _command() -> str:
 def demo_json(rows: Any, draws: int) -> dict[str, Any]:
     """The body of the JSON document."""
     from vcmm.cli.uncertainty import characteristic_json
-    from vcmm.twins.gaska2014 import PAPER_DISTANCE_U, PAPER_FORM_U
+    from vcmm.papers.gaska2014.twin import PAPER_DISTANCE_U, PAPER_FORM_U
 
     return {
         "draws": draws,

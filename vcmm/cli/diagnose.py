@@ -37,8 +37,8 @@ def diagnose_command(
     out
         Folder for report.html, diagnosis.json and, when something was found, machine.toml.
     """
-    from vcmm.cli.common import about, document, output_folder, print_json, progress, sources
-    from vcmm.diagnosing import diagnose
+    from vcmm.console.common import about, document, output_folder, print_json, progress, sources
+    from vcmm.diagnosis.job import diagnose
     from vcmm.diagnosis.result import diagnosis_json
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording
@@ -80,8 +80,8 @@ def _own_class(word: str) -> Any:
     import importlib
     import sys
 
-    from vcmm.effect import Effect
-    from vcmm.errors import UsageError
+    from vcmm.core.effect import Effect
+    from vcmm.core.errors import UsageError
 
     module, _, name = word.partition(":")
     sys.path.insert(0, str(Path.cwd()))
@@ -102,9 +102,9 @@ def _improved(
     folder: Path, recording: Path, machine: Path | None, known: Any, diagnosis: Any
 ) -> dict[str, str]:
     """File name -> text of the improved machine and its corrected table; empty when nothing was found to write."""
+    from vcmm.diagnosis.accepted import written
+    from vcmm.diagnosis.machine_file import improved_machine, repaired_table, with_table
     from vcmm.files.toml import read_toml
-    from vcmm.improved import improved_machine, repaired_table, with_table
-    from vcmm.written import written
 
     named = read_toml(recording).data.get("machine")
     original = machine or (recording.parent / named if isinstance(named, str) else None)
@@ -129,7 +129,7 @@ def _write(
 ) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files, write_text
+    from vcmm.console.common import say, write_files, write_text
     from vcmm.pages.diagnosis import diagnosis_page
 
     page = diagnosis_page(found, known, diagnosis) if folder or report else ""
@@ -144,7 +144,8 @@ def _write(
 
 
 def _show(d: Any) -> None:
-    from vcmm.cli.common import say, show_table
+    from vcmm.console.common import say, show_table
+    from vcmm.diagnosis.accepted import notes
     from vcmm.pages.diagnosis import (
         SCALE,
         answer_parts,
@@ -154,7 +155,6 @@ def _show(d: Any) -> None:
         next_rows,
         sentences,
     )
-    from vcmm.written import notes
 
     for sentence in sentences(d):
         print(sentence)

@@ -23,7 +23,7 @@ def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -
     import os
 
     from vcmm import __version__
-    from vcmm.cli.common import document, print_json, show_table
+    from vcmm.console.common import document, print_json, show_table
 
     rows = [
         ["vcmm", __version__, "ok"],
@@ -68,6 +68,6 @@ def _rendering() -> list[str]:
 
 
 def _cache() -> list[str]:
-    from vcmm.streams import kernel_state
+    from vcmm.evaluation.streams import kernel_state
 
     return ["compiled kernels", *kernel_state()]

@@ -20,8 +20,8 @@ def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json
     """
     from inspect import cleandoc
 
-    from vcmm.cli.common import document, print_json, show_table
-    from vcmm.effect import parameter_fields, place_fields
+    from vcmm.console.common import document, print_json, show_table
+    from vcmm.core.effect import parameter_fields, place_fields
     from vcmm.effects import find
 
     kind = find(effect)

@@ -37,10 +37,10 @@ def field_command(
     out
         Folder for field.html (picture of the deformed volume), field.csv and field.json.
     """
-    from vcmm.cli.common import document, output_folder, print_json, say, sources
+    from vcmm.console.common import document, output_folder, print_json, say, sources
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
-    from vcmm.volumetric import field, grid, not_mapped
+    from vcmm.response.volumetric import field, grid, not_mapped
 
     folder = output_folder(out) if out else None
     loaded = load_machine(machine)
@@ -68,7 +68,7 @@ def field_command(
 @contextmanager
 def _rows_of(machine: Path, at: Path | None) -> Iterator[None]:
     """A complaint about a row gets the line of the positions file; without one, the way to choose the positions."""
-    from vcmm.errors import ModelLimit
+    from vcmm.core.errors import ModelLimit
 
     try:
         yield
@@ -108,7 +108,7 @@ def field_json(found: Any) -> dict[str, Any]:
 def _write(folder: Path, machine: Any, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files
+    from vcmm.console.common import say, write_files
     from vcmm.pages.field import field_page
 
     texts = {
@@ -139,7 +139,7 @@ def _csv(machine: Any, found: Any) -> str:
 def _show(machine: Any, found: Any) -> None:
     import numpy as np
 
-    from vcmm.cli.common import show_table
+    from vcmm.console.common import show_table
 
     size = found.size
     worst = int(size.argmax())

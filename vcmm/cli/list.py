@@ -21,7 +21,7 @@ def list_command(what: What = "scenarios", *, json: Annotated[bool, Parameter(na
     json
         Print one JSON document.
     """
-    from vcmm.cli.common import document, print_json, show_table
+    from vcmm.console.common import document, print_json, show_table
 
     columns, rows = _TABLES[what]()
     if json:
@@ -43,7 +43,7 @@ def _scenarios() -> Rows:
 
 
 def _effects() -> Rows:
-    from vcmm.effect import parameter_fields
+    from vcmm.core.effect import parameter_fields
     from vcmm.effects import ALL
 
     def parameters(kind: Any) -> str:
@@ -64,7 +64,7 @@ def _features() -> Rows:
 def _strategies() -> Rows:
     from dataclasses import fields
 
-    from vcmm.strategies import PATTERNS
+    from vcmm.measuring.strategies import PATTERNS
 
     rows = []
     for kind, patterns in PATTERNS.items():
@@ -82,7 +82,7 @@ def _strategies() -> Rows:
 
 def _characteristics() -> Rows:
     from vcmm.gps.characteristics import IMPLEMENTED
-    from vcmm.part import TYPES
+    from vcmm.part.part import TYPES
 
     return ["characteristic", "state"], [
         [t, "evaluated" if t in IMPLEMENTED else "comes later"] for t in TYPES
@@ -99,7 +99,7 @@ def _laws() -> Rows:
 
 
 def _aliases() -> Rows:
-    from vcmm.aliases import table
+    from vcmm.core.error_names import table
 
     return ["ISO 230-1", "VDI 2617-3", "delta/epsilon literature", "plain words"], [
         list(row) for row in table()
@@ -107,7 +107,7 @@ def _aliases() -> Rows:
 
 
 def _units() -> Rows:
-    from vcmm.units import EXAMPLES, UNITS
+    from vcmm.core.units import EXAMPLES, UNITS
 
     rows = [["units", " ".join(UNITS)]] + [[name, text] for name, text in EXAMPLES.items()]
     return ["quantity", "example"], rows

@@ -10,9 +10,9 @@ def choose(
     scenario: Path, machines: list[Path], options: dict[str, Any], json: bool, folder: Path | None
 ) -> int:
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
-    from vcmm.cli.common import document, print_json, progress, sources
-    from vcmm.cli.place_json import place_json
+    from vcmm.console.common import document, print_json, progress, sources
     from vcmm.files.scenario import load_scenario
+    from vcmm.placing.document import place_json
     from vcmm.placing.machines import choose_machine
 
     loaded = {str(p): load_scenario(scenario, p) for p in machines}
@@ -44,7 +44,7 @@ def choose(
 def _write(folder: Path, scenario: Path, chosen: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files
+    from vcmm.console.common import say, write_files
     from vcmm.files.placed import placed_text
     from vcmm.pages.place import place_page
 
@@ -61,7 +61,7 @@ def _write(folder: Path, scenario: Path, chosen: Any, content: dict[str, Any]) -
 
 
 def _show(loaded: Any, chosen: Any) -> None:
-    from vcmm.cli.common import say, show_table
+    from vcmm.console.common import say, show_table
     from vcmm.placing.words import amount, pose_text
 
     first = chosen.placed[chosen.order[0]].best.value

@@ -28,9 +28,9 @@ def measure_command(
     out
         Folder for measure.json and points.csv.
     """
-    from vcmm.cli.common import about, document, output_folder, print_json, sources
+    from vcmm.api import measure
+    from vcmm.console.common import about, document, output_folder, print_json, sources
     from vcmm.files.scenario import load_scenario
-    from vcmm.jobs import measure
 
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
@@ -62,7 +62,7 @@ def measure_json(found: Any) -> dict[str, Any]:
 def _write(folder: Path, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files
+    from vcmm.console.common import say, write_files
 
     names = [f"{kind}_{c}_mm" for kind in ("measured", "nominal") for c in "xyz"]
     rows = [",".join(["feature", *names, "nx", "ny", "nz", "error_um"])]
@@ -78,8 +78,8 @@ def _write(folder: Path, found: Any, content: dict[str, Any]) -> None:
 
 
 def _show(found: Any) -> None:
-    from vcmm.cli.common import show_table
-    from vcmm.cli.words import deviation_text, length_text
+    from vcmm.console.common import show_table
+    from vcmm.console.quantities import deviation_text, length_text
 
     rows = [
         [

@@ -36,7 +36,7 @@ def nc_command(
     """
     from dataclasses import replace
 
-    from vcmm.cli.common import document, print_json, say
+    from vcmm.console.common import document, print_json, say
     from vcmm.files.machine import load_machine
     from vcmm.files.setup import load_setup
     from vcmm.nc.interpret import read_program
@@ -70,9 +70,9 @@ def nc_command(
 
 def _timed(found: Any, setup: Any) -> Any:
     """The motion of the program in time, on the machine of the set-up."""
-    from vcmm.errors import UsageError
+    from vcmm.core.errors import UsageError
     from vcmm.files.machine import load_machine
-    from vcmm.nc.toolpath import toolpath
+    from vcmm.motion.toolpath import toolpath
 
     if setup is None or setup.machine is None:
         raise UsageError(
@@ -90,8 +90,8 @@ def time_json(path: Any) -> dict[str, Any]:
 
 
 def _show_time(path: Any) -> None:
-    from vcmm.cli.common import say, show_table
-    from vcmm.nc.toolpath import clock
+    from vcmm.console.common import say, show_table
+    from vcmm.motion.toolpath import clock
 
     rows = [["cycle time", f"{path.seconds:.1f} s", clock(path.seconds)]]
     for what in ("mode", "tool"):
@@ -138,7 +138,7 @@ def move_json(m: Any) -> dict[str, Any]:
 
 
 def _show(program: Path, found: Any, total: Any, moves: bool) -> None:
-    from vcmm.cli.common import show_table
+    from vcmm.console.common import show_table
 
     if moves:
         rows = [_row(m) for m in found.moves]

@@ -24,8 +24,8 @@ def new_command(
     out
         Folder for the file.
     """
-    from vcmm.cli.common import output_folder, say
-    from vcmm.errors import UsageError
+    from vcmm.console.common import output_folder, say
+    from vcmm.core.errors import UsageError
     from vcmm.library import path
 
     original = source or name
@@ -59,7 +59,7 @@ def _texts(original: Path, stem: str) -> dict[str, str]:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    from vcmm.cli.common import output_folder, write_text
+    from vcmm.console.common import output_folder, write_text
 
     for name, text in texts.items():
         target = folder / name

@@ -54,7 +54,7 @@ def place_command(
         Folder for report.html, place.json and placed.toml, the scenario with the new pose; with --plan for report.html,
         plan.json, plan.toml and the points as CSV files.
     """
-    from vcmm.cli.common import output_folder
+    from vcmm.console.common import output_folder
 
     search = {"--evaluations": evaluations, "--scan": scan, "--trials": trials}
     if plan:
@@ -74,7 +74,7 @@ def _twin(
     machines: list[Path] | None, draws: int | None, options: dict[str, Any], json: bool, folder: Path | None
 ) -> int:
     """The twin of the published study."""
-    from vcmm.cli.gaska_placement import show_placement
+    from vcmm.papers.gaska2014.placement_command import show_placement
 
     _refuse("the twin has machines of its own", {"--machines": machines})
     return show_placement(folder, draws or 200, options, json)
@@ -82,7 +82,7 @@ def _twin(
 
 def _refuse(why: str, given: dict[str, Any]) -> None:
     """An option that would be passed over in silence is refused."""
-    from vcmm.errors import UsageError
+    from vcmm.core.errors import UsageError
 
     idle = [name for name, value in given.items() if value]
     if idle:
@@ -130,9 +130,9 @@ def _planned(scenario: Path, budget: str, seed: int | None, json: bool, out: Pat
 
 def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
     """Place one scenario and say what was found."""
-    from vcmm.cli.common import about, document, print_json, progress, sources
-    from vcmm.cli.place_json import place_json
+    from vcmm.console.common import about, document, print_json, progress, sources
     from vcmm.files.scenario import load_scenario
+    from vcmm.placing.document import place_json
     from vcmm.placing.job import place
 
     loaded = load_scenario(scenario)
@@ -152,7 +152,7 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
 
 def show(found: Any) -> None:
     """Poses compared, why, certificate and flatness."""
-    from vcmm.cli.common import say, show_table
+    from vcmm.console.common import say, show_table
     from vcmm.placing.words import change, goal_text, pose_text, poses_rows, region_text, why_rows
 
     show_table(
@@ -183,7 +183,7 @@ def show(found: Any) -> None:
 def _write(folder: Path, source: Path, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files
+    from vcmm.console.common import say, write_files
     from vcmm.files.placed import placed_text
     from vcmm.pages.place import place_page
 

@@ -8,7 +8,7 @@ from typing import Any
 
 def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
     """Place a cut part and say what was found. Exit code 0."""
-    from vcmm.cli.common import about, document, print_json, progress, sources
+    from vcmm.console.common import about, document, print_json, progress, sources
     from vcmm.files.cut_scenario import load_cut
     from vcmm.machining.placement import place_cut
 
@@ -29,8 +29,8 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 
 
 def _json(found: Any) -> dict[str, Any]:
-    from vcmm.cli.place_json import map_json, named, pose_json
     from vcmm.gps.characteristics import unit
+    from vcmm.placing.document import map_json, named, pose_json
 
     def at(one: Any) -> dict[str, Any]:
         rows = [
@@ -66,8 +66,8 @@ def _p(c: Any) -> float | None:
 
 def show(found: Any) -> None:
     """Poses compared, what each characteristic gains, how sure and how flat."""
-    from vcmm.cli.common import show_table
-    from vcmm.cli.words import deviation_text, percent_text
+    from vcmm.console.common import show_table
+    from vcmm.console.quantities import deviation_text, percent_text
     from vcmm.gps.characteristics import unit
     from vcmm.placing.words import poses, region_text
 
@@ -102,7 +102,7 @@ def show(found: Any) -> None:
 def _write(folder: Path, source: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files
+    from vcmm.console.common import say, write_files
     from vcmm.files.placed_cut import placed_cut as placed_texts
     from vcmm.pages.place_cut import place_cut_page
 

@@ -22,7 +22,7 @@ def run_plan_option(
 
     budget: a time with its unit, "5 min". source: the scenario file, for the record of inputs. Exit code 0.
     """
-    from vcmm.cli.common import (
+    from vcmm.console.common import (
         about,
         document,
         output_folder,
@@ -32,15 +32,15 @@ def run_plan_option(
         sources,
         write_files,
     )
+    from vcmm.core.units import quantity
     from vcmm.placing.planfiles import plan_files, plan_json
     from vcmm.placing.planning import optimise_plan
-    from vcmm.units import quantity
 
     seconds = quantity(budget, "time", "budget", "5 min")
     folder = output_folder(out) if out else None
     with about(source), progress(not json) as bar:
         found = optimise_plan(scenario, seconds, criterion=criterion, seed=seed, progress=callback or bar)
-    content = document("vcmm.plan/1", plan_json(scenario, found), seed=seed, files=sources(source))
+    content = document("vcmm.measuring.plan/1", plan_json(scenario, found), seed=seed, files=sources(source))
     if folder:
         import json as _json
 
@@ -59,8 +59,8 @@ def run_plan_option(
 
 def show(scenario: Any, found: Any) -> None:
     """The curve as a table: the present plan, then time, touches, U of every characteristic; the chosen one is marked."""
-    from vcmm.cli.common import show_table
-    from vcmm.cli.words import deviation_text
+    from vcmm.console.common import show_table
+    from vcmm.console.quantities import deviation_text
     from vcmm.gps import characteristics as gps
 
     units = {c.name: gps.unit(c) for c in scenario.part.characteristics}

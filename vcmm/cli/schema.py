@@ -22,7 +22,7 @@ def schema_command(
     """
     import json
 
-    from vcmm.cli.common import output_folder, say, write_text
+    from vcmm.console.common import output_folder, say, write_text
     from vcmm.files.schemas import json_schema
 
     text = json.dumps(json_schema(kind), indent=1)

@@ -6,21 +6,25 @@ import importlib
 import json as _json
 from pathlib import Path
 
-MODULES = {"abbe_milling": "abbe_milling", "marin2004": "marin2004", "test_piece": "test_piece_errors"}
+MODULES = {  # twin and page
+    "abbe_milling": ("vcmm.papers.abbe_milling.twin", "vcmm.papers.abbe_milling.page"),
+    "marin2004": ("vcmm.papers.marin2004.twin", "vcmm.papers.marin2004.page"),
+    "test_piece": ("vcmm.cases.test_piece_errors", "vcmm.cases.test_piece_page"),
+}
 DRAWN = ("abbe_milling",)  # twins whose ranges are over drawn machines
 
 
 def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
     """Run one twin on its embedded scenario and write report.html and demo.json. me: how the user calls vcmm."""
-    from vcmm.cli.common import document, output_folder, print_json, progress, say, show_table, write_text
-    from vcmm.errors import UsageError
+    from vcmm.console.common import document, output_folder, print_json, progress, say, show_table, write_text
+    from vcmm.core.errors import UsageError
     from vcmm.files.cut_scenario import load_cut
     from vcmm.library import companions, path
 
     if draws is not None and name not in DRAWN:
         raise UsageError(f"--draws is of no use to {name}: it draws one machine; leave it out")
     output_folder(folder)
-    twin, page = (importlib.import_module(m) for m in (f"vcmm.twins.{MODULES[name]}", f"vcmm.pages.{name}"))
+    twin, page = (importlib.import_module(module) for module in MODULES[name])
     source = path(name)
     scenario = load_cut(source)
     with progress() as report:

@@ -40,9 +40,9 @@ def uncertainty_command(
     out
         Folder for report.html, uncertainty.json, budget.csv.
     """
-    from vcmm.cli.common import about, document, output_folder, print_json, progress, sources
+    from vcmm.api import uncertainty
+    from vcmm.console.common import about, document, output_folder, print_json, progress, sources
     from vcmm.files.scenario import load_scenario
-    from vcmm.jobs import uncertainty
 
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
@@ -102,8 +102,8 @@ def characteristic_json(c: Any) -> dict[str, Any]:
 
 def show(found: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
-    from vcmm.cli.common import say, show_table
-    from vcmm.cli.words import deviation_text, fine_text, length_text, percent_text, span_text
+    from vcmm.console.common import say, show_table
+    from vcmm.console.quantities import deviation_text, fine_text, length_text, percent_text, span_text
 
     rows = [
         [
@@ -155,7 +155,7 @@ def i_matters(line: Any, c: Any) -> bool:
 def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
     import json as _json
 
-    from vcmm.cli.common import say, write_files
+    from vcmm.console.common import say, write_files
     from vcmm.pages.uncertainty import uncertainty_page
 
     texts = {

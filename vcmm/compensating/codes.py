@@ -14,9 +14,9 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from vcmm.nc.blocks import parse_block
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.iso.blocks import parse_block
 
 STOPS = frozenset((0, 1, 2, 30, 60))
 BEHIND = {
@@ -68,9 +68,9 @@ def _g_code(line: str, dialect: Dialect) -> Iterator[Code]:
 
 
 def _sinumerik(line: str) -> Iterator[Code]:
-    from vcmm.nc.sinumerik_blocks import parse_block as parsed
-    from vcmm.nc.sinumerik_text import lines_of
-    from vcmm.nc.sinumerik_traces import span_of
+    from vcmm.nc.sinumerik.blocks import parse_block as parsed
+    from vcmm.nc.sinumerik.text import lines_of
+    from vcmm.nc.sinumerik.traces import span_of
 
     for item in parsed(lines_of(line)[0], 1).items:
         text = line[item.first - 1 : item.last - 1]
@@ -84,7 +84,7 @@ def _sinumerik(line: str) -> Iterator[Code]:
 
 
 def _klartext(line: str) -> Iterator[Code]:
-    from vcmm.nc.heidenhain_text import tokenize
+    from vcmm.nc.heidenhain.text import tokenize
 
     tokens = [t for t in tokenize(line) if t.kind not in ("space", "comment") and t.text != "+"]
     for here, value in pairwise(tokens):

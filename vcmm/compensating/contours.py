@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES, Move
-from vcmm.run import Array
 
 Ints = npt.NDArray[np.intp]
 

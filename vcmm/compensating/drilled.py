@@ -16,7 +16,7 @@ from vcmm.compensating.frame import Frame, frame_of
 from vcmm.compensating.numbers import HOLD, SAME, nearest, value_of
 from vcmm.compensating.source import Edit, edited
 from vcmm.compensating.writer import Writer
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.nc.moves import PLANES
 from vcmm.nc.trace import Trace, WordAt
 

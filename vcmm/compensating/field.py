@@ -13,18 +13,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
-from vcmm.effect import Effect, parameter_fields
-from vcmm.errors import ModelLimit
-from vcmm.machine import Machine
 from vcmm.machining.rows import setting_rows
 from vcmm.machining.states import states_at
-from vcmm.machining.toolside import cutting_effects
+from vcmm.machining.tool_errors import cutting_effects
+from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup
-from vcmm.nc.toolpath import Toolpath, toolpath
-from vcmm.pose import Pose
-from vcmm.run import Array, Run
 
 RANDOM = ("scatter", "reindexing")  # they have no known value
 DYNAMIC = (

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.contours import sweep_of
+from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES, Move
-from vcmm.run import Array
 
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 WHOLE = 0.02  # rad: an arc nearer than this to a whole turn must end exactly where it began, or be split

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
 
 AXES, CENTRES = "XYZ", "IJK"
 

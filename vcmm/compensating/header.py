@@ -11,8 +11,8 @@ import numpy as np
 
 from vcmm.compensating.refusals import MARK
 from vcmm.compensating.source import SourceText
-from vcmm.effect import parameter_fields
-from vcmm.machine import Machine
+from vcmm.core.effect import parameter_fields
+from vcmm.core.machine import Machine
 from vcmm.nc.dialects import Dialect
 
 LONGEST = 60  # characters of a comment: old controls show no more

@@ -15,11 +15,11 @@ from vcmm.compensating.fitting import Fit
 from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
 from vcmm.compensating.numbers import SAME, nearest, written
 from vcmm.compensating.writer import Writer
-from vcmm.errors import DataError
-from vcmm.nc.cycles import CYCLES
+from vcmm.core.errors import DataError
+from vcmm.core.run import Array
+from vcmm.nc.iso.cycles import CYCLES
 from vcmm.nc.moves import PLANES
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
 
 NEAR = 1e-6  # mm
 FEED_OUT = (

@@ -18,7 +18,7 @@ from pathlib import Path
 from vcmm.compensating.header import SEMICOLON, comment
 from vcmm.compensating.source import SourceText, code_of, read_source, semicolon_code
 from vcmm.compensating.switched import check_end, check_step
-from vcmm.errors import DataError, ModelLimit
+from vcmm.core.errors import DataError, ModelLimit
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.trace import Cut, Step, Trace

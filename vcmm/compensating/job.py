@@ -46,15 +46,15 @@ from vcmm.compensating.source import SourceText
 from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.targets import Targets
 from vcmm.compensating.writer import Writer
-from vcmm.errors import DataError, ModelLimit, UsageError, VcmmError
-from vcmm.machine import Machine
+from vcmm.core.errors import DataError, ModelLimit, UsageError, VcmmError
+from vcmm.core.machine import Machine
+from vcmm.evaluation.sampling import Progress
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program
 from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
-from vcmm.sampling import Progress
 
 GROWTH = 20.0  # blocks after / before, beyond which the tolerance is relaxed
 RELAXED, MOST_RELAXED = 2.0, 10

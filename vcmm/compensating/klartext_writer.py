@@ -18,9 +18,9 @@ from vcmm.compensating.frame import AXES, Frame, frame_of
 from vcmm.compensating.numbers import HOLD, SAME, nearest, written
 from vcmm.compensating.source import Edit, semicolon_code
 from vcmm.compensating.writer import Writer, best_centre
+from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES
 from vcmm.nc.trace import Trace, WordAt
-from vcmm.run import Array
 
 POLAR = ("PR", "IPR", "PA", "IPA")
 TURNED = ("LP", "CT", "CTP")  # path functions that are turned into others

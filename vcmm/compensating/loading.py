@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from vcmm.compensating.source import SourceText, read_source
-from vcmm.errors import UsageError
-from vcmm.machine import Machine
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
 from vcmm.nc.reading import guess
 from vcmm.nc.setup import Setup
 

@@ -21,11 +21,11 @@ from vcmm.compensating.proof import (
 )
 from vcmm.compensating.refusals import check_mark, check_moves, check_state, check_travel
 from vcmm.compensating.result import Departure
-from vcmm.machine import Machine
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Move
 from vcmm.nc.setup import Setup
-from vcmm.run import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.kinematics import nominal_tip
-from vcmm.machine import Machine
-from vcmm.run import Array, Run
+from vcmm.core.kinematics import nominal_tip
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,11 +16,11 @@ import numpy as np
 from vcmm.compensating.contours import length_of, nominal_distance, points, sweep_of
 from vcmm.compensating.field import Field
 from vcmm.compensating.result import Departure
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
-from vcmm.errors import ModelLimit
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
 
 CUTS = ("line", "arc", "thread")
 _COMMENT = re.compile(r"\([^()\r\n]*\)|;[^\r\n]*")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from vcmm.compensating.codes import codes_in
 from vcmm.compensating.source import SourceText
-from vcmm.errors import DataError, ModelLimit, UsageError
-from vcmm.machine import Machine
+from vcmm.core.errors import DataError, ModelLimit, UsageError
+from vcmm.core.machine import Machine
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup

@@ -21,8 +21,8 @@ from vcmm.compensating.refusals import codes_of
 from vcmm.compensating.source import SourceText
 from vcmm.compensating.targets import Targets, moves_of, targets
 from vcmm.compensating.writer import SHORT, Writer
-from vcmm.errors import DataError
-from vcmm.machine import Machine
+from vcmm.core.errors import DataError
+from vcmm.core.machine import Machine
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.moves import PLANES, Program
 from vcmm.nc.setup import Setup

@@ -14,9 +14,9 @@ from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
 from vcmm.compensating.numbers import nearest, value_of
 from vcmm.compensating.source import semicolon_code
 from vcmm.compensating.writer import Writer
+from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES, Move
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
 
 VIA = ("I1", "J1", "K1")
 STILL = 1e-6  # mm

@@ -10,7 +10,7 @@ from collections.abc import Collection, Sequence
 
 from vcmm.compensating.codes import codes_in
 from vcmm.compensating.source import SourceText
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.moves import Program
 from vcmm.nc.trace import Cut, Step

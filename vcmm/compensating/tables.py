@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.effect import Effect
-from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.effect import Effect
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.kinematics import Axis
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.files.isg import ErrorFile, ErrorTable
 from vcmm.files.isg_writer import isg_text
-from vcmm.kinematics import Axis
-from vcmm.machine import Machine
-from vcmm.run import Array, Run
 
 FORMATS = ("isg", "linuxcnc", "heidenhain")
 NODES = 41

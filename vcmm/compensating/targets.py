@@ -11,10 +11,10 @@ import numpy as np
 from vcmm.compensating.contours import directions, left_normal, length_of, points, sweep_of
 from vcmm.compensating.field import Field
 from vcmm.compensating.fitting import Fit, Piece, arcs, chords
+from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.nc.moves import Move
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
 
 SPACING, MOST_SAMPLES = (
     2.0,

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from vcmm.compensating.frame import AXES, CENTRES
 from vcmm.compensating.numbers import SAME, Diffusion, value_of, written
 from vcmm.compensating.source import Edit, SourceText, code_of, edited, separator
+from vcmm.core.run import Array
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.trace import Trace, WordAt
-from vcmm.run import Array
 
 
 @dataclass(eq=False)

@@ -20,9 +20,9 @@ from vcmm.compensating.header import SEMICOLON
 from vcmm.compensating.numbers import HOLD, SAME, Diffusion, nearest
 from vcmm.compensating.source import Edit
 from vcmm.compensating.wording import Wording
+from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES
 from vcmm.nc.trace import Trace
-from vcmm.run import Array
 
 SHORT = 5.0  # mm: chains of blocks up to this length carry their rounding along
 TINY_ARC = 0.1  # mm: an arc shorter than this is shifted as a whole

@@ -1,4 +1,4 @@
-"""Ray against swept tool, compiled. Private; vcmm.cutting.envelope prepares the arrays, vcmm.cutting.twin checks them.
+"""Ray against swept tool, compiled. Private; vcmm.cutting.envelope prepares the arrays, vcmm.cutting.numpy_twin checks them.
 
 Stands on the distance to a swept tool of vcmm/cutting/_tool_kernels.py, where frames and columns are explained.
 """

@@ -17,13 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.errors import UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.displaced import CHORD, Field, displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
-from vcmm.cutting.standing import entry
+from vcmm.cutting.standing_tool import entry
 from vcmm.cutting.sweeps import Sweep
 from vcmm.cutting.tools import Tool
-from vcmm.errors import UsageError
-from vcmm.laws import Array
 
 Ints = npt.NDArray[np.intp]
 ASTRAY = 0.05  # mm: a ray that meets the moved tool further off has met another side of it

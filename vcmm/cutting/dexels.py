@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.laws import Array
 
 ROOM = 16  # stretches of material on one ray
 MOST = 20000  # moves on one ray, as in the kernel

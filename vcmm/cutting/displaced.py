@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
+from vcmm.core.laws import Array
 from vcmm.cutting.sweeps import LINE, Sweep, pieces, position
-from vcmm.errors import ModelLimit
-from vcmm.laws import Array
 
 CHORD = 5e-5  # mm: 0.05 um
 MOST = 4096  # pieces of one move

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep, position
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.laws import Array
 
 CUT, UNCUT, BEYOND = 0, 1, 2
 STATUS = ("cut", "uncut", "gouge beyond the search depth")

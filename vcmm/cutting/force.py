@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.laws import Array
 from vcmm.cutting.tools import Tool
-from vcmm.errors import UsageError, choose_from
-from vcmm.laws import Array
 
 CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
 FLUTED = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.laws import Array
 from vcmm.cutting.sweeps import LINE, Sweep, basis, pieces
 from vcmm.cutting.tools import parameters
-from vcmm.laws import Array
 
 LEAF = 2  # pieces in a leaf of a tree
 COLUMNS = 23  # of `items`, see vcmm/cutting/_tool_kernels.py

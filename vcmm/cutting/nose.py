@@ -17,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, CutSurface
 from vcmm.cutting.sweeps import LINE, Sweep, pieces, position
 from vcmm.cutting.turning import OUTWARD
-from vcmm.run import Array
 
 CHORD = 1e-3  # mm: arcs stand as chords of this height where only the place of a contact is looked for
 AT_ONCE = 4_000_000  # pairs of point and move

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.dexels import Dexels, sparser, surface
 from vcmm.cutting.stock import Stock
-from vcmm.errors import UsageError
-from vcmm.laws import Array
 
 
 def triangles(stock: Stock | Dexels) -> tuple[Array, Array]:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.index import QUARTER, _item_boxes, _items
 from vcmm.cutting.sweeps import LINE, Sweep, lengths, pieces
 from vcmm.cutting.tools import parameters
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.laws import Array
 
 MOST_NODES = 50_000_000
 

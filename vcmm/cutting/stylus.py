@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.envelope import UNCUT, surface_left
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep
-from vcmm.errors import UsageError
-from vcmm.laws import Array
 
 GRID, ZOOM, ROUNDS, PEAKS = 25, 7, 9, 3
 CHUNK = 200  # points at a time

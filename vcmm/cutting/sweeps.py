@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.tools import Tool
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.laws import Array
 
 LINE, ARC, HELIX = 0, 1, 2
 UP: Array = np.array([0.0, 0.0, 1.0])

@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.errors import UsageError, choose_from
-from vcmm.laws import Array
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.laws import Array
 
 SHAPES = ("flat", "ball", "bull", "cone")
 COLUMNS = 7  # of `parameters`: shape, R, r, radius of the bottom, cosine and sine of the half angle, length

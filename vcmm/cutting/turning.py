@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.laws import Array
 from vcmm.cutting.sweeps import ARC, Sweep, arcs, lines
 from vcmm.cutting.tools import Tool, insert
-from vcmm.errors import UsageError
-from vcmm.laws import Array
 
 OUTWARD = np.array([1.0, 0.0, 0.0])
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.confusion import own_arguments
 from vcmm.diagnosis.discrepancy import shape_of
 from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
@@ -16,8 +17,7 @@ from vcmm.diagnosis.locate import Place, locate
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import Selection, Setting, best_option, mismatch
-from vcmm.gaussian import Whitener, best_width
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener, best_width
 
 CLEARLY = 5.0  # nats
 THIRD = (

@@ -22,7 +22,7 @@ from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import refused
 from vcmm.diagnosis.select import MISMATCH, Selection
 from vcmm.effects import ALL
-from vcmm.gaussian import Whitener
+from vcmm.evaluation.gaussian import Whitener
 
 
 def unresolved(problem: Problem, white: Whitener) -> Dictionary:

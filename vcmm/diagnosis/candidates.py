@@ -12,16 +12,16 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import ROTARY
+from vcmm.core.run import Array, Run
 from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change, trials
-from vcmm.effect import Effect, parameter_fields
 from vcmm.effects import ALL
 from vcmm.effects.typical import TYPICAL, typical
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.gaussian import thin_svd
-from vcmm.kinematics import ROTARY
-from vcmm.run import Array, Run
+from vcmm.evaluation.gaussian import thin_svd
 
 NEVER = (  # forms of the stored table, what setting up may err by, and what noise audit and mistakes handle
     "component_table", "component_spline", "component_polynomial", "residual_field", "correlated_field", "scatter",

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.effect import COLUMN
+from vcmm.core.run import Array
 from vcmm.diagnosis.locate import SKIP, path_speed, short
 from vcmm.diagnosis.problem import Problem, generator
-from vcmm.effect import COLUMN
 from vcmm.effects.geometric_change import GeometricChange
-from vcmm.run import Array
 
 ON_A_LINE, PAIRED, IN_SPACE = 50, 100, 200  # rows about which bumps stand
 FINE, MIDDLE, WIDE = 0.02, 0.06, 0.2  # lengths over one covariate

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family
 from vcmm.diagnosis.evidence import Dictionary, Scorer, orthonormal, scorer
-from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.select import MISMATCH, Selection, Setting
-from vcmm.gaussian import thin_svd, without_span
-from vcmm.run import Array
+from vcmm.diagnosis.special_cases import generalises
+from vcmm.evaluation.gaussian import thin_svd, without_span
 
 NATS = 3.0
 ALIAS = 0.15

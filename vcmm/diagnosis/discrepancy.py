@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.locate import modulators, path_speed, short
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection
-from vcmm.gaussian import SCALES, Posterior, Whitener, posterior, without_span
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import SCALES, Posterior, Whitener, posterior, without_span
 
 LENGTHS = (0.1, 0.25, 0.6)  # of the range of a covariate, tried
 MOST = 14  # principal functions of one part

@@ -8,18 +8,21 @@ from functools import partial
 
 import numpy as np
 
+from vcmm.core.effect import Effect
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.aliases import unresolved, with_aliases
-from vcmm.diagnosis.belonging import check_belonging, wild
 from vcmm.diagnosis.candidates import Catalogue, catalogue
 from vcmm.diagnosis.confusion import NATS, Standing, standing
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import scorer
 from vcmm.diagnosis.field import Field, kept_terms, rival_field, weighed
-from vcmm.diagnosis.holding import that_hold
 from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge, worsened
 from vcmm.diagnosis.improve import fitted
+from vcmm.diagnosis.kept_terms import that_hold
 from vcmm.diagnosis.locate import generic_families, locate, score_map
+from vcmm.diagnosis.machine_match import check_belonging, wild
 from vcmm.diagnosis.mistakes import Mistake, tables_of
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.neighbours import departure
@@ -32,19 +35,16 @@ from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
-from vcmm.diagnosis.roads import best_road
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
 from vcmm.diagnosis.select import Selection, Setting, joint, mismatch
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
 from vcmm.diagnosis.simple_part import simple_part
+from vcmm.diagnosis.two_searches import best_road
 from vcmm.diagnosis.verdict import beyond, curves, doubts, reasons, seen, verdict
-from vcmm.effect import Effect
-from vcmm.gaussian import SCALES, Whitener
-from vcmm.indexing import told
-from vcmm.machine import Machine
-from vcmm.recording import Recording
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import SCALES, Whitener
+from vcmm.response.indexing import told
+from vcmm.response.recording import Recording
 
 NULLS = 2000
 PASSES = 3  # noise audit and selection look at each other's result

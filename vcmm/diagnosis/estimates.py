@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.effect import basis, parameter
+from vcmm.core.run import Array
+from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import linear_parameters
 from vcmm.diagnosis.problem import Problem, generator
 from vcmm.diagnosis.refine import Refiner, at_value, moved, reach, scanned
 from vcmm.diagnosis.select import Selection
-from vcmm.effect import basis, parameter
-from vcmm.run import Array
-from vcmm.units import in_unit
 
 DRAWS = 2000
 AS_ONE = {
@@ -170,7 +170,7 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
 def _scan(problem: Problem, selection: Selection, i: int, name: str, refiner: Refiner) -> Estimate | None:
     """Value and curvature of a scanned parameter, the other terms projected out."""
     from vcmm.diagnosis.evidence import orthonormal
-    from vcmm.gaussian import without_span
+    from vcmm.evaluation.gaussian import without_span
 
     term = selection.terms[i]
     effect = term.option.effect

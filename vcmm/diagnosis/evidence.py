@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option, unseen_places
-from vcmm.gaussian import Blocks, Ints, Whitener, blocks, log_evidence, thin_svd, without_span
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Blocks, Ints, Whitener, blocks, log_evidence, thin_svd, without_span
 
 BATCH = 256
 VANISHED = 1e-3  # share of a signal that must survive nuisance and calibration

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
     Asked,
@@ -34,9 +35,8 @@ from vcmm.diagnosis.kernels import (
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Answer, Unknown
 from vcmm.diagnosis.select import Selection, Term, mismatch
-from vcmm.diagnosis.unnamed import proposal
-from vcmm.gaussian import Ints, Whitener, evidence_from, posterior
-from vcmm.run import Array
+from vcmm.diagnosis.shape_proposal import proposal
+from vcmm.evaluation.gaussian import Ints, Whitener, evidence_from, posterior
 
 UNNAMED = 5.0  # nats
 TRIED = 8  # kernels that the residual follows most

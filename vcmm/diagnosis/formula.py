@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.discrepancy import is_angle, values_of
 from vcmm.diagnosis.holdout import Fold, gate, judge
@@ -20,8 +21,7 @@ from vcmm.diagnosis.locate import modulators
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import spectral_lines
 from vcmm.diagnosis.select import Selection, Setting, Term, joint
-from vcmm.gaussian import blocks, log_evidence, without_span
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import blocks, log_evidence, without_span
 
 POWERS, HARMONICS, SINES = 3, 6, 40
 BEST = 4  # sines of a covariate that enter products

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection, Term
-from vcmm.errors import ModelLimit
-from vcmm.gaussian import Whitener, posterior, whitener
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener, posterior, whitener
 
 Mask = npt.NDArray[np.bool_]
 SHARE = 0.3  # of the rows held out

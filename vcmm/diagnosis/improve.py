@@ -10,13 +10,13 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.core.effect import Effect, with_parameter
+from vcmm.core.inputs import Input
+from vcmm.core.laws import MultivariateNormal, Normal
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import linear_parameters
 from vcmm.diagnosis.select import Selection
-from vcmm.effect import Effect, with_parameter
-from vcmm.inputs import Input
-from vcmm.laws import MultivariateNormal, Normal
-from vcmm.machine import Machine
-from vcmm.run import Array
 
 EVIDENCE = "diagnosis of a recording"
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.machine import Machine
-from vcmm.recording import Recording
-from vcmm.run import Array
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.response.recording import Recording
 
 INCH = 25.4
 NEAR = 0.05  # of the factor that the points of the part give; the tip stands off them by its radius

@@ -9,11 +9,11 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.core.effect import FREE_LINKS, Effect, place_fields
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import ROTARY
+from vcmm.core.run import Array, Run
 from vcmm.diagnosis.problem import Problem
-from vcmm.effect import FREE_LINKS, Effect, place_fields
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.kinematics import ROTARY
-from vcmm.run import Array, Run
 
 PAIRS = ("C0Y", "B0Z", "A0Z")
 NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs

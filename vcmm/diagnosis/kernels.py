@@ -17,12 +17,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.closeness import nearness, of_component
 from vcmm.diagnosis.locate import modulators
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Term
-from vcmm.gaussian import Whitener, without_span
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener, without_span
 
 VANISHED = 1e-3  # share of the length of the bumps that must survive nuisance, calibration and terms
 

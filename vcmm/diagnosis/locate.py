@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array, Run
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Scorer
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import change_points, spectral_lines
-from vcmm.run import Array, Run
 
 DEGREES = 4
 LINES = 80

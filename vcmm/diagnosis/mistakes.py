@@ -12,15 +12,15 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.core.effect import Effect
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.problem import Problem
-from vcmm.effect import Effect
 from vcmm.effects import ALL
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.gaussian import Whitener, without_span
-from vcmm.observe import baseline
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener, without_span
+from vcmm.response.observe import baseline
 
 UNIT_FACTORS = (1e3, 1e-3, 10.0, 0.1, 25.4, 1 / 25.4, 4.848136811, 1 / 4.848136811, 180 / np.pi, np.pi / 180)
 SURE = 4.605  # ln(1 / 0.01): a Bayes factor above 100 happens in at most 1 % of nulls (Markov's inequality)

@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import first_place
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.locate import path_speed, short
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import Selection, Term, mismatch
-from vcmm.gaussian import Whitener, blocks, log_evidence, without_span
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener, blocks, log_evidence, without_span
 
 CONDITIONS = (
     "time_s",

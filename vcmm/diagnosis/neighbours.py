@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
     Asked,
@@ -33,9 +34,8 @@ from vcmm.diagnosis.null import FALSE_ALARM, upper_quantile
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import Selection, mismatch
-from vcmm.diagnosis.unnamed import proposal
-from vcmm.gaussian import Whitener, best_width
-from vcmm.run import Array
+from vcmm.diagnosis.shape_proposal import proposal
+from vcmm.evaluation.gaussian import Whitener, best_width
 
 NOTHING_NAMED = (
     FALSE_ALARM / 3

@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array, Run, Series
 from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.confusion import Standing
 from vcmm.diagnosis.discrepancy import values_of
 from vcmm.diagnosis.problem import Problem, predecessors
 from vcmm.diagnosis.result import NextStep, Unknown
 from vcmm.diagnosis.select import Selection, Setting
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.gaussian import Whitener, whitener
-from vcmm.observe import Observer, nuisance_columns
-from vcmm.recording import Recording
-from vcmm.rowlogs import RememberingRun
-from vcmm.run import Array, Run, Series
+from vcmm.evaluation.gaussian import Whitener, whitener
+from vcmm.response.logs import RememberingRun
+from vcmm.response.observe import Observer, nuisance_columns
+from vcmm.response.recording import Recording
 
 PLACES = 60  # along the covariate of something unknown
 ROWS = 80  # of the recording repeated in an add-on

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.laws import StudentT
+from vcmm.core.run import Array
 from vcmm.diagnosis.locate import modulators, path_speed, polynomials
 from vcmm.diagnosis.null import Noise, draws, robust_scale
 from vcmm.diagnosis.problem import Problem, generator
-from vcmm.gaussian import Ints, Whitener, best_width
-from vcmm.laws import StudentT
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Ints, Whitener, best_width
 
 DRAWS = 600
 QUANTILE = 0.997

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.problem import generator
-from vcmm.gaussian import Whitener
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener
 
 CLIP = 3.0  # robust standard deviations
 FALSE_ALARM = 0.01

@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from vcmm.effect import Effect
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect
+from vcmm.core.run import Array, Run
 
 FEWEST = 12  # different places
 TURNS = 1.5  # periods within the range

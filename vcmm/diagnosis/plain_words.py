@@ -7,12 +7,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vcmm.core.effect import Effect
+from vcmm.core.kinematics import ROTARY
+from vcmm.core.run import Run
+from vcmm.core.units import plain
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.periods import alias_words
-from vcmm.effect import Effect
-from vcmm.kinematics import ROTARY
-from vcmm.run import Run
-from vcmm.units import plain
 
 FULL_TURN = np.radians(345.0)
 

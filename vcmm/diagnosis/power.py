@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, unseen_places
 from vcmm.diagnosis.evidence import Dictionary
-from vcmm.gaussian import SCALES
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import SCALES
 
 SEEN = 7.0  # size in units of the noise at which the right name comes first in about 95 % of recordings
 LARGEST = SCALES[-1]

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.effect import Effect
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.diagnosis.sanity import without_gaps
-from vcmm.effect import Effect
-from vcmm.gaussian import Ints, Whitener, whitener
-from vcmm.machine import Machine
-from vcmm.observe import Observer, noise_u, nuisance_columns
-from vcmm.recording import Recording
-from vcmm.run import Array, Run
+from vcmm.evaluation.gaussian import Ints, Whitener, whitener
+from vcmm.response.observe import Observer, noise_u, nuisance_columns
+from vcmm.response.recording import Recording
 
 
 @dataclass(frozen=True, eq=False)

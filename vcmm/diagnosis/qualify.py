@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from vcmm.diagnosis.belonging import noise_warning
+from vcmm.diagnosis.machine_match import noise_warning
 from vcmm.diagnosis.result import Diagnosis
 
 DOUBT = 0.5  # the most that a name may claim in a doubtful recording

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import Effect, parameter_fields, with_parameter
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Option, make_option
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change
-from vcmm.effect import Effect, parameter_fields, with_parameter
-from vcmm.gaussian import Whitener, posterior, without_span
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener, posterior, without_span
 
 WIDTH = 4.0  # prior width of the search, typical amplitudes
 ROUNDS, POINTS = 3, 7

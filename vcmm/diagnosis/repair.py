@@ -8,12 +8,12 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.core.effect import Effect, with_parameter
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.diagnosis.mistakes import Mistake
-from vcmm.effect import Effect, with_parameter
 from vcmm.effects.abbe import AbbeCountedTwice
-from vcmm.errors import UsageError
-from vcmm.machine import Machine
-from vcmm.run import Array
 
 NUMBERS = {"component_table": "values", "component_spline": "values", "squareness": "angle"}
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.effect import Effect
+from vcmm.core.inputs import Input
 from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
@@ -16,8 +18,6 @@ from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import Mistake
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.power import Detectable
-from vcmm.effect import Effect
-from vcmm.inputs import Input
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.diagnosis.inches import inches
 from vcmm.diagnosis.signs import sign_warnings
-from vcmm.errors import ModelLimit
-from vcmm.machine import Machine
-from vcmm.recording import ALL_ROWS, Ints, Recording
-from vcmm.run import Array
+from vcmm.response.recording import ALL_ROWS, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
 FEWEST = 10  # observations below which nothing is said about a sensor

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.run import Array, Run
 from vcmm.diagnosis.periods import coordinate, of_angle, shortest, supported
-from vcmm.effect import Effect, parameter_fields
-from vcmm.run import Array, Run
 
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis

@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Catalogue, Family
 from vcmm.diagnosis.confusion import NATS
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.mistakes import Mistake, factor_fits, find_mistake
-from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.noise import Audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.select import Selection, Setting, select
-from vcmm.gaussian import Whitener
-from vcmm.run import Array
+from vcmm.diagnosis.special_cases import generalises
+from vcmm.evaluation.gaussian import Whitener
 
 CLEARLY = (
     3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands

@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Dictionary, scorer
-from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.null import clipped
-from vcmm.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
-from vcmm.run import Array
+from vcmm.diagnosis.special_cases import generalises
+from vcmm.evaluation.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
 
 MOST_TERMS = 6
 MISMATCH = 0.05  # relative error of a template: shapes, time constants and sensors are never quite right
@@ -111,7 +111,7 @@ def select_simply(setting: Setting) -> Selection:
     picked before any of them; none of them alone then beats it, although together they explain as much.
 
     Here a curve may come beside a simple name that it holds, and take over where the name no longer pays; it does not
-    push it out. See vcmm.diagnosis.roads for what becomes of it.
+    push it out. See vcmm.diagnosis.two_searches for what becomes of it.
     """
     simple = _forward(joint((), setting), setting, _one_number)
     return best_subset(_forward(simple, setting, _any, keep=True), setting) if simple.terms else simple

@@ -12,14 +12,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.diagnosis.holdout import Fold, tells
 from vcmm.diagnosis.noise import Audit, chained
 from vcmm.diagnosis.null import FALSE_ALARM
 from vcmm.diagnosis.problem import Problem, generator
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import MISMATCH, Selection
-from vcmm.gaussian import Whitener
-from vcmm.run import Array
+from vcmm.evaluation.gaussian import Whitener
 
 DRAWS = 400
 LEAST = 1.0  # nats: the standard deviation of a fold's gain is not taken below

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.recording import Recording
-from vcmm.run import Array
+from vcmm.core.run import Array
+from vcmm.response.recording import Recording
 
 MOST = 0.9  # share of the rows from which a sign is called reversed
 ENOUGH = 20  # rows that can tell

@@ -5,13 +5,13 @@ A curve with a small bend wins over its straight part by evidence; a person stil
 
 from __future__ import annotations
 
+from vcmm.core.effect import parameter
+from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import visible
-from vcmm.diagnosis.nested import generalises
 from vcmm.diagnosis.select import Selection
-from vcmm.effect import parameter
-from vcmm.gaussian import Whitener
-from vcmm.units import in_unit
+from vcmm.diagnosis.special_cases import generalises
+from vcmm.evaluation.gaussian import Whitener
 
 SIMPLE = (
     "scale_factor",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from vcmm.effect import Effect
+from vcmm.core.effect import Effect
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects.abbe import AbbeCountedTwice, AbbeOffset
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.clamping import Clamping
@@ -33,7 +34,6 @@ from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.tip_form import TipForm
 from vcmm.effects.workpiece import WorkpieceHeating
-from vcmm.errors import UsageError, choose_from
 
 ALL: tuple[type[Effect], ...] = (
     ComponentTable,

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, along, at, param
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.grid import multilinear
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, along, at, param
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.grid import multilinear
+from vcmm.core.run import Array, Run
 
 METRE = 1000.0  # rotations are kept as what they move at the end of an arm of 1 m: 1 um is 1 urad
 FINER = 8  # pieces per interval of a spline, which is not straight between its nodes

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.effect import Effect, at, motion, param
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)

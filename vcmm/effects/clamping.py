@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legval
 
-from vcmm.effect import Effect, along, at, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, along, at, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
 
 DEGREES = ((2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
 ACROSS = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}

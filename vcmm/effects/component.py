@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import COLUMN, Effect, at, param
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.grid import multilinear
-from vcmm.run import Array, Run
+from vcmm.core.effect import COLUMN, Effect, at, param
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.grid import multilinear
+from vcmm.core.run import Array, Run
 
 EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
 _KINDS = {"X": "EX", "Y": "EY", "Z": "EZ", "A": "EA", "B": "EB", "C": "EC"}

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from vcmm.effect import Effect, at, motion, param
-from vcmm.errors import UsageError
-from vcmm.run import T0_DEG_C, Array, Run
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import T0_DEG_C, Array, Run
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.effect import Effect, at, motion, param
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array, Run
 
 Complex = npt.NDArray[np.complex128]
 METRE = 1e3  # mm

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.effect import Effect, at, motion, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.effect import Effect, at, motion, param
-from vcmm.run import T0_DEG_C, Array, Run
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.run import T0_DEG_C, Array, Run
 
 
 def _left_over(run: Run, name: str, alpha: float, corrected: float) -> Array:

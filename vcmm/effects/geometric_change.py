@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from vcmm.effect import COLUMN, Effect, at, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import COLUMN, Effect, at, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.effect import Effect, param
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, param
+from vcmm.core.run import Array, Run
 
 DOWN = ("down_x", "down_y", "down_z")
 

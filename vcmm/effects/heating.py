@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.effect import Effect, at, motion, param
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.run import Array, Run, Series, first_order_lag
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array, Run, Series, first_order_lag
 
 FULL_SPEED = 1e4  # per min
 

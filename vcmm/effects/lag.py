@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from vcmm.effect import Effect, at, motion, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)

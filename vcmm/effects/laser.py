@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vcmm.effect import Effect, along, at, motion, param
-from vcmm.run import T0_DEG_C, Array, Run
+from vcmm.core.effect import Effect, along, at, motion, param
+from vcmm.core.run import T0_DEG_C, Array, Run
 
 P0_HPA, H0_PCT = 1013.25, 50.0
 K_T, K_P, K_H = (

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, along, at, param
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, along, at, param
+from vcmm.core.run import Array, Run
 
 
 @dataclass(frozen=True, eq=False)

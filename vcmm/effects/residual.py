@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.effect import Effect, param
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.grid import multilinear
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, param
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.grid import multilinear
+from vcmm.core.run import Array, Run
 
 Ints = npt.NDArray[np.intp]
 METHODS = ("columns-linear", "columns-nearest", "trilinear")

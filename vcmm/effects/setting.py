@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.effect import Effect, along, at, motion, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, along, at, motion, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
 
 TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
 TOOL_AXIS_COLUMNS = ("tool_axis_x", "tool_axis_y", "tool_axis_z")  # where rotary axes have turned it

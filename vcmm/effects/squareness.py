@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.effect import COLUMN, Effect, at, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import COLUMN, Effect, at, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
 
 PAIRS = ("C0Y", "B0Z", "A0Z")
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, along, at, param
-from vcmm.errors import UsageError
-from vcmm.run import Array, Run
+from vcmm.core.effect import Effect, along, at, param
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
 
 SIZES = {5: 2, 12: 3, 21: 4}  # number of coefficients -> highest degree
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vcmm.effect import Effect, parameter
-from vcmm.units import parse_unit
+from vcmm.core.effect import Effect, parameter
+from vcmm.core.units import parse_unit
 
 UM, URAD, HOUR = 1e-3, 1e-6, 3600.0
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.errors import DataError, UsageError, did_you_mean
+from vcmm.core.run import Array, Run
+from vcmm.core.text import read_text
 from vcmm.effects import ALL
-from vcmm.errors import DataError, UsageError, did_you_mean
 from vcmm.files.problems import misspelt
-from vcmm.files.text import read_text
-from vcmm.run import Array, Run
 
 LABELS = (
     "pose",

@@ -9,11 +9,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from vcmm.core.effect import Effect
+from vcmm.core.errors import VcmmError, choose_from
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
 from vcmm.cutting.force import bending
-from vcmm.effect import Effect
 from vcmm.effects.cutting import ToolBending
 from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
-from vcmm.errors import VcmmError, choose_from
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, placement_from
@@ -33,13 +37,9 @@ from vcmm.files.scenario import (
 from vcmm.files.schema import Compliance, Point, Size, Spread, Table, checked_model, read_model
 from vcmm.files.setup import load_setup
 from vcmm.files.toml import Document, Location, check_version, read_toml
-from vcmm.inputs import Input
-from vcmm.laws import Normal
-from vcmm.machine import Machine
 from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
+from vcmm.measuring.settings import CORRECTED
 from vcmm.nc.setup import Setup, turns_with
-from vcmm.pose import Pose
-from vcmm.settings import CORRECTED
 
 GAUGE = {
     "offset": "0 0 0 mm",

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.run import Array
+from vcmm.core.units import dimension_of, quantity, shown, vector
 from vcmm.effects import find
-from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Key, TableProblems, misspelt
-from vcmm.run import Array
-from vcmm.units import dimension_of, quantity, shown, vector
 
 Found = list[tuple[Key, str]]  # (key, what is wrong with it)
 

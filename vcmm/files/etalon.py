@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.aliases import canonical
-from vcmm.errors import DataError, UsageError
+from vcmm.core.error_names import canonical
+from vcmm.core.errors import DataError, UsageError
 from vcmm.files.isg import ErrorFile, ErrorTable
 
 

@@ -9,14 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, parameter_fields, place_fields
-from vcmm.effects.residual import CorrelatedField
-from vcmm.errors import UsageError, choose_from
-from vcmm.files.columns import REDRAW, check_channel
-from vcmm.files.effects import Found, check_matters, kind_of, may_be_left_out, noting, unit_of
-from vcmm.files.problems import TableProblems, misspelt
-from vcmm.inputs import EVERY, Input
-from vcmm.laws import (
+from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.inputs import EVERY, Input
+from vcmm.core.laws import (
     Arcsine,
     Law,
     MultivariateNormal,
@@ -27,8 +23,12 @@ from vcmm.laws import (
     Triangular,
     Uniform,
 )
-from vcmm.run import Array
-from vcmm.units import channel_unit, dimension_of, parse_unit, shown, vector
+from vcmm.core.run import Array
+from vcmm.core.units import channel_unit, dimension_of, parse_unit, shown, vector
+from vcmm.effects.residual import CorrelatedField
+from vcmm.files.columns import REDRAW, check_channel
+from vcmm.files.effects import Found, check_matters, kind_of, may_be_left_out, noting, unit_of
+from vcmm.files.problems import TableProblems, misspelt
 
 BOUNDED = {"uniform": Uniform, "triangular": Triangular, "arcsine": Arcsine}
 LAW_KEYS = {  # the first is the spread; of u and half_width one is given

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.aliases import canonical
-from vcmm.errors import DataError, UsageError
-from vcmm.files.text import read_text
-from vcmm.run import Array
+from vcmm.core.error_names import canonical
+from vcmm.core.errors import DataError, UsageError
+from vcmm.core.run import Array
+from vcmm.core.text import read_text
 
 AXES = tuple("XYZABC")
 

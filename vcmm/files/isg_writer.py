@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.files.isg import ErrorFile, ErrorTable
-from vcmm.run import Array
 
 
 def isg_text(file: ErrorFile, comment: str = "") -> str:

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError, UsageError, did_you_mean
+from vcmm.core.errors import DataError, UsageError, did_you_mean
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.core.text import read_text
 from vcmm.files.columns import LABELS, Sheet, file_columns, known_column, read_csv
 from vcmm.files.observations import axis_direction
-from vcmm.files.text import read_text
-from vcmm.machine import Machine
-from vcmm.recording import Recording
-from vcmm.run import Array, Run
+from vcmm.response.recording import Recording
 
 ARCSEC = np.pi / 180.0 / 3600.0
 TARGET = {"target_mm": 1.0, "target_deg": np.pi / 180.0}

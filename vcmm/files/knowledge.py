@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import FREE_LINKS, Effect, parameter_fields, place_fields
+from vcmm.core.effect import FREE_LINKS, Effect, parameter_fields, place_fields
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Chain
 from vcmm.files.effects import build_effect
 from vcmm.files.inputs import build_input
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Location
-from vcmm.inputs import Input
-from vcmm.kinematics import Chain
 
 
 def tables_in(data: Any, key: str) -> list[dict[str, Any]]:

@@ -10,21 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect
+from vcmm.core.effect import Effect
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import EVERY, Input
+from vcmm.core.kinematics import Chain
+from vcmm.core.laws import Law, MultivariateNormal, Normal, StudentT
+from vcmm.core.run import Array
 from vcmm.effects.component import ComponentSpline, ComponentTable
 from vcmm.effects.expansion import ScaleExpansion
 from vcmm.effects.scatter import Scatter
 from vcmm.effects.squareness import RotaryLocation, Squareness
-from vcmm.errors import UsageError
 from vcmm.files.isg import ErrorFile, read_isg
 from vcmm.files.machine_tables import MachineFile, Repeatability, Scales, Uncertainty
 from vcmm.files.problems import Problems
 from vcmm.files.schema import whole
 from vcmm.files.toml import Document, Location
-from vcmm.inputs import EVERY, Input
-from vcmm.kinematics import Chain
-from vcmm.laws import Law, MultivariateNormal, Normal, StudentT
-from vcmm.run import Array
 
 
 def known_errors(

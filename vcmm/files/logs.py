@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError, UsageError, did_you_mean
+from vcmm.core.errors import DataError, UsageError, did_you_mean
+from vcmm.core.run import Array, Run, Series
 from vcmm.files.columns import read_csv, run_columns
-from vcmm.rowlogs import sensor_of
-from vcmm.run import Array, Run, Series
+from vcmm.response.logs import sensor_of
 
 LOGGED = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # besides temp_<name>_C
 

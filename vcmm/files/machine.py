@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.kinematics import Axis, Chain, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.units import quantity
 from vcmm.files.effects import build_effect
 from vcmm.files.knowledge import further_effects, further_inputs, merged, names_in, tables_in
 from vcmm.files.known_errors import known_errors
@@ -13,9 +16,6 @@ from vcmm.files.machine_tables import AxisTable, MachineFile
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
-from vcmm.kinematics import Axis, Chain, parse_structure
-from vcmm.machine import Machine
-from vcmm.units import quantity
 
 
 def load_machine(path: str | Path) -> Machine:

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError, ModelLimit
+from vcmm.core.errors import DataError, ModelLimit
+from vcmm.core.kinematics import UNIT, Motion, nominal_tip, tip_motion
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.files.columns import Sheet, axis_column, read_csv, read_positions
-from vcmm.kinematics import UNIT, Motion, nominal_tip, tip_motion
-from vcmm.machine import Machine
-from vcmm.pointing import POINTED, pointing_observations
-from vcmm.recording import Ints, Recording
-from vcmm.run import Array, Run
+from vcmm.response.pointing import POINTED, pointing_observations
+from vcmm.response.recording import Ints, Recording
 
 VECTOR = ("dx_um", "dy_um", "dz_um")
 OBSERVED = ("d_um", "d_urad", *VECTOR)
@@ -146,7 +146,7 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
 def _pointed(
     run: Run, machine: Machine, sense: Sense, sheet: Sheet
 ) -> tuple[Array, Ints, Array, Array | None]:
-    """Two small rotations per pointed direction (see vcmm.pointing)."""
+    """Two small rotations per pointed direction (see vcmm.response.pointing)."""
     size = np.linalg.norm(run.vector(*POINTED), axis=1)
     wrong = np.flatnonzero(np.abs(size - 1.0) > UNIT_TOLERANCE)
     if len(wrong):

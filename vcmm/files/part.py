@@ -9,8 +9,11 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.core.units import quantity, shown
 from vcmm.effects.expansion import PartExpansion
-from vcmm.errors import UsageError, choose_from
 from vcmm.files.knowledge import names_in
 from vcmm.files.problems import Problems, TableProblems, misspelt
 from vcmm.files.schema import (
@@ -30,12 +33,9 @@ from vcmm.files.schema import (
     whole,
 )
 from vcmm.files.toml import Document, Location
-from vcmm.form import Lobes
 from vcmm.gps import characteristics as gps
-from vcmm.inputs import Input
-from vcmm.laws import Normal
-from vcmm.part import TYPES, Characteristic, Feature, Part, load_mesh
-from vcmm.units import quantity, shown
+from vcmm.part.form import Lobes
+from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh
 
 
 class FormTable(Table):

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
+from vcmm.core.pose import Array
 from vcmm.files.toml import read_toml
-from vcmm.pose import Array
 
 _NAME = re.compile(r'"([^"\n]+\.[A-Za-z0-9]+)"' + r"|'([^'\n]+\.[A-Za-z0-9]+)'")
 

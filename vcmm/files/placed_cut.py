@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
+from vcmm.core.pose import Array
 from vcmm.files.placed import moved_names, number_text, placed_text
 from vcmm.files.toml import read_toml
 from vcmm.machining.scenario import CutScenario
-from vcmm.pose import Array
 
 _VALUE = r"""("[^"]*"|'[^']*'|\[[^\]]*\])"""
 

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.units import quantity, shown
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Point, Table
 from vcmm.files.toml import Document
-from vcmm.fixture import DOFS, DOWN, Fixture, Freedom, Goal, Placement
 from vcmm.gps import characteristics as gps
-from vcmm.part import Part
-from vcmm.units import quantity, shown
+from vcmm.measuring.fixture import DOFS, DOWN, Fixture, Freedom, Goal, Placement
+from vcmm.part.part import Part
 
 RANGE = '["100 mm", "500 mm"]'
 

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from vcmm.alignment import Alignment
-from vcmm.errors import DataError, UsageError, choose_from
+from vcmm.core.errors import DataError, UsageError, choose_from
+from vcmm.core.run import Array
+from vcmm.core.units import quantity, shown, vector
 from vcmm.files.columns import Sheet, read_csv
 from vcmm.files.knowledge import names_in
 from vcmm.files.problems import Key, Problems, TableProblems, misspelt
 from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model
 from vcmm.files.toml import Document, Location
-from vcmm.part import Feature, Part
-from vcmm.plan import Plan, Step, Stylus, Touch
-from vcmm.qualification import Qualification
-from vcmm.run import Array
-from vcmm.strategies import choose, on_surface, plan_points
-from vcmm.units import quantity, shown, vector
+from vcmm.measuring.plan import Plan, Step, Stylus, Touch
+from vcmm.measuring.qualification import Qualification
+from vcmm.measuring.strategies import choose, on_surface, plan_points
+from vcmm.part.alignment import Alignment
+from vcmm.part.part import Feature, Part
 
 
 class QualificationTable(Table):

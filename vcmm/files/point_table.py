@@ -15,14 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError, did_you_mean
+from vcmm.core.errors import DataError, did_you_mean
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
 from vcmm.files.columns import LABELS, Sheet, file_columns, read_csv
 from vcmm.files.observations import with_lateral_share
-from vcmm.machine import Machine
-from vcmm.plan import axis_positions
-from vcmm.pose import Pose
-from vcmm.recording import Recording
-from vcmm.run import Array, Run
+from vcmm.measuring.plan import axis_positions
+from vcmm.response.recording import Recording
 
 MEASURED = ("m", "meas", "measured", "act", "actual", "ist")
 NOMINAL = ("", "n", "nom", "nominal", "soll")

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-from vcmm.errors import DataError, ModelLimit, UsageError
+from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.files.toml import Document, Location
 
 T = TypeVar("T")

@@ -16,7 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.errors import DataError, ModelLimit, UsageError, did_you_mean
+from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
+from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
 from vcmm.files.columns import LABELS, read_csv, run_columns
 from vcmm.files.iso230 import read_iso230, recording_of_runs
 from vcmm.files.logs import interpolated, read_logs, with_readings
@@ -37,15 +41,11 @@ from vcmm.files.rtl import read_rtl
 from vcmm.files.schema import checked_model
 from vcmm.files.scope import read_scope, recording_of_scope
 from vcmm.files.toml import Document, check_version, read_toml
-from vcmm.history import axis_unit, path_history, row_history, time_since_acceleration, travel
-from vcmm.indexing import settled
-from vcmm.machine import Machine
-from vcmm.nuisance import nuisance_columns
-from vcmm.pointing import with_down
-from vcmm.pose import Pose
-from vcmm.recording import ALL_ROWS, Recording
-from vcmm.rowlogs import with_logs
-from vcmm.run import Array, Run
+from vcmm.response.indexing import settled
+from vcmm.response.logs import with_logs
+from vcmm.response.nuisance import nuisance_columns
+from vcmm.response.pointing import with_down
+from vcmm.response.recording import ALL_ROWS, Recording
 
 BREAKS = ("setup", "pose", "run")  # labels: between their values the axes moved unseen
 

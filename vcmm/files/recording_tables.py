@@ -6,15 +6,15 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.laws import Law, Normal, StudentT
+from vcmm.core.units import quantity
 from vcmm.files.columns import LABELS
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.scenario import PoseTable
 from vcmm.files.schema import Distance, Point, Table
 from vcmm.files.toml import Location
-from vcmm.laws import Law, Normal, StudentT
-from vcmm.recording import ALL_ROWS, NUISANCES
-from vcmm.units import quantity
+from vcmm.response.recording import ALL_ROWS, NUISANCES
 
 INDICATED, ACTUAL = "indicated - true", "actual - commanded"
 _POINT = (0.0, 0.0, 0.0)

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.errors import Environment, UsageError
+from vcmm.core.errors import Environment, UsageError
+from vcmm.core.laws import Law, Normal, StudentT
+from vcmm.core.run import Run, Series
 from vcmm.files.columns import axis_column, file_columns, known_column
 from vcmm.files.logs import LOGGED
 from vcmm.files.observations import FROM, NORMAL, VECTOR
-from vcmm.laws import Law, Normal, StudentT
-from vcmm.recording import Ints, Recording
-from vcmm.rowlogs import row_logs
-from vcmm.run import Run, Series
+from vcmm.response.logs import row_logs
+from vcmm.response.recording import Ints, Recording
 
 DEG = np.pi / 180.0
 DERIVED = re.compile(

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
+from vcmm.core.run import Array
+from vcmm.core.text import read_text
 from vcmm.files.iso230 import PositioningRuns
-from vcmm.files.text import read_text
-from vcmm.run import Array
 
 SECTIONS = ("HEADER", "TARGET DATA", "USER-TEXT", "RUNS", "DEVIATIONS", "EQUIPMENT", "ENVIRONMENT", "EOF")
 CONDITIONS = {"air temp": "temp_air_C", "air press": "pressure_hPa", "air humid": "humidity_pct"}

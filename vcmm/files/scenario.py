@@ -11,10 +11,17 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from vcmm.effect import Effect
-from vcmm.errors import DataError, UsageError, choose_from
+from vcmm.core.effect import Effect
+from vcmm.core.errors import DataError, UsageError, choose_from
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import T0_DEG_C
+from vcmm.core.units import quantity
 from vcmm.files.knowledge import further_effects, further_inputs, merged, note_second, tables_in
 from vcmm.files.machine import machine_from
+from vcmm.files.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, placement_from
 from vcmm.files.plan import plan_from
@@ -29,18 +36,11 @@ from vcmm.files.schema import (
     checked_model,
     read_model,
 )
-from vcmm.files.surroundings import SurroundingsTable, surroundings_of
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.gps.decision import RULES
-from vcmm.inputs import Input
-from vcmm.laws import Normal
-from vcmm.machine import Machine
-from vcmm.plan import Plan
-from vcmm.pose import Pose
-from vcmm.run import T0_DEG_C
-from vcmm.scenario import Scenario
-from vcmm.settings import Settings
-from vcmm.units import quantity
+from vcmm.measuring.plan import Plan
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.settings import Settings
 
 
 class PoseTable(Table):

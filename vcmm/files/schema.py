@@ -15,10 +15,10 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, WithJsonSchema
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.units import quantity, shown, vector
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Document, Location
-from vcmm.units import quantity, shown, vector
 
 M = TypeVar("M", bound="Table")
 NAME = "\0"  # stands for the key in messages of validators, which do not know it

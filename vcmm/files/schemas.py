@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from vcmm.effect import Effect, parameter_fields, place_fields
+from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects import ALL
-from vcmm.errors import UsageError, choose_from
 from vcmm.files.columns import REDRAW
 from vcmm.files.effects import may_be_left_out
 from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.errors import DataError, UsageError, choose_from
+from vcmm.core.errors import DataError, UsageError, choose_from
+from vcmm.core.history import path_history
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.core.text import read_text
 from vcmm.files.observations import axis_direction
 from vcmm.files.recording_tables import ScopeTable
-from vcmm.files.text import read_text
-from vcmm.history import path_history
-from vcmm.machine import Machine
-from vcmm.recording import Recording
-from vcmm.run import Array, Run
+from vcmm.response.recording import Recording
 
 LENGTH = {"mm": 1.0, "um": 1e-3, "m": 1e3, "in": 25.4}
 ANGLE = {"deg": np.pi / 180.0, "rad": 1.0}

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.cutting.force import KIENZLE, LINEAR_EDGE
-from vcmm.errors import UsageError, choose_from
 from vcmm.files.problems import Problems
 from vcmm.files.scenario import Temperatures, columns_of
 from vcmm.files.schema import Angle, Point, Size, Table, checked_model

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vcmm.errors import DataError
-from vcmm.files.text import read_text
+from vcmm.core.errors import DataError
+from vcmm.core.text import read_text
 from vcmm.files.toml_lines import Location, key_lines
 
 __all__ = ["Document", "Location", "check_version", "key_lines", "read_toml"]

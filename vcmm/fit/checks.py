@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.fit.elements import ELEMENTS, RX, TX, TZ, Array, Element, Mask, free_pose
 
 # Singular value of the scaled Jacobian, relative to the largest, below which a motion counts as undetermined:

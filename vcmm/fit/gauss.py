@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
 from vcmm.fit.checks import check_converged, check_points, check_rank, element_of
 from vcmm.fit.elements import Array, Element, Fitted, Mask, frames, free_pose, rows_of, signed_residuals
 from vcmm.fit.newton import State, descend, to_local

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
 from vcmm.fit.checks import check_points, check_rank, element_of
 from vcmm.fit.elements import RX, RY, Array, Element, Fitted, frames, free_pose, jacobian
 from vcmm.fit.gauss import centred

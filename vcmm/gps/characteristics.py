@@ -21,13 +21,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vcmm.alignment import datum_system
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
+from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.gps.elements import AXES, CENTRES, Element, FittedLike, anchor, from_axis, nominal_element, place
 from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
-from vcmm.part import Characteristic, Feature, frame
-from vcmm.pose import Array, Pose, dot, length
+from vcmm.part.alignment import datum_system
+from vcmm.part.part import Characteristic, Feature, frame
 
 LATER = ("line_profile", "surface_profile", "circular_runout", "total_runout")
 FORM = {

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from statistics import NormalDist
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
 
 PROBABILITY, GUARD_BAND = "probability 95 %", "guard band U"
 RULES = (PROBABILITY, GUARD_BAND)

@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from vcmm.errors import ModelLimit, UsageError, choose_from
-from vcmm.part import KINDS, Feature, Shape, centre, ends
-from vcmm.pose import Array, Pose, dot, length
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.pose import Array, Pose, dot, length
+from vcmm.part.part import KINDS, Feature, Shape, centre, ends
 
 AXES = ("line", "cylinder", "cone")
 CENTRES = ("point", "circle", "sphere", "torus")

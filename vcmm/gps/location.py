@@ -14,11 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
+from vcmm.core.pose import Array, dot, length, unit
 from vcmm.gps.elements import AXES, CENTRES, Element, anchor, axis_ends, from_axis
 from vcmm.gps.orientation import DATUMS
-from vcmm.part import Characteristic, Feature, ends, frame
-from vcmm.pose import Array, dot, length, unit
+from vcmm.part.part import Characteristic, Feature, ends, frame
 
 DRAWN = 1e-6  # mm by which the drawing itself may be off coaxial or symmetrical
 

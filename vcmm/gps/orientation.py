@@ -15,10 +15,10 @@ import math
 
 import numpy as np
 
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
+from vcmm.core.pose import Array, dot, length
 from vcmm.gps.elements import AXES, Element
-from vcmm.part import Characteristic, Feature, frame
-from vcmm.pose import Array, dot, length
+from vcmm.part.part import Characteristic, Feature, frame
 
 DATUMS = ("plane", "circle", "torus", *AXES)
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vcmm.nc.toolpath import Toolpath
-from vcmm.run import Array, Run
+from vcmm.core.run import Array, Run
+from vcmm.motion.toolpath import Toolpath
 
 
 def later_in_batch(states: Run, path: Toolpath, number: int, worn: Mapping[str, float] | None = None) -> Run:

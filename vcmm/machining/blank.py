@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array
 from vcmm.cutting import tools as shapes
 from vcmm.cutting.dexels import Dexels, carve
 from vcmm.cutting.force import (
@@ -28,12 +30,10 @@ from vcmm.cutting.force import (
 )
 from vcmm.cutting.stock import Removal, Stock, block, remove
 from vcmm.cutting.sweeps import UP, Sweep, position
-from vcmm.errors import UsageError
 from vcmm.machining.turned_blank import TurnedBlank
+from vcmm.motion.toolpath import CUTS
 from vcmm.nc.moves import Program
 from vcmm.nc.setup import Setup
-from vcmm.nc.toolpath import CUTS
-from vcmm.run import Array
 
 NODES = 600  # along the longer side, of a map of heights
 RAYS = 100  # along the longest side, where rays are needed

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.run import Array
 from vcmm.cutting.force import to_workpiece
 from vcmm.cutting.sweeps import LINE, Sweep, position
-from vcmm.run import Array
 
 STEP = 1e-3  # of a move, to either side, for its direction
 

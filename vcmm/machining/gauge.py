@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vcmm.errors import UsageError
-from vcmm.kinematics import Axis, parse_structure
-from vcmm.machine import Machine
-from vcmm.part import Feature, Part
-from vcmm.plan import Plan, Step, Stylus
-from vcmm.strategies import Around, Even, Grid, Latitudes, Levels, Ring, plan_points
+from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.measuring.plan import Plan, Step, Stylus
+from vcmm.measuring.strategies import Around, Even, Grid, Latitudes, Levels, Ring, plan_points
+from vcmm.part.part import Feature, Part
 
 GAUGE_TIP = 0.0  # mm: a point on the surface
 FAR = 1e7  # mm

@@ -6,20 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.cutting.envelope import BEYOND, UNCUT, CutSurface
-from vcmm.errors import ModelLimit, UsageError
+from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.world import Measuring
 from vcmm.fit.elements import MINIMUM_POINTS
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
+from vcmm.machining.preparation import DEEPEST, GOUGE, HEIGHT, Shop, look, other_unit, zeros
 from vcmm.machining.probing import ProbedHere
 from vcmm.machining.rotary import angle_of
 from vcmm.machining.rows import Words
 from vcmm.machining.scenario import IDEAL, SAME
-from vcmm.machining.shop import DEEPEST, GOUGE, HEIGHT, Shop, look, other_unit, zeros
-from vcmm.plan import Plan, touches
-from vcmm.qualification import qualified_machine
-from vcmm.result import CharacteristicResult, UncertaintyResult
-from vcmm.task import Task
-from vcmm.world import Measuring
+from vcmm.measuring.plan import Plan, touches
+from vcmm.measuring.qualification import qualified_machine
+from vcmm.measuring.task import Task
 
 
 def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:

@@ -10,25 +10,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.stylus import rolled
-from vcmm.errors import UsageError
-from vcmm.evaluation import evaluate
-from vcmm.machining.atcut import tool_side
+from vcmm.evaluation.sampling import Progress
+from vcmm.evaluation.uncertainty import evaluate
 from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.inspection import cut_points, measuring_world, with_uncut
+from vcmm.machining.machine_at_cut import tool_side
 from vcmm.machining.patches import surface_map
+from vcmm.machining.preparation import GOUGE, Shop, look, remarks, set_up
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, CutScenario
-from vcmm.machining.shop import GOUGE, Shop, look, remarks, set_up
 from vcmm.machining.turned import TurnedSurface, backs
 from vcmm.machining.turned_recut import lifted, recut_turned
 from vcmm.machining.world import Cutting
-from vcmm.run import Array
-from vcmm.sampling import Progress
-from vcmm.settings import Settings
-from vcmm.task import Task
+from vcmm.measuring.settings import Settings
+from vcmm.measuring.task import Task
 
 RECUT_LIMIT = 1e-4  # mm
 EXACT_TRIALS = 2000  # of a turned part, where no engine is asked for: interval ends to about 3 % of U

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.part import Feature, normal, surface_point
-from vcmm.run import Array
+from vcmm.core.run import Array
+from vcmm.part.part import Feature, normal, surface_point
 
 MARGIN = 0.01  # of the size: the very edge belongs to the neighbour
 

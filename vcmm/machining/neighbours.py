@@ -16,13 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.envelope import CutSurface
-from vcmm.cutting.standing import entry
+from vcmm.cutting.standing_tool import entry
 from vcmm.cutting.sweeps import Sweep, lengths, position
-from vcmm.machining.between import Heights, deepest_between
+from vcmm.machining.deepest import Heights, deepest_between
 from vcmm.machining.rotary import Motion, turned, turned_back
-from vcmm.run import Array
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 SOURCES = 2  # contacts of a point whose neighbours are asked

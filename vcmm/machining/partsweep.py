@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.sweeps import LINE, Sweep, checked
 from vcmm.cutting.tools import Tool
-from vcmm.errors import ModelLimit
-from vcmm.machine import Machine
 from vcmm.machining.rotary import Bools, Motion, machine_position, tip_and_axis
-from vcmm.run import Array
 
 SEARCH = 0.002  # mm: by which a row may miss the turning tool; what it finds is then put right exactly
 SEARCH_RAPID = 0.05  # mm: the same of rapids, which should touch nothing

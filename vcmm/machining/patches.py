@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.cutting.envelope import UNCUT
-from vcmm.machining.atcut import tool_side
+from vcmm.machining.machine_at_cut import tool_side
 from vcmm.machining.maps import Net, net
+from vcmm.machining.preparation import Shop, look
 from vcmm.machining.result import Patch
-from vcmm.machining.shop import Shop, look
 from vcmm.machining.turned_faces import turned_net
-from vcmm.part import Feature
+from vcmm.part.part import Feature
 
 MOST_ACROSS, MOST_FACES = 41, 28_000  # points across one feature, triangles of all features in one picture
 

@@ -16,22 +16,22 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.fixture import Fixture, Freedom, pose_of, six_of
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import Array, Run
+from vcmm.evaluation.linear import LinearModel, build
 from vcmm.gps import characteristics as gps
-from vcmm.linear import LinearModel, build
 from vcmm.machining.job import cut, finished_part
+from vcmm.machining.preparation import Shop, first_turned, set_up
 from vcmm.machining.result import CutResult
 from vcmm.machining.scenario import CutScenario
-from vcmm.machining.shop import Shop, first_turned, set_up
 from vcmm.machining.world import Cutting
-from vcmm.part import Characteristic
+from vcmm.measuring.fixture import Fixture, Freedom, pose_of, six_of
+from vcmm.part.part import Characteristic
 from vcmm.placing.certificate import Certificate, certify, scan_after
 from vcmm.placing.flat import Map, Region, region, table_map
 from vcmm.placing.search import search
 from vcmm.placing.space import Box
 from vcmm.placing.travels import EDGE, Limit, known_range
-from vcmm.run import Array, Run
 
 BATCH = 64  # poses at once
 EVALUATIONS, SCANNED = 5000, 4096

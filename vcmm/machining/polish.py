@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints, Solids
 from vcmm.cutting.envelope import CutSurface
-from vcmm.cutting.standing import entry
+from vcmm.cutting.standing_tool import entry
 from vcmm.machining.rotary import Motion, turned
-from vcmm.run import Array
 
 PIECES = 3.0  # rows to either side
 LOOKS, ROUNDS = (

@@ -14,14 +14,14 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.influence import Influence, Product, influences, products
-from vcmm.inputs import Input
-from vcmm.machine import Machine
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.machining.rows import joined, setting_rows
-from vcmm.machining.setting import Ints, less_errors, less_response, without_setting
-from vcmm.run import Array, Run
-from vcmm.task import Task
-from vcmm.trials import Draws, exact_errors
+from vcmm.machining.zero_setting import Ints, less_errors, less_response, without_setting
+from vcmm.measuring.task import Task
+from vcmm.response.influence import Influence, Product, influences, products
+from vcmm.response.trials import Draws, exact_errors
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,19 +13,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.cutting.displaced import displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.cutting.index import build
 from vcmm.cutting.sweeps import Sweep
-from vcmm.errors import ModelLimit
-from vcmm.machine import Machine
 from vcmm.machining.neighbours import candidates
 from vcmm.machining.rotary import Motion, commands_to_work
 from vcmm.machining.states import states_at, turning_states
-from vcmm.machining.toolside import cutting_effects
-from vcmm.nc.toolpath import Toolpath
-from vcmm.run import Array, Run
+from vcmm.machining.tool_errors import cutting_effects
+from vcmm.motion.toolpath import Toolpath
 
 JUMPING = ("sense_", "since_reversal_", "play_", "speed_", "accel_", "time_since_accel")
 POINTS, BESIDE = 60, 2  # points that are cut again; moves before and after those that touch them

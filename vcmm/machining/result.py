@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.run import Array
+from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
 from vcmm.machining.recut import Recut
 from vcmm.machining.turned_blank import TurnedBlank
-from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
-from vcmm.run import Array
 
 GROUPS = ("machine", "tool", "setup", "part", "measurement")
 OF_TOOL = (

@@ -9,7 +9,7 @@ offset. While the rotary axes stand still this map is affine in X Y Z, so lines 
 turn, the way is cut into short lines with the tool held as in their middle, good enough to find what touches a point
 (SEARCH); vcmm.machining.polish then puts the tool exactly where it stands.
 
-Source of the chain: ISO 230-1 structure codes, multiplied out in vcmm.kinematics.
+Source of the chain: ISO 230-1 structure codes, multiplied out in vcmm.core.kinematics.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directions, link_frames
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.sweeps import Sweep, lengths, position
-from vcmm.errors import UsageError
-from vcmm.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directions, link_frames
-from vcmm.machine import Machine
 from vcmm.nc.moves import Move, Program
-from vcmm.run import Array, Run
 
 Bools = np.typing.NDArray[np.bool_]
 Z = np.array([0.0, 0.0, 1.0])

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints, Solids, upright
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.sweeps import Sweep
 from vcmm.machining.neighbours import Candidates
 from vcmm.machining.polish import TurnedSolids
 from vcmm.machining.rotary import Motion
-from vcmm.machining.toolside import SETTING
-from vcmm.pose import Pose
-from vcmm.run import Array, Run
+from vcmm.machining.tool_errors import SETTING
 
 OF_ROW = ("touch", "feature", "mode")  # labels of a row itself: setting is another row
 Words = np.typing.NDArray[np.str_]

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from vcmm.fixture import Fixture
-from vcmm.inputs import Input
-from vcmm.machine import Machine
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.measuring.fixture import Fixture
+from vcmm.measuring.plan import Plan
+from vcmm.measuring.qualification import Qualification
+from vcmm.measuring.settings import Settings
 from vcmm.nc.setup import Setup
-from vcmm.part import Part
-from vcmm.plan import Plan
-from vcmm.pose import Pose
-from vcmm.qualification import Qualification
-from vcmm.settings import Settings
+from vcmm.part.part import Part
 
 IDEAL, SAME, OTHER = "ideal", "same", "machine"
 

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.nc.knots import times_at
-from vcmm.nc.timing import Timing
-from vcmm.nc.toolpath import Toolpath
-from vcmm.run import Array
+from vcmm.core.run import Array
+from vcmm.motion.knots import times_at
+from vcmm.motion.timing import Timing
+from vcmm.motion.toolpath import Toolpath
 
 TURN = 2 * np.pi
 Ints = np.typing.NDArray[np.intp]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.kinematics import nominal_tip
+from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
-from vcmm.kinematics import nominal_tip
 from vcmm.machining.rotary import Motion, tool_offset_to
-from vcmm.nc.knots import times_at
+from vcmm.motion.knots import times_at
+from vcmm.motion.toolpath import Toolpath
 from vcmm.nc.limits import AXES
-from vcmm.nc.toolpath import Toolpath
-from vcmm.run import Array, Run
 
 Words = np.typing.NDArray[np.str_]
 HELD = (

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.machine import Machine
 from vcmm.cutting import tools as shapes
 from vcmm.cutting.sweeps import ARC, HELIX, LINE, Sweep, checked
-from vcmm.errors import UsageError, choose_from
-from vcmm.machine import Machine
 from vcmm.machining.partsweep import STILL as STILL_TURNED
 from vcmm.machining.partsweep import in_workpiece
 from vcmm.machining.rotary import Motion

@@ -11,20 +11,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.cutting import nose
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, CutSurface
 from vcmm.cutting.sweeps import Sweep
 from vcmm.cutting.turning import OUTWARD, meridian
-from vcmm.errors import ModelLimit, UsageError
-from vcmm.machine import Machine
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.spindle import TURN, Spindle, moves_at, seconds_at, spindle_of
 from vcmm.machining.sweeps import swept
+from vcmm.motion.toolpath import Toolpath
 from vcmm.nc.compensation import FANUC_TIPS, LINUXCNC_TIPS
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Tool, turns_with
-from vcmm.nc.toolpath import Toolpath
-from vcmm.run import Array
 
 SEEDS, EACH = 4, 2  # moves that are asked for passes, passes before and after the place of contact
 KEPT = 6  # passes that may cut a point

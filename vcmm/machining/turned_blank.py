@@ -18,12 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.cutting import nose
 from vcmm.cutting.force import kienzle, turning_force
 from vcmm.machining.turned import Turning
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Bar, Setup
-from vcmm.run import Array
 
 NODES = 4000  # along the axis
 LOOKS, OUT_OF_REACH = 9, 0.05  # places along a stretch that are looked at; mm beyond the nose

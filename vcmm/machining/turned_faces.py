@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
 from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.maps import MARGIN, Net
 from vcmm.machining.maps import net as usual_net
 from vcmm.machining.scenario import IDEAL, CutScenario
 from vcmm.machining.turned import Turning, turned_surface
-from vcmm.part import Feature, frame, normal, surface_point
-from vcmm.pose import Pose
-from vcmm.run import Array
+from vcmm.part.part import Feature, frame, normal, surface_point
 
 LOOKS, NEAR, FILLET = 400, 0.1, 0.01  # radii that are looked at; mm from nominal, and from the face itself
 RINGS, AROUND, OFF = 4, 24, 0.05  # of the usual points of a face; rad, no point on an axis

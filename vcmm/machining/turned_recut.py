@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.cutting import nose
+from vcmm.machining.preparation import Shop
 from vcmm.machining.recut import POINTS, Recut
-from vcmm.machining.shop import Shop
 from vcmm.machining.turned import TurnedSurface, Turning, passes_at
 from vcmm.machining.turned_side import turned_side
-from vcmm.run import Array
 
 TURNS = 12  # before and after each contact
 ROLLED = 20

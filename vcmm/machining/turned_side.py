@@ -17,20 +17,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.inputs import Input
+from vcmm.core.run import Array, Run
 from vcmm.cutting import nose
 from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.sweeps import Sweep, position
-from vcmm.influence import Influence, Product
-from vcmm.inputs import Input
 from vcmm.machining.batch import by_tool, later_in_batch
+from vcmm.machining.preparation import Shop, zeros
 from vcmm.machining.rows import Words, joined, setting_rows, settings_of
-from vcmm.machining.setting import without_setting
-from vcmm.machining.shop import Shop, zeros
-from vcmm.machining.toolside import ToolSide
+from vcmm.machining.tool_errors import ToolSide
 from vcmm.machining.turned import TurnedSurface, Turning
 from vcmm.machining.turning_states import chip_length, states_when
-from vcmm.run import Array, Run
-from vcmm.trials import Draws
+from vcmm.machining.zero_setting import without_setting
+from vcmm.response.influence import Influence, Product
+from vcmm.response.trials import Draws
 
 STEP = 1e-3  # of a move, to either side, for its direction
 ANGLES = 12  # of the spindle, over which the errors at the place of setting are averaged

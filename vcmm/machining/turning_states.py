@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.run import Array, Run
 from vcmm.machining.states import HELD
 from vcmm.machining.turned import Turning
-from vcmm.nc.toolpath import CUTS, Toolpath
-from vcmm.run import Array, Run
+from vcmm.motion.toolpath import CUTS, Toolpath
 
 Ints = np.typing.NDArray[np.intp]
 

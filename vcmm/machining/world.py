@@ -15,16 +15,16 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints
-from vcmm.errors import UsageError
-from vcmm.influence import Influence, Product
-from vcmm.inputs import Input
-from vcmm.machine import Machine
+from vcmm.evaluation.world import Measuring
 from vcmm.machining.probing import ProbedHere
-from vcmm.machining.toolside import ToolSide
-from vcmm.run import Array, Run
-from vcmm.trials import Draws
-from vcmm.world import Measuring
+from vcmm.machining.tool_errors import ToolSide
+from vcmm.response.influence import Influence, Product
+from vcmm.response.trials import Draws
 
 
 @dataclass(frozen=True, eq=False)

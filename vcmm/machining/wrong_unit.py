@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from vcmm.errors import VcmmError
+from vcmm.core.errors import VcmmError
 from vcmm.machining.scenario import CutScenario
 from vcmm.nc.interpret import interpret
 from vcmm.nc.moves import Program

@@ -1,3 +1,1 @@
-"""NC programs: what they mean, how long they take, and how they are rewritten."""
-
-from vcmm.nc import front_ends as front_ends  # registers Sinumerik and Klartext
+"""NC programs: what they mean, in the words that all controls share. Imports core; never a reader of one control."""

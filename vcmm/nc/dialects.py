@@ -1,16 +1,17 @@
 """Dialects as data: what a control understands, and how it reads numbers. The registry is open to other front-ends.
 
-A dialect of the G-code family is a `Dialect` value and is read by vcmm.nc.interpret. Any other language registers a
-function text -> Program with `register`.
+A dialect of the G-code family is a `Dialect` value and is read by vcmm.nc.iso. Any other language registers a
+function text -> Program with `register`. Readers are named, and imported when the first program of theirs is read.
 """
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
 
 if TYPE_CHECKING:
     from vcmm.nc.moves import Program
@@ -63,7 +64,8 @@ FANUC_LATHE = Dialect(
 G_CODE: dict[str, Dialect] = {d.name: d for d in (FANUC, LINUXCNC, FANUC_LATHE)}
 FRONT_ENDS: dict[str, FrontEnd] = {}
 TRACED: dict[str, FrontEnd] = {}  # the same with Program.traces and Program.steps
-EXTENSIONS: dict[str, str] = {"ngc": "linuxcnc", "mpf": "sinumerik", "spf": "sinumerik", "h": "heidenhain"}
+EXTENSIONS: dict[str, str] = {"ngc": "linuxcnc"}
+G_CODE_READER = "vcmm.nc.iso.program"
 
 
 def register(
@@ -77,6 +79,23 @@ def register(
     if traced is not None:
         TRACED[name] = traced
     EXTENSIONS.update(dict.fromkeys(extensions, name))
+
+
+def late(module: str, function: str) -> Callable[..., Any]:
+    """A function of a module that is imported now, and not before."""
+    return getattr(importlib.import_module(module), function)
+
+
+def _reader(module: str, trace: bool) -> FrontEnd:
+    """`read` of a module, which is imported when the first program is read."""
+    return lambda text, name, setup: late(module, "read")(text, name, setup, trace)
+
+
+for _name, _module, _extensions in (
+    ("sinumerik", "vcmm.nc.sinumerik.reader", ("mpf", "spf")),
+    ("heidenhain", "vcmm.nc.heidenhain.reader", ("h",)),
+):
+    register(_name, _reader(_module, False), _extensions, _reader(_module, True))
 
 
 def names() -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 
 
 class BlockFault(DataError):

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.errors import UsageError, choose_from
-from vcmm.machine import Machine
-from vcmm.run import Array
-from vcmm.units import quantity
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.core.units import quantity
 
 AXES = "XYZABC"
 # speed, acceleration, jerk: mm and s (rotary: rad and s). Mid-range of published figures, 1 to 10 m/s^2, 10 to 500 m/s^3.

@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
-from vcmm.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.nc.moves import PLANES, Move, Point
 from vcmm.nc.offsetting import (
     Joint,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.nc.dialects import EXTENSIONS, FRONT_ENDS
 
 
@@ -14,7 +14,7 @@ def read_bytes(path: Path) -> str:
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
-        from vcmm.files.text import read_text
+        from vcmm.core.text import read_text
 
         return read_text(path)  # says what lies beside it
     except OSError as error:

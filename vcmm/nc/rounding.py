@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, NoReturn, TypeVar
 
-from vcmm.errors import ModelLimit
+from vcmm.core.errors import ModelLimit
 from vcmm.nc.moves import PLANES, Move, Point, Source
 from vcmm.nc.offsetting import (
     NoMeeting,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from vcmm.machine import Machine
+from vcmm.core.machine import Machine
 from vcmm.nc.moves import Move, Remark
 from vcmm.nc.setup import Setup, Tool
 

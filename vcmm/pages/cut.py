@@ -7,11 +7,11 @@ import numpy as np
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.cutting.solid import picture as stock_mesh
+from vcmm.evaluation.result import CharacteristicResult
 from vcmm.machining.result import CutResult, Patch, expected
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.turned_blank import TurnedBlank, mesh
 from vcmm.pages.uncertainty import STATE, characteristic_blocks, computed_table, large, small, span
-from vcmm.result import CharacteristicResult
 
 GROUP_WORDS = {
     "machine": "machine tool", "tool": "tool", "setup": "set-up", "part": "part",

@@ -9,6 +9,10 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.core.units import plain
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.plain_words import plain_words
@@ -16,14 +20,10 @@ from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.verdict import LEAST_TOLD, told
 from vcmm.effects import BY_NAME
-from vcmm.errors import UsageError
-from vcmm.machine import Machine
-from vcmm.nuisance import nuisance_columns
-from vcmm.observe import baseline
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
-from vcmm.recording import Recording
-from vcmm.run import Array
-from vcmm.units import plain
+from vcmm.response.nuisance import nuisance_columns
+from vcmm.response.observe import baseline
+from vcmm.response.recording import Recording
 
 FOUND = "physics that the machine file lacks"
 CANDIDATES = "candidates, less probable than not; they are not written into the machine file"

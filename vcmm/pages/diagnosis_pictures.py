@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm import report as r
+from vcmm.core.run import Array
 from vcmm.diagnosis.result import Diagnosis
-from vcmm.recording import Recording
-from vcmm.run import Array
+from vcmm.response.recording import Recording
 
 CELLS = (10, 8)  # of the map over two axes
 MOST_ARROWS = 400

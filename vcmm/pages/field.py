@@ -6,9 +6,9 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.machine import Machine
-from vcmm.run import Array
-from vcmm.volumetric import Field, linear_axes
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.response.volumetric import Field, linear_axes
 
 LINES = 5  # grid lines per axis in the picture
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.fixture import DOFS, pose_of
+from vcmm.measuring.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
 from vcmm.placing.flat import Map
 from vcmm.placing.result import Placed

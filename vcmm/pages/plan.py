@@ -6,12 +6,12 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.core.pose import Pose
 from vcmm.gps import characteristics as gps
+from vcmm.measuring.scenario import Scenario
 from vcmm.pages.uncertainty import SMALL, small
 from vcmm.pages.view import part_items
 from vcmm.placing.planning import PlanPoint, PlanResult
-from vcmm.pose import Pose
-from vcmm.scenario import Scenario
 
 
 def plan_page(scenario: Scenario, found: PlanResult) -> str:

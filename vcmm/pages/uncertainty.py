@@ -8,9 +8,9 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.measuring.scenario import Scenario
 from vcmm.pages.view import part_items, touch_covariances, touch_items, volume_items
-from vcmm.result import BudgetLine, CharacteristicResult, UncertaintyResult
-from vcmm.scenario import Scenario
 
 STATE = {"conforms": "good", "undecided": "warning", "does not conform": "bad"}
 SMALL = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.influence import Influence
-from vcmm.machine import Machine
-from vcmm.mesh import Mesh as PartMesh
-from vcmm.part import Feature, frame
-from vcmm.plan import Stylus, Touches
-from vcmm.pose import Pose
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.measuring.plan import Stylus, Touches
+from vcmm.measuring.task import Task
+from vcmm.part.mesh import Mesh as PartMesh
+from vcmm.part.part import Feature, frame
 from vcmm.report import (
     Box,
     Ellipsoids,
@@ -24,8 +25,7 @@ from vcmm.report import (
     sphere_mesh,
     torus_mesh,
 )
-from vcmm.run import Array
-from vcmm.task import Task
+from vcmm.response.influence import Influence
 
 Item = Box | Ellipsoids | Label | Lines | Mesh | Points
 STEEL, BORE, GRANITE, PORTAL, RAM = "#9fb4cc", "#c9a46b", "#8d9299", "#c7cdd4", "#a9b3bf"

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.pose import Array
+from vcmm.measuring.obstacles import Surroundings
 from vcmm.placing.collision import Bodies, joined, rods, slack
 from vcmm.placing.solid import Solid
 from vcmm.placing.tool import NAMES, at_touches, shaft_radius, tool_bodies
-from vcmm.placing.touching import Rows
-from vcmm.pose import Array
-from vcmm.surroundings import Surroundings
+from vcmm.placing.touches import Rows
 
 Ints = npt.NDArray[np.intp]
 GRAZE = 0.1  # mm: what the tip may seem to be inside the surface on its way to the touch (chords of a mesh)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.pose import Array, Pose, unit
+from vcmm.core.pose import Array, Pose, unit
 
 DOFS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
 TILT = 1e-6  # rad: how well a face must lie on the table, a list of turns be met

@@ -12,9 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import ModelLimit
-from vcmm.influence import Influence, influences
-from vcmm.part import Feature, normal
+from vcmm.core.errors import ModelLimit
+from vcmm.core.pose import Array, Pose
+from vcmm.core.run import Run
+from vcmm.measuring.plan import Plan, Step
+from vcmm.measuring.scenario import Scenario
+from vcmm.part.part import Feature, normal
 from vcmm.placing.access import Tooling, lacking
 from vcmm.placing.design import Candidates, Ints
 from vcmm.placing.formfield import DEFAULT, form_factor, surface_grid
@@ -23,11 +26,8 @@ from vcmm.placing.motions import Motions, motions_of
 from vcmm.placing.reach import ROUNDING, Feasibility
 from vcmm.placing.solid import Box, Union
 from vcmm.placing.tool import NAMES
-from vcmm.placing.touching import rows_of
-from vcmm.plan import Plan, Step
-from vcmm.pose import Array, Pose
-from vcmm.run import Run
-from vcmm.scenario import Scenario
+from vcmm.placing.touches import rows_of
+from vcmm.response.influence import Influence, influences
 
 DENSE = 24  # candidates around a round feature; half as many along the side of a plane
 HOUR = 3600.0
@@ -95,7 +95,7 @@ def normals_at(scenario: Scenario, feature: Feature, points: Array) -> Array:
     """Normals (k, 3); on a mesh those of the present points."""
     if feature.kind != "mesh":
         return normal(feature, points)
-    from vcmm.mesh import closest
+    from vcmm.part.mesh import closest
 
     assert scenario.part.mesh is not None
     return closest(scenario.part.mesh, points)[1]
@@ -206,7 +206,7 @@ def _form(scenario: Scenario, motions: Motions, points: Array, spread: float) ->
 
 
 def _seconds(plan: Plan, points: Array) -> float:
-    """Of one touch on a feature: approach, retract, and the way to a neighbour, as vcmm.plan reckons."""
+    """Of one touch on a feature: approach, retract, and the way to a neighbour, as vcmm.measuring.plan reckons."""
     hop = float(np.linalg.norm(np.ptp(points, axis=0))) / max(1.0, np.sqrt(min(len(points), 12)))
     return 2.0 * plan.touch.approach / plan.touch.speed + hop / plan.touch.positioning
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.errors import ModelLimit
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.evaluation.streams import key
 from vcmm.placing.objective import Objective, Spread, Uncertain
 from vcmm.placing.search import Found, differences, polished_from
 from vcmm.placing.space import Box
-from vcmm.run import Array
-from vcmm.streams import key
 
 SLOPES = 24  # lowest poses of the scan whose slopes are measured
 Progress = Callable[[str, float], None]

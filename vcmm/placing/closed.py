@@ -14,19 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.effect import Effect, parameter, projected_basis, with_parameter
-from vcmm.errors import ModelLimit
-from vcmm.fixture import six_of
-from vcmm.influence import STEP as CHANNEL_STEP
-from vcmm.influence import Influence, products, shared, shifted, targets
-from vcmm.inputs import Input
-from vcmm.kinematics import link_frames, sensed
-from vcmm.laws import MultivariateNormal, MultivariateSamples
-from vcmm.linear import LinearModel, build
-from vcmm.machine import Machine
+from vcmm.core.effect import Effect, parameter, projected_basis, with_parameter
+from vcmm.core.errors import ModelLimit
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import link_frames, sensed
+from vcmm.core.laws import MultivariateNormal, MultivariateSamples
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.evaluation.linear import LinearModel, build
+from vcmm.measuring.fixture import six_of
+from vcmm.measuring.plan import Ints
 from vcmm.placing.rows import Rows
-from vcmm.plan import Ints
-from vcmm.run import Array, Run
+from vcmm.response.influence import STEP as CHANNEL_STEP
+from vcmm.response.influence import Influence, products, shared, shifted, targets
 
 AT_ONCE = 12_000  # rows in one call: the working arrays stay in the cache
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.pose import Array
 from vcmm.placing.solid import Solid
-from vcmm.pose import Array
 
 Ints = npt.NDArray[np.intp]
 TOLERANCE = 0.02  # mm: how well a gap near its limit is known

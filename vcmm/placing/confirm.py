@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.fixture import pose_of
-from vcmm.linear import build
-from vcmm.montecarlo import simulate
+from vcmm.core.run import Array
+from vcmm.evaluation.linear import build
+from vcmm.evaluation.montecarlo import simulate
+from vcmm.evaluation.sampling import with_products
+from vcmm.evaluation.streams import key
+from vcmm.measuring.fixture import pose_of
 from vcmm.placing.objective import Uncertain, process, width
 from vcmm.placing.risk import guard_band
-from vcmm.run import Array
-from vcmm.sampling import with_products
-from vcmm.streams import key
 
 BATCHES, TRIALS = 20, 5000
 

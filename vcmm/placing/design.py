@@ -19,8 +19,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import ModelLimit
-from vcmm.pose import Array
+from vcmm.core.errors import ModelLimit
+from vcmm.core.pose import Array
 
 Ints = npt.NDArray[np.intp]
 RANK = 1e-9  # h nearer to 1 than this: the touch cannot be dropped

@@ -13,12 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.alignment import align
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
 from vcmm.gps import characteristics as gps
-from vcmm.part import Characteristic
+from vcmm.part.alignment import align
+from vcmm.part.part import Characteristic
 from vcmm.placing.closed import Closed, Look
-from vcmm.pose import Pose
-from vcmm.run import Array
 
 PAIRS = 64  # pairs of draws at least, the same at every pose
 JITTER = 1e-10

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.fixture import DOFS
+from vcmm.core.run import Array
+from vcmm.measuring.fixture import DOFS
 from vcmm.placing.objective import Objective
 from vcmm.placing.search import Found
 from vcmm.placing.space import Box
-from vcmm.run import Array
 
 WITHIN = 0.02
 ROUND = ((100.0, 90.0), (50.0, 45.0), (20.0, 15.0), (10.0, 10.0), (5.0, 5.0), (1.0, 1.0))  # mm, deg

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.pose import Array
 from vcmm.placing.candidates import Problem
 from vcmm.placing.design import Design
-from vcmm.pose import Array
 
 DRAWS = 200
 

@@ -13,10 +13,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vcmm.form import ROUND, Lobes
-from vcmm.part import Feature, frame, normal, surface_point
+from vcmm.core.pose import Array
+from vcmm.part.form import ROUND, Lobes
+from vcmm.part.part import Feature, frame, normal, surface_point
 from vcmm.placing.motions import Motions
-from vcmm.pose import Array
 
 DEFAULT = 0.5e-3  # mm: standard deviation of the form where nothing is said
 SHORT = 0.1

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.pose import Array
 from vcmm.gps import characteristics as gps
 from vcmm.placing.candidates import Problem
 from vcmm.placing.design import Design, Target, least
 from vcmm.placing.formcheck import FormCheck
 from vcmm.placing.motions import outputs
-from vcmm.pose import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,12 +9,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vcmm.errors import ModelLimit
+from vcmm.core.errors import ModelLimit
+from vcmm.core.pose import Array
 from vcmm.placing.candidates import Problem, nearest
 from vcmm.placing.design import Candidates, Design, best_candidate, exchanged, least
 from vcmm.placing.goal import Goal
 from vcmm.placing.standards import standard_points
-from vcmm.pose import Array
 
 Progress = Callable[[str, float], None]
 MOST = 400  # touches

@@ -7,9 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from vcmm.errors import ModelLimit
-from vcmm.evaluation import evaluate
-from vcmm.fixture import Fixture, Goal, Placement, pose_of, six_of
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.evaluation.checks import remarks
+from vcmm.evaluation.result import UncertaintyResult
+from vcmm.evaluation.uncertainty import evaluate
+from vcmm.measuring.fixture import Fixture, Goal, Placement, pose_of, six_of
+from vcmm.measuring.scenario import Scenario
 from vcmm.placing.certificate import Scan, certify, scan_after
 from vcmm.placing.confirm import confirm
 from vcmm.placing.flat import region, table_map
@@ -20,10 +24,6 @@ from vcmm.placing.result import At, Placed
 from vcmm.placing.search import Found, search
 from vcmm.placing.space import Box, all_boxes, boxes, default_fixture, probed, unreachable
 from vcmm.placing.travels import Feasibility, Hindrance, Travels
-from vcmm.remarks import remarks
-from vcmm.result import UncertaintyResult
-from vcmm.run import Array
-from vcmm.scenario import Scenario
 
 EVALUATIONS, SCANNED = 5000, 4096
 TRIALS = 100_000  # of the full evaluation at the present and the best pose

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vcmm.errors import ModelLimit, UsageError
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.measuring.scenario import Scenario
 from vcmm.placing.job import place
 from vcmm.placing.result import Placed
-from vcmm.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)

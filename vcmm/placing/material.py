@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.part import Feature, Part, frame, surface_point
+from vcmm.core.pose import Array, Pose
+from vcmm.part.part import Feature, Part, frame, surface_point
 from vcmm.placing.solid import (
     Ball,
     Box,
@@ -28,7 +29,6 @@ from vcmm.placing.solid import (
     Without,
     hull_of,
 )
-from vcmm.pose import Array, Pose
 
 OPEN = 1.0  # mm: an end of a bore this near to the outside is open
 DEEP = 1e5  # mm: as good as endless

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.mesh import Mesh
-from vcmm.pose import Array, dot, length
+from vcmm.core.pose import Array, dot, length
+from vcmm.part.mesh import Mesh
 
 BLOCK = 200_000  # pairs of point and triangle at a time in the numpy twin
 

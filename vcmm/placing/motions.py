@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.alignment import Alignment, align
+from vcmm.core.pose import Array, Pose
 from vcmm.fit import Fitted
 from vcmm.gps import characteristics as gps
-from vcmm.part import Characteristic, Feature, centre, frame, signed_distance
-from vcmm.pose import Array, Pose
+from vcmm.part.alignment import Alignment, align
+from vcmm.part.part import Characteristic, Feature, centre, frame, signed_distance
 
 # shifts and turns (numbers of u, v, w) that a fit determines from displacements along the normal
 FREE: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {

@@ -13,19 +13,19 @@ from typing import Protocol
 
 import numpy as np
 
-from vcmm.errors import ModelLimit, UsageError, choose_from
-from vcmm.fixture import KINDS, Goal
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.run import Array
+from vcmm.evaluation.montecarlo import Term, marginal
 from vcmm.gps import characteristics as gps
-from vcmm.montecarlo import Term, marginal
-from vcmm.part import Characteristic
+from vcmm.measuring.fixture import KINDS, Goal
+from vcmm.measuring.plan import Ints
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.settings import CORRECTED
+from vcmm.part.part import Characteristic
 from vcmm.placing.closed import Closed, Look
 from vcmm.placing.extremes import Extremes
 from vcmm.placing.risk import Wrong, guard_band, wrong
 from vcmm.placing.rows import Rows
-from vcmm.plan import Ints
-from vcmm.run import Array
-from vcmm.scenario import Scenario
-from vcmm.settings import CORRECTED
 
 
 class Objective(Protocol):
@@ -217,14 +217,14 @@ def _read(closed: Closed, goal: Goal) -> Ints:
 
 
 def _unit_term() -> Term:
-    from vcmm.laws import Normal
+    from vcmm.core.laws import Normal
 
     return Term("normal", Normal(1.0), np.ones((1, 1)), np.zeros((1, 2), dtype=np.uint32))
 
 
 def exact_terms(closed: Closed, weights: Array, six: Array) -> list[Term]:
     """Terms of one smooth characteristic at one pose, each with its own law (products left out)."""
-    from vcmm.laws import MultivariateSamples
+    from vcmm.core.laws import MultivariateSamples
 
     terms = []
     for known, along in closed.along(six[None]):

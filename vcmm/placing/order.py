@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.pose import Array
+from vcmm.core.pose import Array
 
 Ints = npt.NDArray[np.intp]
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from vcmm.gps import characteristics as gps
+from vcmm.measuring.plan import Plan, Step
+from vcmm.measuring.qualification import Qualification
+from vcmm.measuring.scenario import Scenario
 from vcmm.placing.planning import PlanPoint, PlanResult
-from vcmm.plan import Plan, Step
-from vcmm.qualification import Qualification
-from vcmm.scenario import Scenario
 
 
 def plan_files(plan: Plan, qualifications: Mapping[str, Qualification] | None = None) -> dict[str, str]:
@@ -66,7 +66,7 @@ def _names(value: str | tuple[str, ...]) -> str:
 
 
 def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:
-    """The body of vcmm.plan/1: budget, styli, forms, curve, chosen and present plan."""
+    """The body of vcmm.measuring.plan/1: budget, styli, forms, curve, chosen and present plan."""
     units = {c.name: gps.unit(c) for c in scenario.part.characteristics}
     return {
         "budget_minutes": result.budget_s / 60.0,

@@ -15,18 +15,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.errors import ModelLimit, UsageError, choose_from
-from vcmm.part import normal
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.pose import Array
+from vcmm.measuring.plan import Plan
+from vcmm.measuring.scenario import Scenario
+from vcmm.part.part import normal
 from vcmm.placing.candidates import Problem, accessible, nearest, problem_of, spots
 from vcmm.placing.design import CRITERIA, Design, exchanged, least
 from vcmm.placing.goal import Goal, goal_of
 from vcmm.placing.growing import MOST, growing
 from vcmm.placing.motions import motions_of
-from vcmm.placing.realised import Realised, realised
+from vcmm.placing.plan_of_choice import Realised, realised
 from vcmm.placing.standards import standard_points
-from vcmm.plan import Plan
-from vcmm.pose import Array
-from vcmm.scenario import Scenario
 
 CHANGE_S = 20.0  # s for another stylus or head orientation, where nothing else is said
 Progress = Callable[[str, float], None]

@@ -16,7 +16,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.kinematics import nominal_tip
+from vcmm.core.kinematics import nominal_tip
+from vcmm.core.pose import Array, Pose
+from vcmm.core.run import Run
+from vcmm.measuring.scenario import Scenario
 from vcmm.placing.access import Room, Tooling, back_lacking, drawn_back, room
 from vcmm.placing.allowed import FixtureLike, off_fixture
 from vcmm.placing.collision import Bodies, slack
@@ -24,11 +27,8 @@ from vcmm.placing.material import part_points, part_solid
 from vcmm.placing.retreat import ROUNDING, TableRoom, Way, moves_lacking
 from vcmm.placing.solid import Box, Solid, Union, half_space
 from vcmm.placing.tool import NAMES
-from vcmm.placing.touching import Rows, rows_of
+from vcmm.placing.touches import Rows, rows_of
 from vcmm.placing.wording import Problem, problems
-from vcmm.pose import Array, Pose
-from vcmm.run import Run
-from vcmm.scenario import Scenario
 
 Bools = npt.NDArray[np.bool_]
 CONSTRAINTS = (

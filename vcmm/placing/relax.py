@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import ModelLimit
+from vcmm.core.errors import ModelLimit
+from vcmm.core.pose import Array
 from vcmm.placing.reach import CONSTRAINTS, Feasibility
-from vcmm.pose import Array
 
 STRICT = 1e3  # weight of the constraints that are kept, per mm, against the one that gives way
 ADVICE = {

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vcmm.core.run import Array
+from vcmm.evaluation.result import UncertaintyResult
 from vcmm.placing.certificate import Certificate
 from vcmm.placing.confirm import Confirmation
 from vcmm.placing.flat import Map, Region
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.travels import Hindrance
-from vcmm.result import UncertaintyResult
-from vcmm.run import Array
 
 
 @dataclass(frozen=True, eq=False)

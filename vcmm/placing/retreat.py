@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.pose import Array, Pose
 from vcmm.placing.access import Ints, Room, Tooling, beyond
 from vcmm.placing.solid import Solid
-from vcmm.placing.touching import Rows
-from vcmm.pose import Array, Pose
+from vcmm.placing.touches import Rows
 
 ROUNDING = 1e-6  # mm, as check_travel allows
 

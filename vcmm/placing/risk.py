@@ -13,8 +13,8 @@ from statistics import NormalDist
 
 import numpy as np
 
+from vcmm.core.run import Array
 from vcmm.gps.decision import ACCEPT, GUARD_BAND
-from vcmm.run import Array
 
 NODES = 48
 _REACH = 6.0  # standard deviations of the process that are integrated

@@ -12,15 +12,15 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.fixture import pose_of
-from vcmm.kinematics import nominal_tip
-from vcmm.machine import Machine
-from vcmm.plan import Ints, Touches, probe_angles
-from vcmm.pose import Pose
-from vcmm.qualification import qualified_machine
-from vcmm.run import Array, Run
-from vcmm.scenario import Scenario
-from vcmm.task import Task
+from vcmm.core.kinematics import nominal_tip
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
+from vcmm.measuring.fixture import pose_of
+from vcmm.measuring.plan import Ints, Touches, probe_angles
+from vcmm.measuring.qualification import qualified_machine
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.task import Task
 
 FAR = 1e7  # mm: travels of the reference placing, which may lie out of reach
 

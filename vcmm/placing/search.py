@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.errors import ModelLimit
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.measuring.plan import Ints
 from vcmm.placing.objective import Objective
 from vcmm.placing.space import Box
-from vcmm.plan import Ints
-from vcmm.run import Array
 
 DIFFERENCE = 1e-4  # of the box, for gradients
 STEPS = (2e-2, 1e-5)  # first and last step of the compass

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from vcmm.pose import Array, Pose, dot, length
+from vcmm.core.pose import Array, Pose, dot, length
 
 FAR = 1e9
 

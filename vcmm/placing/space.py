@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import ModelLimit
-from vcmm.fixture import DOFS, Fixture, Freedom, pose_of, shown
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.measuring.fixture import DOFS, Fixture, Freedom, pose_of, shown
 from vcmm.placing.travels import Feasibility, Hindrance, Travels
-from vcmm.run import Array
 
 Bools = npt.NDArray[np.bool_]
 ROOM = 10.0  # mm: a range of shifts that is worth a search

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vcmm.errors import UsageError
-from vcmm.part import Feature
-from vcmm.pose import Array
-from vcmm.strategies import (
+from vcmm.core.errors import UsageError
+from vcmm.core.pose import Array
+from vcmm.measuring.strategies import (
     Around,
     Birdcage,
     Even,
@@ -25,6 +24,7 @@ from vcmm.strategies import (
     Spread,
     plan_points,
 )
+from vcmm.part.part import Feature
 
 
 def standard_points(feature: Feature, most: int, margin: float) -> Iterator[tuple[str, Array]]:

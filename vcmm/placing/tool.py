@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vcmm.core.pose import Array, triad, unit
+from vcmm.measuring.obstacles import SHAFT_SHARE, Head
+from vcmm.measuring.plan import Stylus
 from vcmm.placing.collision import EDGES, Bodies, joined, rods
-from vcmm.plan import Stylus
-from vcmm.pose import Array, triad, unit
-from vcmm.surroundings import SHAFT_SHARE, Head
 
 NAMES = ("shaft", "extension", "head", "quill")
 

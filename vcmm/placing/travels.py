@@ -14,12 +14,12 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
 from vcmm.effects.component import ComponentSpline, ComponentTable
 from vcmm.effects.residual import CorrelatedField, ResidualField
-from vcmm.fixture import six_of
+from vcmm.measuring.fixture import six_of
 from vcmm.placing.rows import Rows
-from vcmm.pose import Pose
-from vcmm.run import Array
 
 EDGE = 1e-9  # mm of rounding
 

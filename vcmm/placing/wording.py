@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.pose import Array, Pose
 from vcmm.placing.allowed import off_fixture
 from vcmm.placing.tool import NAMES
-from vcmm.pose import Array, Pose
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.fixture import shown
+from vcmm.core.run import Array
+from vcmm.measuring.fixture import shown
 from vcmm.placing.result import At, Placed
-from vcmm.run import Array
 
 UNITS = {"mm": ("um", 1e3), "rad": ("urad", 1e6)}
 

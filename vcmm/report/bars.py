@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.report import svg
 from vcmm.report.axes import Scale
 from vcmm.report.palette import SERIES

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.report import svg
 from vcmm.report.axes import Area, Array, Scale, nice_ticks, room_left, span_of, x_axis, y_axis
 from vcmm.report.palette import SERIES

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.report import svg
 from vcmm.report.axes import Area, Array, Scale, nice_ticks, room_left, tick_text, x_axis
 from vcmm.report.colormap import Bands, bands, colour_legend, legend_width

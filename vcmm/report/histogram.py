@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.report import svg
 from vcmm.report.axes import Area, Array, Scale, x_axis
 from vcmm.report.text import text_width

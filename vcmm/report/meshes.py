@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
 
 Array = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int64]

@@ -15,7 +15,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from vcmm.errors import Environment
+from vcmm.core.errors import Environment
 from vcmm.report.palette import css_classes, css_variables
 from vcmm.report.text import escape
 

@@ -6,7 +6,7 @@ a class, so the page can repaint it (`css_variables`, `css_classes`).
 
 from __future__ import annotations
 
-from vcmm.errors import UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
 
 LIGHT: dict[str, str] = {
     "page": "#f7f8fa",

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.report import svg
 from vcmm.report.axes import Array, nice_step, tick_text
 from vcmm.report.curve import runs

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.errors import DataError, ModelLimit
+from vcmm.core.errors import DataError, ModelLimit
 from vcmm.report import svg
 from vcmm.report.axes import Array
 from vcmm.report.colormap import NO_VALUE, Bands, bands, colour_legend, legend_width

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 
 Array = npt.NDArray[np.float64]
 

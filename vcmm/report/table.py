@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from vcmm.errors import DataError
+from vcmm.core.errors import DataError
 from vcmm.report.text import DASH, escape, number
 
 MISSING = f'<span class="missing" title="not available">{DASH}</span>'

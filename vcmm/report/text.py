@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
 
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
 
 DASH = "–"  # stands for "not available"
 MINUS = "−"

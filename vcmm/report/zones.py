@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-from vcmm.errors import UsageError
+from vcmm.core.errors import UsageError
 from vcmm.report import svg
 from vcmm.report.axes import Scale
 from vcmm.report.text import plain, text_width, with_uncertainty

@@ -1,0 +1,95 @@
+"""Stock: volumes, engagement, collisions by hand; the nodes against the exact envelope; a closed mesh."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vcmm.core.errors import ModelLimit
+from vcmm.cutting.envelope import surface_left
+from vcmm.cutting.solid import triangles, write_stl
+from vcmm.cutting.stock import block, remove
+from vcmm.cutting.sweeps import arcs, join, lines
+from vcmm.cutting.tools import ball, bull, cone, flat
+
+
+def test_slot_by_hand() -> None:
+    """A slot 10 wide, 2 deep, through 60 mm: 1200 mm3. Full engagement: 0 to pi, ap 2, ae 10."""
+    stock = block([0, 0, 0], [60, 40, 20], 0.1)
+    done = remove(stock, lines([[-10, 20, 18]], [[70, 20, 18]], (flat(5.0),)))
+    assert stock.volume == pytest.approx(48000.0)
+    assert done.volume[0] == pytest.approx(1200.0, rel=1e-9)
+    assert done.stock.volume == pytest.approx(46800.0)
+    assert done.axial[0] == pytest.approx(2.0)
+    assert done.radial[0] == pytest.approx(10.0)
+    assert (done.enter[0], done.leave[0]) == pytest.approx((0.0, math.pi))
+    assert not len(done.idle)
+
+
+def test_side_cut_by_hand() -> None:
+    """Material on the right up to 2 mm inside a tool of R 5: cos(enter) = -(1 - 2/5) = -0.6, climb, ae 2 to one step of phi."""
+    done = remove(block([0, 0, 0], [60, 17, 20], 0.05), lines([[-10, 20, 15]], [[70, 20, 15]], (flat(5.0),)))
+    assert done.leave[0] == pytest.approx(math.pi)
+    assert done.enter[0] == pytest.approx(math.acos(-0.6), abs=math.pi / 72)
+    assert done.radial[0] == pytest.approx(2.0, abs=0.2)
+    assert done.axial[0] == pytest.approx(5.0)
+    assert done.volume[0] == pytest.approx(60 * 2 * 5, rel=1e-9)
+
+
+def test_rapids_and_idle_moves_are_named() -> None:
+    """A rapid at z = 18 through a block of height 20: 2 mm deep; one at 21 is free; a feed move in air is idle."""
+    moves = lines(
+        [[-10, 20, 21], [70, 20, 18], [-10, 20, 25]],
+        [[70, 20, 21], [-10, 20, 18], [70, 20, 25]],
+        (flat(5.0),),
+    )
+    done = remove(block([0, 0, 0], [60, 40, 20], 0.5), moves, rapid=np.array([True, True, False]))
+    assert done.collisions.tolist() == [1]
+    assert done.collision_depth == pytest.approx([2.0])
+    assert done.idle.tolist() == [2]
+    assert done.stock.volume == pytest.approx(48000.0)  # rapids are reported, not cut
+
+
+def test_nodes_are_exact() -> None:
+    """All tools on ramps, level moves and a helix: the heights equal the envelope along +Z to 1e-9 mm."""
+    tools = (flat(3.0), ball(3.0), bull(3.0, 1.0), cone(3.0, 1.6, 0.5))
+    rng = np.random.default_rng(4)
+    start, end = rng.uniform(5, 35, (2, 24, 3))
+    start[:, 2], end[:, 2] = rng.uniform(6, 9, (2, 24))
+    end[::3, 2] = start[::3, 2]
+    which = np.arange(24) % 4
+    ring = arcs([[28, 20, 9]], [[28, 20, 7]], [[20, 20, 9]], 4 * np.pi, tools, tool=2)
+    sweep = join([lines(start, end, tools, which), ring])
+    done = remove(block([0, 0, 0], [40, 40, 10], 1.0), sweep).stock
+    x, y = np.meshgrid(done.x0 + np.arange(40), done.y0 + np.arange(40), indexing="ij")
+    p = np.stack([x, y, np.full_like(x, 0.0)], -1).reshape(-1, 3)
+    left = surface_left(p, np.tile([0, 0, 1.0], (1600, 1)), sweep, height=10.0)
+    want = np.where(np.isnan(left.s), 10.0, left.s)
+    assert np.abs(done.height.ravel() - want).max() < 1e-9
+    assert (want < 10.0).mean() > 0.4
+
+
+def test_mesh_is_closed(tmp_path: Path) -> None:
+    """Volume of the mesh of an uncut block between its outer nodes: (60 - 1) x (40 - 1) x 20 for cells of 1 mm."""
+    import trimesh
+
+    whole = block([0, 0, 0], [60, 40, 20], 1.0)
+    vertices, faces = triangles(whole)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(59 * 39 * 20)
+    cut = remove(whole, lines([[-10, 20, -1]], [[70, 20, 18]], (ball(5.0),))).stock
+    write_stl(cut, tmp_path / "stock.stl")
+    again = trimesh.load(tmp_path / "stock.stl")
+    assert again.is_watertight
+    assert again.volume < 59 * 39 * 20
+
+
+def test_an_inclined_tool_is_refused() -> None:
+    with pytest.raises(ModelLimit, match="three-axis"):
+        remove(
+            block([0, 0, 0], [9, 9, 9], 1.0), lines([[0, 0, 0]], [[1, 0, 0]], (flat(5.0),), axis=[1.0, 0, 0])
+        )

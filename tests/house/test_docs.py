@@ -1,0 +1,181 @@
+"""The documentation is true: its examples run, its files load, the tests and keys it names exist.
+
+A page is one program: its fenced blocks run from top to bottom in one namespace and one empty folder. A block opened
+by ```toml NAME or ```text NAME is written to that file first; ```python no-run is shown only.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import runpy
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "DESIGN.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+]
+FENCE = re.compile(r"^```(\w+)[ \t]*([^\n`]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: language, the rest of its first line, text, line in the page."""
+
+    language: str
+    note: str
+    text: str
+    line: int
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    text = page.read_text(encoding="utf-8")
+    for match in FENCE.finditer(text):
+        yield Block(match[1], match[2].strip(), match[3], text.count("\n", 0, match.start()) + 2)
+
+
+def name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if any(b.language == "python" for b in blocks(p))], ids=name
+)
+def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    namespace: dict[str, Any] = {"__name__": "__main__"}
+    for block in blocks(page):
+        if block.language in ("toml", "text") and block.note:
+            (tmp_path / block.note).write_text(block.text, encoding="utf-8")
+        elif block.language == "python" and block.note != "no-run":
+            code = "\n" * (block.line - 1) + block.text  # so that a traceback names the line of the page
+            exec(compile(code, str(page), "exec"), namespace)
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if any(b.language == "toml" for b in blocks(p))], ids=name)
+def test_toml_examples_are_toml(page: Path):
+    for block in blocks(page):
+        if block.language == "toml":
+            tomllib.loads(block.text)
+
+
+def words(page: str) -> set[str]:
+    """Everything set as code in a page."""
+    text = FENCE.sub("", (ROOT / page).read_text(encoding="utf-8"))
+    return {word.strip() for code in re.findall(r"`([^`\n]+)`", text) for word in code.split(".")} | set(
+        re.findall(r"`([^`\n]+)`", text)
+    )
+
+
+def test_every_key_of_the_file_formats_is_documented():
+    """Keys are read from the formats themselves, so that a new key cannot stay undocumented."""
+    from vcmm.files import machine, part, plan, recording_tables, scenario
+    from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS
+    from vcmm.files.schema import Table
+
+    models = [m for file in (machine, part, plan, scenario, recording_tables) for m in vars(file).values()]
+    tables = [m for m in models if isinstance(m, type) and issubclass(m, Table)]
+    keys = {key for m in tables for key in m.model_fields} | set(INPUT_KEYS) | set(LAW_KEYS)
+    assert len(keys) > 60
+    assert not sorted(keys - words("docs/files.md") - words("docs/diagnose.md") - {"vcmm"})
+
+
+def test_every_strategy_feature_and_characteristic_is_documented():
+    from dataclasses import fields
+
+    from vcmm.measuring.strategies import PATTERNS
+    from vcmm.part.part import KINDS, TYPES
+
+    shown = words("docs/files.md")
+    strategies = {n for by_name in PATTERNS.values() for n in by_name}
+    keys = {f.name for by_name in PATTERNS.values() for pattern in by_name.values() for f in fields(pattern)}
+    assert not sorted((strategies | keys | set(KINDS) | set(TYPES)) - shown)
+
+
+def test_every_verb_is_documented():
+    from vcmm.cli import LATER, VERBS
+
+    shown = words("docs/cli.md")
+    assert not sorted({*VERBS, *LATER} - shown)
+
+
+def test_json_keys_are_documented():
+    """The keys of the uncertainty document, from a real one."""
+    from vcmm.api import uncertainty
+    from vcmm.cli.uncertainty import uncertainty_json
+    from vcmm.files.scenario import load_scenario
+    from vcmm.library import path
+
+    document = uncertainty_json(uncertainty(load_scenario(path("plate")), trials=2000))
+    characteristic = document["characteristics"][0]
+    keys = {*document, *characteristic, *characteristic["budget"][0]}
+    shown = words("docs/cli.md")
+    assert not sorted(k for k in keys if k.replace("_rad", "_mm") not in shown)
+
+
+@cache
+def generator() -> dict[str, Any]:
+    """The functions of docs/generate.py by name."""
+    return runpy.run_path(str(ROOT / "docs" / "generate.py"))
+
+
+def test_the_page_of_effects_holds_every_effect_and_parameter(tmp_path: Path):
+    from vcmm.core.effect import parameter_fields
+    from vcmm.effects import ALL
+
+    target = tmp_path / "effects.md"
+    generator()["write"](target)
+    page = target.read_text(encoding="utf-8")
+    for effect in ALL:
+        section = page.split(f"\n## {effect.name}\n")[1].split("\n## ")[0]
+        assert effect.cites in section, effect.name
+        assert "indicated - true" in section or "actual - nominal" in section
+        for f in parameter_fields(effect):
+            assert str(f.metadata["doc"]) in section, f"{effect.name}.{f.name}"
+
+
+def test_examples_of_effects_can_be_read():
+    from vcmm.effects import ALL
+    from vcmm.files.effects import build_effect
+
+    read = 0
+    for effect in ALL:
+        lines = generator()["tables"](effect)
+        if lines:
+            table = tomllib.loads("\n".join(lines))["effects"][0]
+            assert isinstance(build_effect(table), effect)
+            read += 1
+    assert read >= len(ALL) / 2
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_named_tests_exist(page: Path):
+    for file, test in re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", page.read_text(encoding="utf-8")):
+        assert (ROOT / file).is_file(), f"{page.name} names {file}"
+        tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+        functions = {n.name for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)}
+        assert not test or test in functions, f"{page.name} names {file}::{test}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_between_pages_exist(page: Path):
+    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", FENCE.sub("", page.read_text(encoding="utf-8"))):
+        generated = target.endswith("effects.md")  # written by make docs
+        if "://" not in target and not generated:
+            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def test_the_index_lists_every_page():
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    listed = set(re.search(r"```\{toctree\}\n.*?\n\n(.*?)```", index, re.DOTALL)[1].split())  # type: ignore[index]
+    assert listed == {p.stem for p in (ROOT / "docs").glob("*.md")} - {"index"} | {"effects"}

@@ -1,0 +1,318 @@
+"""Time law: hand-made times, limits that hold, corners within their tolerance, the kernel beside its twin."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.programs import AT, circle, corner, line, mill, random_moves
+from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.motion.curves import curves_of, largest_derivatives
+from vcmm.motion.timing import Timing, plan_motion
+from vcmm.nc.limits import Control, axis_limits, control_from
+from vcmm.nc.moves import Move, Program
+
+
+def test_one_line_with_seven_phases_by_hand():
+    """100 mm, 100 mm/s, 1000 mm/s^2, 10000 mm/s^3: a/j = 0.1 s = v/a, so speeding up takes 0.1 + 0.1 s over
+    100/2 x 0.2 = 10 mm; 80 mm at 100 mm/s last 0.8 s; together 0.2 + 0.8 + 0.2 = 1.2 s. Naive: 1.0 s."""
+    timing = plan_motion([line((0, 0, 0), (100, 0, 0))], mill())
+    assert timing.seconds == pytest.approx(1.2, abs=1e-12)
+    state = timing.state(np.array([0.1, 0.2, 0.6, 1.1, 1.2, 5.0]))
+    # after 0.1 s of jerk: v = 10000 x 0.01 / 2 = 50 mm/s, x = 10000 x 0.001 / 6 = 1.667 mm
+    assert state.speed[:, 0] == pytest.approx([50.0, 100.0, 100.0, 50.0, 0.0, 0.0], abs=1e-9)
+    assert state.position[:, 0] == pytest.approx([10 / 6, 10.0, 50.0, 100 - 10 / 6, 100.0, 100.0], abs=1e-9)
+
+
+def test_a_short_line_never_reaches_its_feed():
+    """2 mm: half of it, 1 mm, is sped up in t with v = j t^2 (jerk up t, down t): 1 = v/2 x 2t = j t^3,
+    t = (1/10000)^(1/3) = 46.4 ms, so 4 t = 185.7 ms and the peak is 21.5 mm/s."""
+    timing = plan_motion([line((0, 0, 0), (2, 0, 0))], mill())
+    t = (1 / 10_000) ** (1 / 3)
+    assert timing.seconds == pytest.approx(4 * t, rel=1e-9)
+    assert timing.state(np.array([2 * t])).speed[0, 0] == pytest.approx(10_000 * t * t, rel=1e-9)
+
+
+def test_an_oblique_line_may_use_both_axes():
+    """At 45 deg the path may have sqrt 2 of what one axis has: 141.4 mm take as long as 100 mm of X at the feed."""
+    timing = plan_motion([line((0, 0, 0), (100, 100, 0), 6000.0 * math.sqrt(2))], mill())
+    assert timing.seconds == pytest.approx(1.2, abs=1e-12)
+
+
+def test_a_rapid_runs_at_the_speed_of_its_slowest_axis():
+    """100 and 50 mm at 100 mm/s each: X is the longest, as the line above 1.2 s; Y at half speed."""
+    timing = plan_motion([Move("rapid", AT, (0, 0, 0), (100, 50, 0))], mill(speed=100.0))
+    assert timing.seconds == pytest.approx(1.2, abs=1e-12)
+    assert timing.state(np.array([0.6])).speed[0, :2] == pytest.approx([100.0, 50.0])
+
+
+def test_a_full_circle_runs_at_its_feed():
+    """R 25, F 3000 = 50 mm/s: 3 turns; between two times one period 2 pi 25 / 50 = 3.1416 s apart the place is the
+    same."""
+    timing = plan_motion([circle(25.0, 3000.0, turns=3)], mill())
+    period = 2 * math.pi * 25 / 50
+    times = 2.0 + np.arange(3) * 0.3
+    here, later = timing.state(times), timing.state(times + period)
+    assert later.position == pytest.approx(here.position, abs=1e-9)
+    assert np.hypot(*here.position[:, :2].T) == pytest.approx(25.0)
+    assert np.linalg.norm(here.speed, axis=1) == pytest.approx(50.0)
+    # and speeding up to 50 mm/s costs v/a + a/j = 0.05 + 0.1 at most; without it 3 periods
+    assert 3 * period < timing.seconds < 3 * period + 0.3
+
+
+def test_a_small_circle_is_slowed_by_its_bend():
+    """R 1 mm at F 6000 would need v^2/R = 10000 mm/s^2; 0.8 of 1000 allows sqrt 800 = 28.28 mm/s, and half of the
+    jerk, j R^2 / 2 = v^3, (5000)^(1/3) = 17.1 mm/s, is less."""
+    timing = plan_motion([circle(1.0, 6000.0, turns=9)], mill())
+    assert timing.elements.speed[0] == pytest.approx(5000 ** (1 / 3))
+    assert plan_motion([circle(1.0, 6000.0)], mill(jerk=1e6)).elements.speed[0] == pytest.approx(
+        math.sqrt(800)
+    )
+
+
+def test_helix_length_and_pitch():
+    """Two turns of R 10 rising 6 mm: length sqrt((4 pi 10)^2 + 6^2); half-way it has risen 3 mm, at angle 0."""
+    timing = plan_motion([circle(10.0, 1200.0, turns=2, clockwise=True, rise=6.0)], mill())
+    assert timing.ends[0] == pytest.approx(math.hypot(40 * math.pi, 6))
+    middle = timing.state(np.array([timing.seconds / 2])).position[0]
+    assert middle[:3] == pytest.approx([10.0, 0.0, 3.0], abs=1e-9)
+    quarter = timing.curves.at(np.array([0]), timing.ends[:1] / 8, 0)[0]  # clockwise: from +X to -Y
+    assert quarter[:3] == pytest.approx([0.0, -10.0, 0.75], abs=1e-9)
+
+
+def test_planes_are_right_handed():
+    """G18, ZX plane: counter-clockwise goes from +Z to +X."""
+    move = Move("arc", AT, (0, 0, 5), (5, 0, 0), plane="ZX", centre=(0, 0, 0), clockwise=False, feed=600.0)
+    curves = curves_of([move])
+    assert curves.length[0] == pytest.approx(5 * math.pi / 2)
+    half = curves.at(np.array([0]), curves.length / 2)[0, :3]
+    assert half == pytest.approx([5 / math.sqrt(2), 0, 5 / math.sqrt(2)])
+
+
+def test_an_arc_that_misses_its_end_closes_the_gap():
+    move = Move("arc", AT, (10, 0, 0), (0, 10.002, 0), centre=(0, 0, 0), clockwise=False, feed=600.0)
+    curves = curves_of([move])
+    ends = curves.at(np.array([0, 0]), np.array([0.0, curves.length[0]]))
+    assert ends[:, :3] == pytest.approx(np.array([[10, 0, 0], [0, 10.002, 0]]), abs=1e-12)
+
+
+def test_corner_is_left_38_um_early_for_10_um():
+    """0.010 x 16 / (3 sqrt 2) = 0.037712 mm, and the middle of the rounding lies 10 um from the corner."""
+    timing = plan_motion(corner(0.010), mill())
+    assert timing.joints.before[0] == pytest.approx(0.0377124, abs=1e-7)
+    assert deviation_from_corner(timing, 50.0) == pytest.approx(0.010, rel=1e-6)
+    # a = 3/4 sqrt2/sqrt2 v^2 / d per axis <= 0.6 x 1000, j = 1.5 v^3 / d^2 <= 0.5 x 10000: v = 1.680 mm/s
+    assert timing.elements.speed[1] == pytest.approx((5000 * 0.0377124**2 / 1.5) ** (1 / 3), rel=1e-5)
+
+
+def deviation_from_corner(timing: Timing, length: float) -> float:
+    element = timing.elements
+    rounded = int(np.flatnonzero(element.curve >= len(timing.moving))[0])
+    s = np.linspace(element.edge[rounded], element.edge[rounded + 1], 201) - element.edge[rounded]
+    points = timing.curves.at(np.full(201, element.curve[rounded]), s)[:, :3]
+    return float(np.linalg.norm(points - [length, 0, 0], axis=1).min())
+
+
+@pytest.mark.parametrize(
+    "moves",
+    [
+        corner(0.0),
+        [corner()[0]._replace(exact_stop=True), corner()[1]],
+        [corner()[0], Move("dwell", AT, (50, 0, 0), (50, 0, 0), seconds=0.0), corner()[1]],
+        [line((0, 0, 0), (50, 0, 0)), line((50, 0, 0), (0, 0, 0))],
+        [line((0, 0, 0), (50, 0, 0)), Move("rapid", AT, (50, 0, 0), (50, 0, 9))],
+        [line((0, 0, 0), (50, 0, 0)), Move("thread", AT, (50, 0, 0), (50, 0, 9), feed=100.0)],
+        [line((0, 0, 0), (50, 0, 0)), line((50, 0, 0), (50, 0, 0), rotary_end=(0, 0, 1.0))],
+    ],
+    ids=["tolerance 0", "exact stop", "dwell", "back", "rapid", "thread", "rotary alone"],
+)
+def test_the_control_stops(moves):
+    timing = plan_motion(moves, mill())
+    assert len(timing.first) == 2
+    at = timing.state(timing.ended[:1])
+    assert np.abs(at.speed).max() < 1e-9
+    assert at.position[0, :3] == pytest.approx([50, 0, 0], abs=1e-9)
+
+
+def test_axes_that_were_moved_unseen_start_again_from_rest():
+    moves = [line((0, 0, 0), (50, 0, 0)), line((60, 0, 0), (90, 0, 0))]
+    timing = plan_motion(moves, mill())
+    assert len(timing.first) == 2
+    assert timing.begun[1] > timing.ended[0]
+    assert timing.state(timing.begun[1:]).position[0, 0] == pytest.approx(60.0)
+
+
+def test_two_lines_that_go_on_straight_are_one():
+    halves = [line((0, 0, 0), (40, 0, 0)), line((40, 0, 0), (100, 0, 0))]
+    assert plan_motion(halves, mill()).seconds == pytest.approx(1.2, abs=1e-12)
+
+
+def test_a_tangent_arc_is_run_through_within_the_tolerance():
+    arc = Move("arc", AT, (50, 0, 0), (75, 25, 0), centre=(50, 25, 0), clockwise=False, feed=3000.0)
+    timing = plan_motion([line((0, 0, 0), (50, 0, 0), 3000.0), arc], mill())
+    assert len(timing.first) == 1
+    assert timing.joints.before[0] > 0.5  # deviations of a tangent joint grow with d^2 only: it is long
+    assert worst_from_contour(timing, [(0, 50)], [((50, 25), 25)]) < 0.010
+
+
+def worst_from_contour(timing: Timing, lines, arcs) -> float:
+    """Distance in XY of 4000 points of the motion from a contour of lines along X at y = 0 and circles."""
+    points = timing.state(np.linspace(0, timing.seconds, 4000)).position[:, :2]
+    distance = [np.hypot(points[:, 0] - np.clip(points[:, 0], a, b), points[:, 1]) for a, b in lines]
+    distance += [np.abs(np.hypot(*(points - centre).T) - radius) for centre, radius in arcs]
+    return float(np.min(distance, axis=0).max())
+
+
+def test_dwell_and_tool_change_take_their_time():
+    moves = [
+        line((0, 0, 0), (100, 0, 0), tool=1),
+        Move("dwell", AT, (100, 0, 0), (100, 0, 0), seconds=2.5, tool=1),
+        line((100, 0, 0), (200, 0, 0), tool=2),
+    ]
+    timing = plan_motion(moves, mill(), Control(tool_change=4.0))
+    assert timing.seconds == pytest.approx(1.2 + 2.5 + 4.0 + 1.2, abs=1e-9)
+    assert timing.joints.tool_changes == 1
+
+
+def test_rotary_alone_is_fed_in_degrees():
+    """90 deg at F 900 (deg/min = 15 deg/s): 6 s, and a little for speeding up."""
+    move = line((0, 0, 0), (0, 0, 0), 900.0, rotary_end=(0, 0, math.pi / 2))
+    timing = plan_motion([move], mill())
+    assert 6.0 < timing.seconds < 6.2
+    assert timing.state(np.array([3.0])).speed[0, 5] == pytest.approx(math.radians(15))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_limits_are_never_exceeded(seed):
+    """Speed, acceleration and jerk of every axis, from the chain rule and from differences of dense samples."""
+    timing = plan_motion(random_moves(np.random.default_rng(seed), 60), mill())
+    times = np.linspace(0, timing.seconds, 100_000)
+    state, limits, dt = timing.state(times), timing.limits, times[1]
+    assert (np.diff(state.s) >= 0).all()
+    for found, limit in (
+        (state.speed, limits.speed),
+        (state.acceleration, limits.acceleration),
+        (state.jerk, limits.jerk),
+        (np.diff(state.position, axis=0) / dt, limits.speed),
+        (np.diff(state.speed, axis=0) / dt, limits.acceleration),
+        (np.diff(state.acceleration, axis=0) / dt, limits.jerk),
+    ):
+        assert (np.abs(found) / limit).max() <= 1 + 1e-6
+    assert (np.abs(state.acceleration) / limits.acceleration).max() > 0.95  # the limits are used
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_path_stays_within_its_tolerance(seed):
+    """At the same programmed distance the motion is no further from the program than the tolerance of the joint."""
+    moves = random_moves(np.random.default_rng(seed), 60)
+    timing = plan_motion(moves, mill())
+    own = curves_of([moves[i] for i in timing.moving])
+    state = timing.state(np.linspace(0, timing.seconds, 50_000))
+    move = np.clip(np.searchsorted(timing.ends, state.s), 0, own.n - 1)
+    along = np.clip(state.s - (timing.ends - own.length)[move], 0, own.length[move])
+    gap = np.linalg.norm((state.position - own.at(move, along))[:, :3], axis=1)
+    tolerance = np.array([0.010 if (t := moves[i].tolerance) is None else t for i in timing.moving])
+    both = np.maximum(tolerance, np.concatenate([[0.0], tolerance[:-1]]))
+    assert (gap <= both[move] * (1 + 1e-3) + 1e-9).all()
+    assert (gap / np.maximum(both[move], 1e-9))[both[move] > 0].max() > 0.9  # the tolerance is used
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_kernel_and_twin_plan_the_same_motion(seed):
+    moves = random_moves(np.random.default_rng(100 + seed), 80)
+    fast, slow = plan_motion(moves, mill()), plan_motion(moves, mill(), kernel=False)
+    times = np.linspace(0, slow.seconds, 5000)
+    assert fast.seconds == pytest.approx(slow.seconds, abs=1e-9)
+    assert fast.state(times).position == pytest.approx(slow.state(times).position, abs=1e-7)
+
+
+def test_look_ahead_brakes_over_many_short_moves():
+    """100 moves of 0.1 mm in line, then a stop: as fast as one move of 10 mm, to the last digit."""
+    x = np.linspace(0, 10, 101)
+    short = [line((a, 0, 0), (b, 0, 0)) for a, b in pairwise(x)]
+    assert plan_motion(short, mill()).seconds == pytest.approx(
+        plan_motion([line((0, 0, 0), (10, 0, 0))], mill()).seconds, rel=1e-9
+    )
+
+
+def test_a_gently_bent_polygon_speeds_up_across_its_joints():
+    """A polygon on R 100 from rest: 20 mm/s are reached within the distance of one S-curve, not joint by joint."""
+    angle = np.linspace(0, 0.5, 101)
+    points = 100 * np.stack([np.sin(angle), 1 - np.cos(angle), 0 * angle], axis=1)
+    moves = [line(a, b, 1200.0) for a, b in pairwise(points)]
+    timing = plan_motion(moves, mill())
+    one = plan_motion([line((0, 0, 0), (50, 0, 0), 1200.0)], mill())
+    assert timing.seconds < 1.02 * one.seconds
+
+
+def test_bounds_of_the_derivatives_hold():
+    rng = np.random.default_rng(3)
+    curves = curves_of([line((0, 0, 0), (1, 0, 0))] * 40).with_polynomials(
+        rng.normal(size=(40, 6, 6)), np.ones(40)
+    )
+    bounds, which = largest_derivatives(curves), np.repeat(np.arange(40, 80), 300)
+    u = np.tile(np.linspace(0, 1, 300), 40)
+    for order, bound in enumerate(bounds, start=1):
+        found = np.abs(curves.at(which, u, order)).reshape(40, 300, 6).max(axis=1)
+        assert (found <= bound[40:] * (1 + 1e-9)).all()
+        if order > 1:
+            assert found == pytest.approx(bound[40:], rel=1e-2)  # second and third are exact
+
+
+def test_empty_and_motionless_programs():
+    assert plan_motion(Program("fanuc", ()), mill()).seconds == 0.0
+    dwell = Move("dwell", AT, (0, 0, 0), (0, 0, 0), seconds=3.0)
+    assert plan_motion([dwell], mill()).seconds == 3.0
+
+
+def test_what_cannot_be_moved_is_refused_with_its_line():
+    lathe = Machine(
+        "lathe", "lathe", parse_structure("w b Z X t"), {a: Axis(a, (-500.0, 500.0)) for a in "XZ"}
+    )
+    with pytest.raises(UsageError, match="line 7 moves axis Y, which the machine lacks; it has X, Z"):
+        plan_motion([line((0, 0, 0), (0, 1, 0))], lathe)
+    with pytest.raises(UsageError, match="line 7: the move has no feed"):
+        plan_motion([line((0, 0, 0), (1, 0, 0), None)], mill())
+
+
+def test_limits_state_what_was_assumed():
+    limits = axis_limits(mill(gain=50.0))
+    assert limits.lag[:3] == pytest.approx([0.02] * 3)
+    assert limits.feed_forward[:3] == pytest.approx([0.0] * 3)
+    said = " / ".join(limits.assumptions)
+    assert (
+        "axis C: speed 2.1 rad/s, acceleration 10 rad/s^2, jerk 200 rad/s^3 (typical of kind machine-tool"
+        in said
+    )
+    assert "axis X: no feed_forward stated" in said
+    assert "axis C: no gain stated" in said
+
+
+def test_control_table():
+    control = control_from({"tolerance": "25 um", "tool_change": "3 s", "rapid_stop": False})
+    assert (control.tolerance, control.tool_change, control.rapid_stop) == (0.025, 3.0, False)
+    with pytest.raises(UsageError, match="has no unit"):
+        control_from({"tolerance": 0.01})
+    with pytest.raises(UsageError, match='Did you mean "tolerance"'):
+        control_from({"tolerence": "10 um"})
+
+
+def test_chords_of_a_circle_run_as_a_circle():
+    """Chords of 0.5 mm on R 25 with 10 um: one curve that touches them, at the feed of 50 mm/s, 2500 / 25 = 100 mm/s^2.
+
+    Block by block it would rise to 1.5 times that and fall to 0 in every chord.
+    """
+    angle = np.linspace(0, 2 * math.pi, 315)
+    points = 25 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    timing = plan_motion([line(a, b, 3000.0) for a, b in pairwise(points)], mill())
+    amid = timing.state(np.linspace(0.4, 0.6, 2000) * timing.seconds)
+    assert np.linalg.norm(amid.speed[:, :2], axis=1) == pytest.approx(50.0, rel=1e-3)
+    assert np.linalg.norm(amid.acceleration[:, :2], axis=1) == pytest.approx(100.0, rel=0.02)
+    radius = np.hypot(*amid.position[:, :2].T)  # sagitta 0.5^2 / 200 = 1.25 um: between chord and corner
+    assert radius.min() > 25.0 - 1.3e-3
+    assert radius.max() < 25.0

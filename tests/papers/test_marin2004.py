@@ -1,0 +1,170 @@
+"""The twin of Marin (2004): the chain by hand and against vcmm's engines, regression, and the rewritten program."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vcmm
+from vcmm.core.errors import UsageError
+from vcmm.core.run import T0_DEG_C, Run
+from vcmm.effects.backlash import Backlash
+from vcmm.effects.component import ComponentTable
+from vcmm.effects.scale import ScaleFactor
+from vcmm.effects.squareness import Squareness
+from vcmm.library import folder, path
+from vcmm.papers.error_tables import effects_of
+from vcmm.papers.marin2004 import twin
+from vcmm.papers.marin2004.chain import carriages, expanded, in_workpiece_axes, product
+from vcmm.papers.marin2004.day import GAINS, MINUTES, Day, day, lagged, regression, thermal_effects
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return vcmm.load_cut(path("marin2004"))
+
+
+def one_place(offset=(0.0, 0.0, -120.0)) -> Run:
+    position = {"X": np.array([300.0]), "Y": np.array([200.0]), "Z": np.array([-100.0])}
+    return Run(position, np.array([offset]))
+
+
+def random_run(n: int = 200) -> Run:
+    rng = np.random.default_rng(7)
+    return Run({a: rng.uniform(*twin.TRAVEL[a], n) for a in "XYZ"}, np.tile([3.0, -2.0, -120.0], (n, 1)))
+
+
+def machine(scenario, *effects, at=None):
+    axes = {a: replace(x, measured_at=at) for a, x in scenario.machine.axes.items()}
+    return replace(scenario.machine, axes=axes, effects=effects, inputs=())
+
+
+def constant(component: str, value: float) -> ComponentTable:
+    low, high = twin.TRAVEL[component[2]]
+    return ComponentTable(component, (component[2],), (np.array([low, high]),), np.array([value, value]))
+
+
+@pytest.mark.parametrize(
+    ("effect", "microns"),
+    [
+        # carriages at x = -300, y = -200; W = T + z - x - y = (300 200 -220)
+        (constant("EXX", 5e-3), (-5, 0, 0)),  # the table stands 5 um further, the tip on it that much back
+        (constant("EZZ", 5e-3), (0, 0, 5)),
+        (constant("ECX", 10e-6), (2, -3, 0)),  # -(ez x W) = (ez Wy, -ez Wx)
+        (constant("ECY", 10e-6), (2, 0, 0)),  # acts on W + (x, 0, 0) = (0 200 -220)
+        (constant("EAZ", 10e-6), (0, 1.2, 0)),  # (ex 0 0) x (0 0 -120) = (0, 120 ex, 0)
+        (Squareness("C0X", 10e-6), (0, 3, 0)),  # dy2 = axy x = -3 um of the table
+        (Squareness("B0X", 10e-6), (0, 0, -3)),
+        (Squareness("A0Z", 10e-6), (0, 1, 0)),  # -a z with z = -100
+    ],
+)
+def test_every_kind_of_error_by_hand(scenario, effect, microns):
+    one = machine(scenario, effect)
+    c = carriages(one, one_place())
+    assert product(c)[0][0] * 1e3 == pytest.approx(microns, abs=1e-6)
+    assert expanded(c)[0] * 1e3 == pytest.approx(microns, abs=1e-6)
+    assert one.tip_error(one_place())[0] * 1e3 == pytest.approx(microns, abs=1e-6)
+
+
+def test_the_arms_begin_where_the_errors_were_measured(scenario):
+    one = machine(scenario, constant("ECX", 10e-6), at=(100.0, 50.0, 0.0))
+    # as above with W less (100 50 0): (200 150): (1.5, -2, 0)
+    assert product(carriages(one, one_place()))[0][0] * 1e3 == pytest.approx((1.5, -2, 0), abs=1e-6)
+
+
+def test_expansion_and_product_and_engines(scenario):
+    effects = effects_of(twin.draw_tables(3), scenario.machine.axes)
+    one = replace(scenario.machine, effects=effects, inputs=())
+    run = random_run()
+    c = carriages(one, run)
+    correction = product(c)[0]
+    assert expanded(c) == pytest.approx(correction, abs=1e-11)
+    exact, first = one.tip_error(run, exact=True), one.tip_error(run)
+    assert np.abs(exact).max() > 10e-3  # there is something to compare
+    turned = product(c, exact=True)
+    assert in_workpiece_axes(*turned) == pytest.approx(exact, abs=1e-11)  # two codes, one chain
+    # first-order rotation matrices: eps^2 L with eps = 60 urad in all and L = 1 m is 3.6 nm
+    assert np.abs(correction - exact).max() < 4e-6
+    assert np.abs(correction - first).max() < 4e-6
+
+
+def test_squareness_differs_by_second_order_only(scenario):
+    one = machine(scenario, Squareness("C0X", 20e-6), Squareness("A0Z", 20e-6))
+    run = random_run()
+    # the travel is turned, not sheared: 20e-6^2 / 2 x 800 mm = 0.16 nm
+    assert np.abs(product(carriages(one, run))[0] - one.tip_error(run, exact=True)).max() < 0.17e-6
+
+
+def test_what_the_chain_cannot_hold_is_refused(scenario):
+    other = replace(scenario.machine, chain=replace(scenario.machine.chain, structure="w X' b Y Z t"))
+    with pytest.raises(UsageError, match='not "w X\' b Y Z t"'):
+        carriages(other, one_place())
+    slack = machine(scenario, Backlash("X", 3e-3))
+    with pytest.raises(UsageError, match="backlash"):
+        carriages(slack, one_place().with_columns({"sense_X": np.ones(1)}))
+
+
+def test_the_files_of_the_scenario_are_what_the_twin_makes(scenario):
+    assert (folder() / "marin2004" / "part.nc").read_text() == twin.program()
+    assert (folder() / "marin2004" / "errors.csv").read_text() == twin.errors_csv()
+
+
+def test_a_node_warms_as_a_first_order_lag():
+    minute = np.arange(MINUTES + 1.0)
+    heated = np.where(minute >= 10, T0_DEG_C + 12.0, T0_DEG_C)
+    found = lagged(minute, heated, 25.0)
+    # the step is a ramp over the minute before 10; 50 minutes on: 12 (1 - exp(-2)) = 10.376 K, half a minute early
+    assert found[60] - T0_DEG_C == pytest.approx(12 * (1 - np.exp(-50.5 / 25)), abs=2e-3)
+
+
+def test_regression_finds_linear_laws():
+    seen = [day(1), day(2)]
+    ideal = [Day(d.minute, d.nodes, d.nodes, (d.nodes - T0_DEG_C) @ GAINS.T) for d in seen]
+    model = regression(ideal)
+    assert model.coefficients == pytest.approx(GAINS.T, abs=1e-6)
+    assert model.at(np.array([22.0, 20, 20, 20, 20, 20]))[0] == pytest.approx(2 * -1.6)
+
+
+def test_regression_on_an_unseen_day_beats_ignoring_the_heat():
+    found = twin.fits(regression([day(s) for s in twin.LEARNED]), day(twin.VALIDATED))
+    for fit in found:
+        assert fit.rms < 0.1 * fit.span
+    assert found[0].rms > 0.1  # the bent share and the lag of the sensor stay
+
+
+def test_thermal_parameters_as_effects(scenario):
+    one = machine(scenario, *thermal_effects(np.array([-20.0, 3.0, 5.0, 10.0, 0.0, 4.0])))
+    # z: -20 um + 4 um/m x -0.1 m; y: 3 um + (5 urad, 0, 0) x (0 0 -120) = 0.6 um; x: table scale 10 um/m x 0.3 m, taken off
+    assert one.tip_error(one_place())[0] * 1e3 == pytest.approx((-3.0, 3.6, -20.4), abs=1e-9)
+
+
+def test_rewriting_takes_away_a_field_that_is_linear(scenario):
+    field = (Squareness("C0X", 60e-6), ScaleFactor("X", 40e-6), constant("EZZ", 0.0))
+    one = machine(scenario, *field)
+    only_known = machine(scenario, Squareness("C0X", 60e-6), *effects_of({"EXX": np.zeros(11)}, one.axes))
+    zero, tool = np.array(scenario.setup.offsets["G54"]), np.array([0.0, 0.0, -120.0])
+    before = twin.departures(twin.looked_at(scenario, twin.path()), only_known, np.zeros(6))
+    parts = [p - twin.predicted(only_known, None, p + zero, zero, tool) for p in twin.path()]
+    after = twin.departures(twin.looked_at(scenario, parts), only_known, np.zeros(6))
+    # north is 230 mm long (2 % left out at the ends): 60 urad x 112.7 mm = 6.76 um at its ends
+    assert np.abs(before["north"]).max() == pytest.approx(6.76, abs=0.05)
+    assert max(np.abs(v).max() for v in after.values()) < 0.15  # decimals of the program: 0.1 um
+
+
+def test_rewriting_before_and_after_warm_up(scenario):
+    result = twin.run(scenario)
+    by = {(c.state, c.model): c for c in result.cuts}
+    walls = ("east", "north", "west", "south")
+    worst = {k: max(np.abs(c.departure[w]).max() for w in walls) for k, c in by.items()}
+    cold, warm = f"minute {twin.COLD}", f"minute {twin.WARM}"
+    plain, geometry, thermal = twin.MODELS
+    assert worst[cold, geometry] < 0.2 * worst[cold, plain]
+    assert worst[warm, geometry] > 0.5 * worst[warm, plain]  # geometry alone does not help a warm machine
+    assert worst[warm, thermal] < 0.1 * worst[warm, plain]
+    top = by[warm, thermal].departure["top"]
+    growth = result.model.at(result.today.sensors[twin.WARM])[0] - result.today.parameters[twin.WARM][0]
+    assert top.mean() == pytest.approx(
+        -growth, abs=0.9
+    )  # what the regression misses, and the tilt of the cutter

@@ -1,0 +1,72 @@
+"""The jobs as Python calls on a Scenario; the command line calls the same functions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, overload
+
+from vcmm.core.errors import UsageError
+from vcmm.evaluation.checks import remarks
+from vcmm.evaluation.result import UncertaintyResult
+from vcmm.evaluation.sampling import Progress
+from vcmm.evaluation.uncertainty import evaluate
+from vcmm.evaluation.virtual_measurement import Measurement, measure_task
+from vcmm.measuring.scenario import Scenario
+
+if TYPE_CHECKING:
+    from vcmm.machining.placement import PlacedCut
+    from vcmm.machining.scenario import CutScenario
+    from vcmm.placing.result import Placed
+
+
+def measure(scenario: Scenario, seed: int | None = None) -> Measurement:
+    """One virtual measurement. seed=None: errors at their estimates; an int: one draw from what is known."""
+    return measure_task(_measuring(scenario).task(), seed)
+
+
+def uncertainty(
+    scenario: Scenario,
+    *,
+    seed: int | None = None,
+    trials: int | None = None,
+    engine: str | None = None,
+    digits: int | None = None,
+    progress: Progress | None = None,
+) -> UncertaintyResult:
+    """Task-specific uncertainty of every characteristic; settings of the scenario unless given here."""
+    _measuring(scenario)
+    changes = {"seed": seed, "trials": trials, "engine": engine, "digits": digits}
+    settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
+    found = evaluate(scenario.task(), settings, progress)
+    return replace(found, warnings=(*remarks(scenario), *found.warnings))
+
+
+@overload
+def place(scenario: Scenario, **options: Any) -> Placed: ...
+
+
+@overload
+def place(scenario: CutScenario, **options: Any) -> PlacedCut: ...
+
+
+def place(scenario: Scenario | CutScenario, **options: Any) -> Placed | PlacedCut:
+    """The pose that serves best: `vcmm.placing.job.place`, or for a part to be cut `vcmm.machining.placement.place_cut`.
+
+    options: those of either; both take seed, evaluations, scanned, trials and progress.
+    """
+    if isinstance(scenario, Scenario):
+        from vcmm.placing.job import place as place_measured
+
+        return place_measured(scenario, **options)
+    from vcmm.machining.placement import place_cut
+
+    return place_cut(scenario, **options)
+
+
+def _measuring(scenario: Scenario) -> Scenario:
+    """A scenario that measures; one that cuts is pointed to its own job."""
+    if not isinstance(scenario, Scenario):
+        raise UsageError(
+            "this scenario cuts a part: use vcmm.cut(scenario), or vcmm.place(scenario) for its best place"
+        )
+    return scenario

@@ -1,0 +1,1 @@
+"""Worked cases that are no papers: a test piece, a worn measuring machine; each with its page and command."""

@@ -1,0 +1,69 @@
+"""The report of the test piece: errors x features, and the circle under each error."""
+
+from __future__ import annotations
+
+from vcmm import __version__
+from vcmm import report as r
+from vcmm.cases.test_piece_errors import CIRCLE, Result
+from vcmm.machining.scenario import CutScenario
+from vcmm.pages.tables import Shown, html
+
+WHAT = (
+    "The piece is cut virtually with one error of the machine at a time, of a round unit size. The table shows what each "
+    "feature of the finished part departs from nominal: so a bad feature points to its cause, and a cause to the features "
+    "that must be looked at."
+)
+CAUTION = (
+    "Finishing passes only; no stock is stated, so no cutting force bends the tool. The work zero was set on the machine, "
+    "which takes its error there away. Form is what the stated inspection points find: 24 round the circle miss a reversal "
+    "spike that a scan of 1° sees."
+)
+SMALL = 0.005  # um, shown as a dot
+DRAWN = (0, 2, 7, 9, 11, 6)  # rows of the errors whose circles are drawn
+
+
+def tables(result: Result) -> list[Shown]:
+    """Round and flat features apart; the same in terminal, report and documentation."""
+    circle = [i for i, n in enumerate(result.features) if n in CIRCLE or "circle" in n]
+    flat = [i for i in range(len(result.features)) if i not in circle]
+    half = [i for i in flat if result.features[i].startswith("diamond")]
+    square = [i for i in flat if i not in half]
+    caption = "µm. Sizes and lengths: departure from nominal. Form and orientation: width of the zone. Ovals: amplitude of cos 2a and sin 2a."
+    return [
+        _shown(result, circle, "Errors x circle and bore", caption),
+        _shown(result, square, "Errors x square", "µm, as above."),
+        _shown(
+            result, half, "Errors x diamond", "µm, as above. NE: between the sides south-west and north-east."
+        ),
+    ]
+
+
+def _shown(result: Result, columns: list[int], title: str, caption: str) -> Shown:
+    rows = tuple((name, *(_cell(row[i]) for i in columns)) for name, row in zip(result.errors, result.um))
+    return Shown(title, ("error", *(_short(result.features[i]) for i in columns)), rows, caption)
+
+
+def _short(feature: str) -> str:
+    """The title of the table says which shape it is."""
+    return (
+        feature.removeprefix("circle, ")
+        .removeprefix("circle ")
+        .removeprefix("square ")
+        .removeprefix("diamond ")
+    )
+
+
+def _cell(value: float) -> str:
+    return "·" if abs(value) < SMALL else f"{value:+.2f}"
+
+
+def twin_page(scenario: CutScenario, result: Result) -> str:
+    """One self-contained HTML file."""
+    blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
+    for shown in tables(result):
+        blocks += html(shown)
+    blocks.append(r.heading("The circle under single errors"))
+    circles = [r.polar(result.angle, result.circle[i], title=result.errors[i]) for i in DRAWN]
+    blocks += [r.columns(*circles[i : i + 2]) for i in range(0, len(circles), 2)]
+    footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
+    return r.page("Which error shows in which feature", blocks, subtitle=scenario.name, footer=footer)

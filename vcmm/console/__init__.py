@@ -1,0 +1,1 @@
+"""What every command shares: JSON documents, tables, files written whole, progress. Imports core and files."""

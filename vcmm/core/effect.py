@@ -1,0 +1,203 @@
+"""Effect and param: the one open interface of vcmm.
+
+An Effect is a physical reason why one link of the machine is not where it should be. It is declared once, by
+its parameters and one method, and then serves simulation, Monte Carlo, budget, diagnosis, command line and docs.
+
+    link          which link moves: an axis letter, "tip" (workpiece axes), "tool" (frame of the last tool-side
+                  axis), "command" (moves what X, Y and Z are told, machine axes: a work offset) or "reading" (added to
+                  indicated - true, not carried and not negated)
+    error_motion  (n, 6): x y z in mm, a b c in rad, in tip sense, in that link's frame
+    place         where in the link's transform the six numbers act: "motion" (after the nominal motion),
+                  "travel" (turns the direction of travel only: squareness), "location" (moves the centre line)
+    own           True for tables: the numbers are the axis's own motion; the machine negates them for an axis
+                  that carries the workpiece
+    per           how candidates multiply: machine, axis, pair, component, direction, sensor, stylus, part ...
+    needs         columns of the run that must be present; "{axis}" and other place fields are filled in
+
+Parameters are linear unless `scan` is given. The basis of a parameter is its unit response, so an effect writes
+no derivative.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import Field, dataclass, field, fields, replace
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.run import Array, Run
+
+AXES = "XYZABC"
+FREE_LINKS = ("tip", "tool", "command", "reading")  # links that are no axis
+COLUMN = {letter: i for i, letter in enumerate("XYZABC")}  # EXj -> 0 ... ECj -> 5
+E = TypeVar("E", bound="Effect")
+
+
+def param(
+    default: Any,
+    unit: str,
+    doc: str,
+    *,
+    show: str = "",
+    scan: Sequence[float] = (),
+    shape: str = "",
+    only: str = "",
+) -> Any:
+    """Declare a parameter of an effect.
+
+    unit: canonical or file unit, it fixes the dimension ("um", "urad", "um/m", "um/(m K)", "s" ...).
+    show: unit of reports when it differs. scan: trial values, only for parameters that act non-linearly.
+    shape: text such as "(nodes, 3)" for array parameters. only: first letters of `component` that use it ("" = all).
+    """
+    meta = {"unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape, "only": only}
+    if callable(default):
+        return field(default_factory=default, metadata=meta)
+    return field(default=default, metadata=meta)
+
+
+@dataclass(frozen=True, eq=False)
+class Effect(ABC):
+    """Base of all effects; see the head of this file."""
+
+    name: ClassVar[str] = ""
+    per: ClassVar[str] = "machine"
+    needs: ClassVar[tuple[str, ...]] = ()
+    cites: ClassVar[str] = ""
+    place: ClassVar[str] = "motion"
+    own: ClassVar[bool] = False
+    aliases: ClassVar[
+        dict[str, str]
+    ] = {}  # names of the contract for a parameter that is kept in linear form
+
+    @property
+    @abstractmethod
+    def link(self) -> str:
+        """Axis letter, "tip", "tool", "command" or "reading"."""
+
+    @abstractmethod
+    def error_motion(self, run: Run) -> Array:
+        """(n, 6): x y z mm, a b c rad, tip sense, in the frame of `link`; for "reading" columns 0-2 in workpiece axes."""
+
+    def response(self, name: str, run: Run) -> Array | None:
+        """Optional shortcut: the unit response (n, 6, k) of an array parameter; None = found by unit steps.
+
+        Only worth writing for parameters with many elements; the contract test compares it with the unit steps.
+        """
+        return None
+
+    def projected(self, name: str, run: Run, weights: Array) -> Array | None:
+        """Optional shortcut: sum over the six numbers of weights (n, 6) times the unit response, (n, k).
+
+        Only worth writing where `response` is large and nearly empty (fields of many nodes).
+        """
+        return None
+
+    @property
+    def where(self) -> str:
+        """The place fields joined: "X" of backlash[X]; empty for an effect of the whole machine."""
+        said = [(f, getattr(self, f.name)) for f in place_fields(type(self))]
+        return ",".join(str(v) for f, v in said if v != "" and not (f.metadata["quiet"] and v == f.default))
+
+    @property
+    def id(self) -> str:
+        return f"{self.name}[{self.where}]" if self.where else self.name
+
+    def required(self) -> tuple[str, ...]:
+        """Columns this instance needs, place fields filled in."""
+        filled = {f.name: getattr(self, f.name) for f in place_fields(type(self))}
+        return tuple(text.format(**filled) for text in self.needs)
+
+
+def parameter_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
+    """The dataclass fields that are parameters, in order."""
+    return [f for f in fields(effect) if "unit" in f.metadata]
+
+
+def place_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
+    """Text fields that say where the effect sits (axis, pair, component, direction, sensor, stylus ...)."""
+    return [f for f in fields(effect) if f.metadata.get("place")]
+
+
+def at(default: Any, doc: str, quiet: bool = False) -> Any:
+    """Declare a place field of an effect (axis, pair, component ...). quiet: not in the name at its default value."""
+    return field(default=default, metadata={"place": True, "doc": doc, "quiet": quiet})
+
+
+def parameter(effect: Effect, name: str) -> Field[Any]:
+    """The field of one parameter. Raises UsageError with the closest name."""
+    known = {f.name: f for f in parameter_fields(effect)}
+    name = effect.aliases.get(name, name)
+    if name not in known:
+        raise UsageError(f"{effect.name} has no parameter {name}.{choose_from(name, known)}")
+    return known[name]
+
+
+def with_parameter(effect: E, name: str, value: float | Array) -> E:
+    """A copy with one parameter changed."""
+    return replace(effect, **{parameter(effect, name).name: value})
+
+
+def basis(effect: Effect, name: str, run: Run) -> Array:
+    """Derivative of the error motion w.r.t. each element of a parameter: (n, 6, k), k = 1 for a number.
+
+    Linear parameters: response to a unit step, exact. Parameters with `scan`: central difference.
+    """
+    spec = parameter(effect, name)
+    known = effect.response(spec.name, run)
+    if known is not None:
+        return known
+    return stepped_basis(effect, name, run)
+
+
+def projected_basis(effect: Effect, name: str, run: Run, weights: Array) -> Array:
+    """weights (n, 6) times `basis`, summed over the six numbers: (n, k)."""
+    known = effect.projected(parameter(effect, name).name, run, weights)
+    if known is not None:
+        return known
+    return np.asarray(np.einsum("ni,nik->nk", weights, basis(effect, name, run)))
+
+
+def stepped_basis(effect: Effect, name: str, run: Run) -> Array:
+    """`basis` by stepping each element of the parameter."""
+    spec = parameter(effect, name)
+    value = np.asarray(getattr(effect, spec.name), dtype=float)
+    columns = []
+    for k in range(value.size):
+        if spec.metadata["scan"]:
+            step = 1e-4 * max(abs(float(value.flat[k])), 1e-6)
+            high, low, width = _shifted(value, k, step), _shifted(value, k, -step), 2 * step
+        else:  # linear: the response to a unit vector, free of cancellation
+            low, width = np.zeros_like(value), 1.0
+            high = _shifted(low, k, 1.0)
+        columns.append(_difference(effect, spec.name, high, low, run) / width)
+    return np.stack(columns, axis=2)
+
+
+def _shifted(value: Array, k: int, step: float) -> Array:
+    out = value.copy()
+    out.flat[k] += step
+    return out
+
+
+def _difference(effect: Effect, name: str, high: Array, low: Array, run: Run) -> Array:
+    scalar = high.ndim == 0
+    up = with_parameter(effect, name, float(high) if scalar else high).error_motion(run)
+    return up - with_parameter(effect, name, float(low) if scalar else low).error_motion(run)
+
+
+def motion(run: Run, **components: Array) -> Array:
+    """Assemble an error motion from named columns: motion(run, X=..., B=...) -> (n, 6)."""
+    out = np.zeros((run.n, 6))
+    for letter, values in components.items():
+        out[:, COLUMN[letter]] = values
+    return out
+
+
+def along(run: Run, direction: Array, amount: Array) -> Array:
+    """A translation of `amount` (n,) mm along `direction` (n, 3) or (3,): (n, 6)."""
+    out = np.zeros((run.n, 6))
+    out[:, :3] = direction * np.asarray(amount)[:, None]
+    return out

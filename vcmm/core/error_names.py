@@ -1,0 +1,175 @@
+"""Names of component errors in other literatures, translated to ISO 230-1.
+
+    canonical("xty") -> "EYX"      canonical("δy(x)") -> "EYX"      canonical("roll of X") -> "EAX"
+
+The same straightness of axis X in direction Y has many names, and the order of the letters is not always the same:
+
+    ISO 230-1            E_YX      direction, axis
+    delta / epsilon      δy(x)     direction, axis     translations δ, rotations ε about the direction
+    VDI/VDE 2617-3       xty       axis, t, direction  xtx or xpx positioning, xry rotation about y, xwy squareness
+    compact T / R        Txy       axis, direction     Rxy rotation of axis x about y, Wxy squareness
+
+Only the name is translated. Signs and units stay those of the file that is read: mm and rad, right-hand rotations,
+squareness as in vcmm.effects.squareness.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+
+from vcmm.core.errors import UsageError, choose_from
+
+LINEAR, ROTARY = "XYZ", "ABC"
+DIRECTIONS = LINEAR + ROTARY
+SQUARE = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}  # the two axes, primary first
+
+_ISO = re.compile(r"E?_?\{?(?P<direction>[XYZABC])(?P<nought>[0O]?)(?P<axis>[XYZABC])\}?")
+_DELTA = re.compile(
+    r"(?P<kind>δ|Δ|delta|d|ε|eps|epsilon)_?\{?(?P<direction>[xyz])\}?"
+    r"(?:\((?P<argument>[xyzabc])\)|_?(?P<axis>[xyzabc]))\}?",
+    re.IGNORECASE,
+)
+_VDI = re.compile(r"(?P<axis>[xyz])(?P<kind>[tprw])(?P<direction>[xyz])", re.IGNORECASE)
+_COMPACT = re.compile(r"(?P<kind>[TRW])_?(?P<axis>[xyz])_?(?P<direction>[xyz])", re.IGNORECASE)
+
+
+def canonical(name: str) -> str:
+    """ISO 230-1 name of a component, squareness or location error: "EYX", "C0Y", "X0C".
+
+    Raises UsageError with the closest known name.
+    """
+    word = name.strip()
+    found = _iso(word) or _delta(word) or _vdi(word) or _compact(word) or _by_words().get(word.lower(), "")
+    if not found:
+        raise UsageError(f'unknown error name "{name}".{choose_from(word, _examples(word))}')
+    return found
+
+
+def known(name: str) -> bool:
+    """Whether `canonical` can translate a name."""
+    try:
+        canonical(name)
+    except UsageError:
+        return False
+    return True
+
+
+def table() -> list[tuple[str, str, str, str]]:
+    """Rows (ISO 230-1, VDI/VDE 2617-3, delta/epsilon, plain words): 18 component errors, 3 squareness, 12 rotary locations."""
+    rows = [_component_row(direction, axis) for axis in LINEAR for direction in DIRECTIONS]
+    rows += [_square_row(name) for name in SQUARE]
+    return rows + [_location_row(f"{d}0{axis}") for axis in ROTARY for d in _location_directions(axis)]
+
+
+def _iso(word: str) -> str:
+    """EXX, E_XX, E_{XX}; C0Y, COY, EC0Y, E_C0Y; X0C. A component error needs its E: XX alone says nothing."""
+    match = _ISO.fullmatch(word)
+    if not match:
+        return ""
+    direction, nought, axis = match["direction"], match["nought"], match["axis"]
+    if not nought:
+        return f"E{direction}{axis}" if word.startswith("E") else ""
+    return f"{direction}0{axis}" if _is_location(direction, axis) else ""
+
+
+def _is_location(direction: str, axis: str) -> bool:
+    """Squareness turns a linear axis about a line other than itself; a rotary axis may be shifted or turned."""
+    if axis in LINEAR:
+        return direction in ROTARY and LINEAR[ROTARY.index(direction)] != axis
+    return True
+
+
+def _delta(word: str) -> str:
+    match = _DELTA.fullmatch(word)
+    if not match:
+        return ""
+    rotation = match["kind"].lower() in ("ε", "eps", "epsilon")
+    return _component(match["direction"], match["argument"] or match["axis"], rotation)
+
+
+def _vdi(word: str) -> str:
+    match = _VDI.fullmatch(word)
+    if not match:
+        return ""
+    axis, kind, direction = match["axis"], match["kind"].lower(), match["direction"]
+    if kind == "w":
+        return _square(axis, direction)
+    if kind == "p" and axis.lower() != direction.lower():
+        return ""  # p is the position deviation, along the axis itself
+    return _component(direction, axis, kind == "r")
+
+
+def _compact(word: str) -> str:
+    match = _COMPACT.fullmatch(word)
+    if not match:
+        return ""
+    if match["kind"].upper() == "W":
+        return _square(match["axis"], match["direction"])
+    return _component(match["direction"], match["axis"], match["kind"].upper() == "R")
+
+
+def _component(direction: str, axis: str, rotation: bool) -> str:
+    d = direction.upper()
+    return f"E{ROTARY[LINEAR.index(d)] if rotation else d}{axis.upper()}"
+
+
+def _square(first: str, second: str) -> str:
+    pair = "".join(sorted((first.upper(), second.upper())))
+    return next((name for name, axes in SQUARE.items() if axes == pair), "")
+
+
+def _component_row(direction: str, axis: str) -> tuple[str, str, str, str]:
+    rotation = direction in ROTARY
+    d = LINEAR[ROTARY.index(direction)] if rotation else direction
+    vdi = f"{axis}r{d}" if rotation else f"{axis}p{d}, {axis}t{d}" if d == axis else f"{axis}t{d}"
+    delta = f"{'ε' if rotation else 'δ'}{d}({axis})"
+    return f"E{direction}{axis}", vdi.lower(), delta.lower(), _words(direction, axis)
+
+
+def _words(direction: str, axis: str) -> str:
+    if direction == axis:
+        return f"positioning of {axis}"
+    if direction in LINEAR:
+        return f"straightness of {axis} in {direction}"
+    about = LINEAR[ROTARY.index(direction)]
+    return f"roll of {axis}" if about == axis else f"tilt of {axis} about {about}"
+
+
+def _square_row(name: str) -> tuple[str, str, str, str]:
+    first, second = SQUARE[name][0], SQUARE[name][1]
+    return (
+        name,
+        f"{first}w{second}".lower(),
+        f"S{first}{second}".lower(),
+        f"squareness of {second} to {first}",
+    )
+
+
+def _location_directions(axis: str) -> list[str]:
+    """A centre line has two offsets and two tilts, none along itself."""
+    along = LINEAR[ROTARY.index(axis)]
+    return [d for d in LINEAR if d != along] + [d for d in ROTARY if d != axis]
+
+
+def _location_row(name: str) -> tuple[str, str, str, str]:
+    direction, axis = name[0], name[2]
+    if direction in LINEAR:
+        words = f"offset of the centre line of {axis} in {direction}"
+    else:
+        words = f"tilt of the centre line of {axis} about {LINEAR[ROTARY.index(direction)]}"
+    return name, "–", "–", words
+
+
+@cache
+def _by_words() -> dict[str, str]:
+    """Plain words and the few names that follow no pattern, in lower case."""
+    words = {row[3].lower(): row[0] for row in table()}
+    words |= {f"s{axes}".lower(): name for name, axes in SQUARE.items()}
+    return words | {f"squareness {axes[0]}-{axes[1]}".lower(): name for name, axes in SQUARE.items()}
+
+
+def _examples(word: str) -> list[str]:
+    """Names to choose from: those of the literature that the word looks like, else ISO."""
+    column = 1 if re.fullmatch(r"[xyz]\w{2}", word) else 2 if re.match(r"[δεΔd]|eps", word) else 0
+    return [name for row in table()[:21] for name in row[column].split(", ")]

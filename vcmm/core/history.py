@@ -1,0 +1,215 @@
+"""What an axis went through before each row: sense, travel since reversal, speed, state of play.
+
+Backlash, hysteresis, reversal spikes and servo lag depend on how a place was reached. Effects are row-wise, so that
+memory is turned into columns once, here:
+
+    sense_X                direction in which the axis last moved, -1 or 1; 0 where it is not known
+    since_reversal_X_mm    distance travelled since the last reversal (the start of the path counts as one)
+    travel_X_mm            distance travelled since the start, to and fro
+    speed_X_mm_s           signed
+    accel_X_mm_s2          signed
+    time_since_accel_s     since the linear axes last accelerated (the start counts as such)
+    play_X_5um_mm          how far the axis leads a follower with 5 um of play, within -5 um and 5 um
+
+Rotary axes have the same columns in rad: since_reversal_C_rad, speed_C_rad_s, accel_C_rad_s2.
+
+`path_history` takes the dense path, retract and approach included. `row_history` has only the rows of a recording,
+in the order in which they were made, and claims only what follows from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
+
+Bools = npt.NDArray[np.bool_]
+Ints = npt.NDArray[np.intp]
+RESTING = 0.05  # share of the largest acceleration of a path below which it is none
+STILL = 1e-7  # mm or rad: an axis that moves back by less has not reversed (rounding of positions)
+
+
+def sense_and_since(q: Array, still: float = STILL) -> tuple[Array, Array]:
+    """Sense (n,) and distance since the last reversal (n,) along positions q (n,), mm or rad.
+
+    A reversal is noticed once the axis has come back from its furthest point by more than `still`, and counts from
+    that furthest point. The first reversal is the start; before the axis first moves its sense is 0.
+    """
+    sense, since = np.zeros(len(q)), np.zeros(len(q))
+    direction, turned = 0, float(q[0]) if len(q) else 0.0
+    furthest = turned
+    for i, x in enumerate(q.tolist()):
+        ahead = (x - furthest) * direction if direction else abs(x - furthest)
+        if ahead > 0 and direction:
+            furthest = x
+        elif (direction and ahead < -still) or (not direction and ahead > still):
+            direction, turned, furthest = (1 if x > furthest else -1), furthest, x
+        sense[i], since[i] = direction, abs(furthest - turned)
+    return sense, since
+
+
+def axis_unit(axis: str) -> str:
+    """Unit of an axis in column names: mm, or rad for a rotary axis."""
+    return "mm" if axis in "XYZ" else "rad"
+
+
+def travel(q: Array) -> Array:
+    """Distance travelled since the first position, to and fro (n,), in the unit of q (n,)."""
+    return np.concatenate([np.zeros(min(len(q), 1)), np.cumsum(np.abs(np.diff(q)))])
+
+
+def play(q: Array, radius: float) -> Array:
+    """Play operator (Krasnosel'skii & Pokrovskii, Systems with Hysteresis, 1989): q - follower (n,), within +-radius.
+
+    The follower rests until the axis has left it behind by `radius`. It starts in the middle of its play.
+    """
+    if not radius > 0:
+        raise UsageError(f"a play of {radius:g} mm must be positive; write for example 0.005")
+    out = np.zeros(len(q))
+    follower = float(q[0]) if len(q) else 0.0
+    for i, x in enumerate(q.tolist()):
+        follower = min(max(follower, x - radius), x + radius)
+        out[i] = x - follower
+    return out
+
+
+def speed_and_acceleration(q: Array, time: Array, arriving: bool = False) -> tuple[Array, Array]:
+    """Signed speed and acceleration (n,) of positions q (n,) at times (n,) s, by differences of neighbours.
+
+    Central differences, of second order for a smooth path. arriving: differences to the rows before, the speed with
+    which each row was reached (touches, where the path turns back at once). Raises UsageError where time stands still.
+    """
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if len(back):
+        i = int(back[0]) + 1
+        raise UsageError(f"time_s is {time[i]:g} in row {i + 1}, after {time[i - 1]:g}; it must increase")
+    if len(q) < 2:
+        return np.zeros(len(q)), np.zeros(len(q))
+    step = np.diff(time)
+    slope = np.diff(q) / step
+    if arriving:
+        reached = np.concatenate([[0.0], slope])
+        return reached, np.concatenate([[0.0], np.diff(reached) / step])
+    bend = 2 * np.diff(slope) / (step[1:] + step[:-1])
+    inner = np.concatenate([bend[:1], bend, bend[-1:]]) if len(bend) else np.zeros(len(q))
+    return np.gradient(q, time), inner
+
+
+def time_since_acceleration(acceleration: Array, time: Array) -> Array:
+    """Time (n,) s since |acceleration| (n,) was last above RESTING of its maximum; the start counts as such."""
+    size = np.abs(acceleration)
+    active = size > RESTING * size.max(initial=0.0)
+    active[:1] = True
+    last = np.maximum.accumulate(np.where(active, np.arange(len(time)), 0))
+    return time - time[last]
+
+
+def path_history(
+    position: Mapping[str, Array],
+    time: Array | None = None,
+    rows: Ints | None = None,
+    radii: Sequence[float] = (),
+    arriving: bool = False,
+) -> dict[str, Array]:
+    """Columns of the rows `rows` (all by default) of a dense path: position of each axis (n,) mm or rad, time (n,) s.
+
+    radii: plays in mm or rad for which the play state is kept. Speed and acceleration need `time`; see
+    `speed_and_acceleration` for `arriving`.
+    """
+    out: dict[str, Array] = {}
+    for axis, q in position.items():
+        unit = axis_unit(axis)
+        out[f"sense_{axis}"], out[f"since_reversal_{axis}_{unit}"] = sense_and_since(q)
+        out[f"travel_{axis}_{unit}"] = travel(q)
+        if time is not None:
+            speed, acceleration = speed_and_acceleration(q, time, arriving)
+            out[f"speed_{axis}_{unit}_s"], out[f"accel_{axis}_{unit}_s2"] = speed, acceleration
+        for radius in radii:
+            out[play_column(axis, radius)] = play(q, radius)
+    linear = [out[f"accel_{a}_mm_s2"] for a in position if a in "XYZ" and time is not None]
+    if linear and time is not None:
+        out["time_since_accel_s"] = time_since_acceleration(np.linalg.norm(linear, axis=0), time)
+    return out if rows is None else {name: values[rows] for name, values in out.items()}
+
+
+def play_column(axis: str, radius: float) -> str:
+    """Name of a play state: play_X_5um_mm, play_C_20urad_rad."""
+    return f"play_{axis}_{radius * 1e3:g}um_mm" if axis in "XYZ" else f"play_{axis}_{radius * 1e6:g}urad_rad"
+
+
+def row_history(
+    run: Run, axes: Sequence[str], starts: Bools | None = None, positioned: bool = False
+) -> dict[str, Array]:
+    """sense and since_reversal of the rows of a run alone, for the axes that lack them.
+
+    starts (n,): rows before which something unseen may have happened (another run, another set-up); each begins anew.
+    positioned: the rows are targets approached one by one (ISO 230-2), not a dense path. Then the first target of a
+    stretch was approached in the direction in which the stretch goes on, and a target that is repeated at a turning
+    point was left, overrun and approached from beyond. Of three or more repeats there, those in between stay unknown.
+    """
+    fresh = np.zeros(run.n, dtype=bool) if starts is None else starts.copy()
+    fresh[:1] = True
+    out: dict[str, Array] = {}
+    for axis in axes:
+        q, unit = run.q(axis), axis_unit(axis)
+        sense_name, since_name = f"sense_{axis}", f"since_reversal_{axis}_{unit}"
+        sense = run.columns.get(sense_name)
+        if sense is None:
+            sense = _sense_of_rows(q, fresh, positioned)
+        columns = {sense_name: sense, since_name: since_reversal(q, sense, fresh)}
+        out |= {name: values for name, values in columns.items() if name not in run.columns}
+    return out
+
+
+def _sense_of_rows(q: Array, fresh: Bools, positioned: bool) -> Array:
+    """sense (n,) of every stretch on its own; positioned: its first rows take the sense of its first move."""
+    sense = np.zeros(len(q))
+    first = np.flatnonzero((fresh | turning_repeats(q)) if positioned else fresh)
+    for begin, end in zip(first, [*first[1:], len(q)]):
+        sense[begin:end] = sense_and_since(q[begin:end])[0]
+        moves = np.flatnonzero(sense[begin:end])
+        if positioned and len(moves):
+            sense[begin : begin + moves[0]] = sense[begin + moves[0]]
+    return sense
+
+
+def since_reversal(q: Array, sense: Array, fresh: Bools) -> Array:
+    """Distance (n,) since the sense of an axis last changed sign; rows marked `fresh` begin anew.
+
+    An axis that comes back turned at the row before. One that arrives against its way from there (or without any)
+    turned beyond the target at an unknown place, and counts from the target.
+    """
+    out = np.zeros(len(q))
+    turned, last = 0.0, 0.0
+    for i in range(len(q)):
+        if fresh[i]:
+            turned, last = q[i], sense[i]
+        elif (q[i] - q[i - 1]) * sense[i] < 0:
+            turned = q[i]
+        elif sense[i] * last < 0:
+            turned = q[i - 1]
+        last = sense[i] or last
+        out[i] = abs(q[i] - turned)
+    return out
+
+
+def turning_repeats(q: Array) -> Bools:
+    """Rows (n,) at which a target is repeated at a turning point of the targets; see `row_history`.
+
+    Of k repeats the second to the last are marked, so that only the last goes on in the new direction.
+    """
+    out = np.zeros(len(q), dtype=bool)
+    begin = 0
+    for end in range(1, len(q) + 1):
+        if end < len(q) and abs(q[end] - q[begin]) <= STILL:
+            continue
+        before = q[begin] - q[begin - 1] if begin else 0.0
+        after = q[end] - q[begin] if end < len(q) else 0.0
+        if before * after < 0:
+            out[begin + 1 : end] = True
+        begin = end
+    return out

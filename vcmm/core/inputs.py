@@ -1,0 +1,58 @@
+"""Input: one row of knowledge about a parameter or a run column (a GUM input quantity).
+
+The world is crisp (Machine), knowledge about it is a separate table. An Input says by how much the true value may
+depart from the number in the machine file, by which law, and how often it is drawn anew: `redraw` is a label
+column, one independent copy per value (machine: one for all; touch: one per row).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.laws import Law, MultivariateNormal, MultivariateSamples, Normal
+from vcmm.core.run import Array
+
+EVERY = "*"  # where = "*": one draw shared by all effects of that name (one coefficient of all scales)
+
+
+@dataclass(frozen=True, eq=False)
+class Input:
+    """Knowledge about `effect[where].parameter`, or about the run column `parameter` when effect = "channel".
+
+    law: departure from the estimate, canonical units. A scalar law is drawn independently for every element of an
+    array parameter, times `scale` (k,) where given; MultivariateNormal and MultivariateSamples draw all together.
+    owner: names the machine where two have a part in one task, so that each has draws of its own.
+    """
+
+    effect: str
+    where: str
+    parameter: str
+    law: Law | MultivariateNormal | MultivariateSamples
+    redraw: str = "machine"
+    evidence: str = ""
+    scale: Array | None = None
+    owner: str = ""
+
+    @property
+    def id(self) -> str:
+        """Names the random stream and the budget line: backlash[X].gap, scatter.value, channel.temp_part_C."""
+        where = f"[{self.where}]" if self.where else ""
+        name = f"{self.effect}{where}.{self.parameter}"
+        return f"{self.owner}: {name}" if self.owner else name
+
+    @property
+    def is_channel(self) -> bool:
+        return self.effect == "channel"
+
+    def spread(self, k: int) -> tuple[Law | MultivariateSamples, Array]:
+        """(law, factor (k, r)): departure of the k elements = factor @ r draws of the law.
+
+        The draws are independent, but for MultivariateSamples, whose r = k columns are drawn by rows together.
+        """
+        if isinstance(self.law, MultivariateNormal):
+            return Normal(1.0), self.law.factor
+        if isinstance(self.law, MultivariateSamples):
+            return self.law, np.eye(k)
+        return self.law, np.diag(np.ones(k) if self.scale is None else np.broadcast_to(self.scale, (k,)))

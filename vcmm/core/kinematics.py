@@ -1,0 +1,332 @@
+"""Kinematic chains: nominal transforms, and how small error motions reach the tip.
+
+Rules (all frames coincide with the machine frame when every axis is at zero):
+
+    structure "w C' Y' b X Z t" is read from workpiece to tool through the bed b; a prime marks an axis that carries
+    the workpiece and is commanded in tool-relative coordinates (its nominal motion is by -q).
+    T(axis) = L · T_nominal(q) · E   (error_frame "fixed": L · E · T_nominal(q)), E about the point `measured_at`,
+    L (location of a rotary axis) about `centre`; squareness turns the direction of travel only.
+    tip = T_work^-1 · T_tool · offset, in workpiece axes; tip error = actual - nominal.
+
+`tip_motion` is first order: each error motion is carried to the tip by its lever arm and all are added.
+`exact_tip_error` multiplies the transforms, one rotation vector per axis. Small and slow beside fast: a test bounds
+the difference.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array, Run
+
+LINEAR, ROTARY = "XYZ", "ABC"
+UNIT = {axis: np.eye(3)["XYZABC".index(axis) % 3] for axis in "XYZABC"}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis. travel in mm or rad; centre, measured_at in mm (machine frame with all axes at zero)."""
+
+    letter: str
+    travel: tuple[float, float]
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    measured_at: tuple[float, float, float] | None = None
+    error_frame: str = "moving"
+    dynamics: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def rotary(self) -> bool:
+        return self.letter in ROTARY
+
+    @property
+    def pivot(self) -> Array:
+        """The point whose displacement the translation errors describe (ISO 230-1: where they were measured)."""
+        if self.measured_at is not None:
+            return np.array(self.measured_at)
+        return np.array(self.centre) if self.rotary else np.zeros(3)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """tool, work: axis letters from the bed outwards."""
+
+    structure: str
+    tool: tuple[str, ...]
+    work: tuple[str, ...]
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        return self.tool + self.work
+
+
+def parse_structure(text: str) -> Chain:
+    """'w b Y X Z t' -> Chain. Raises UsageError: no w/b/t, a repeated or unknown axis, a prime on the wrong side."""
+    words = text.split()
+    example = "write for example structure = \"w X' Y' b Z t\" (workpiece to tool through the bed b)"
+    if len(words) < 3 or words[0] != "w" or words[-1] != "t" or words.count("b") != 1:
+        raise UsageError(f'structure = "{text}" must start with w, end with t and hold one b; {example}')
+    bed = words.index("b")
+    work, tool = words[1:bed], words[bed + 1 : -1]
+    for word in work + tool:
+        if not re.fullmatch(r"[XYZABC]'?", word):
+            raise UsageError(
+                f'structure = "{text}": unknown axis "{word}"; allowed are X Y Z A B C, primed before b; {example}'
+            )
+    if any(not word.endswith("'") for word in work) or any(word.endswith("'") for word in tool):
+        raise UsageError(
+            f'structure = "{text}": axes before b carry the workpiece and take a prime, axes after b take none; {example}'
+        )
+    letters = [word[0] for word in work + tool]
+    for letter in letters:
+        if letters.count(letter) > 1:
+            raise UsageError(
+                f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once'
+            )
+    return Chain(text, tuple(word[0] for word in tool), tuple(word[0] for word in reversed(work)))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A rigid transform per row: rotation (n, 3, 3) or None for the identity, shift (n, 3)."""
+
+    rotation: Array | None
+    shift: Array
+
+    def apply(self, points: Array) -> Array:
+        return self.turn(points) + self.shift
+
+    def turn(self, vectors: Array) -> Array:
+        return vectors if self.rotation is None else np.einsum("nij,nj->ni", self.rotation, vectors)
+
+    def turn_back(self, vectors: Array) -> Array:
+        return vectors if self.rotation is None else np.einsum("nji,nj->ni", self.rotation, vectors)
+
+    def undo(self, points: Array) -> Array:
+        return self.turn_back(points - self.shift)
+
+    def then(self, inner: Frame) -> Frame:
+        """self · inner: first inner, then self."""
+        if inner.rotation is None or self.rotation is None:
+            rotation = self.rotation if inner.rotation is None else inner.rotation
+        else:
+            rotation = self.rotation @ inner.rotation
+        return Frame(rotation, self.apply(np.broadcast_to(inner.shift, self.shift.shape)))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One effect's six numbers (n, 6), already with the sign of the link's own motion (see `signed`)."""
+
+    link: str
+    place: str
+    six: Array
+
+
+def rotation_from_vector(vector: Array) -> Array:
+    """exp([v]x) for rotation vectors (n, 3) rad: Rodrigues' formula, (n, 3, 3)."""
+    angle = np.linalg.norm(vector, axis=1)
+    small = angle < 1e-8  # series to second order is exact to 1e-24 there
+    safe = np.where(small, 1.0, angle)
+    a = np.where(small, 1.0 - angle**2 / 6, np.sin(safe) / safe)
+    b = np.where(small, 0.5, 2 * np.sin(safe / 2) ** 2 / safe**2)
+    cross = np.zeros((len(vector), 3, 3))
+    x, y, z = vector.T
+    cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x
+    cross[:, 1, 0], cross[:, 2, 0], cross[:, 2, 1] = z, -y, x
+    return np.eye(3) + a[:, None, None] * cross + b[:, None, None] * (cross @ cross)
+
+
+def nominal_motion(axis: Axis, q: Array, carries_work: bool) -> Frame:
+    """Transform of one axis: by q, or by -q for an axis that carries the workpiece."""
+    amount = -q if carries_work else q
+    if not axis.rotary:
+        return Frame(None, amount[:, None] * UNIT[axis.letter])
+    rotation = rotation_from_vector(amount[:, None] * UNIT[axis.letter])
+    centre = np.array(axis.centre)
+    return Frame(rotation, centre - rotation @ centre)
+
+
+@dataclass(frozen=True)
+class Pose6:
+    """Where a link is: `before` its nominal motion and `after` it, seen from the bed."""
+
+    before: Frame
+    after: Frame
+
+
+def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> tuple[dict[str, Pose6], Frame, Frame]:
+    """Frames of every link, and the ends of the tool and workpiece chains."""
+    still = Frame(None, np.zeros((run.n, 3)))
+    frames: dict[str, Pose6] = {}
+    ends = []
+    for side, carries_work in ((chain.tool, False), (chain.work, True)):
+        here = still
+        for letter in side:
+            after = here.then(nominal_motion(axes[letter], run.q(letter), carries_work))
+            frames[letter] = Pose6(here, after)
+            here = after
+        ends.append(here)
+    return frames, ends[0], ends[1]
+
+
+def nominal_tip(chain: Chain, axes: Mapping[str, Axis], run: Run) -> Array:
+    """Nominal tip position (n, 3) mm in workpiece axes."""
+    _, tool, work = link_frames(chain, axes, run)
+    return work.undo(tool.apply(run.offset))
+
+
+def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
+    """First-order motion of the tip (n, 6) in workpiece axes, actual - nominal: x y z mm, a b c rad.
+
+    `motions` are in tip sense. A motion (t, r) of a link about its pivot m moves the tip by t + r x (p - m).
+    """
+    frames, tool, work = link_frames(chain, axes, run)
+    tip = tool.apply(run.offset)
+    total = np.zeros((run.n, 6))
+    for motion in motions:
+        frame, shift, turn = _carried(motion, frames, axes, tool, work, tip, run)
+        total[:, :3] += work.turn_back(frame.turn(shift))
+        total[:, 3:] += work.turn_back(frame.turn(turn))
+    return total
+
+
+def commanded_directions(ends: tuple[dict[str, Pose6], Frame, Frame], n: int) -> Array:
+    """Way of the tip in workpiece axes per mm that X, Y and Z are commanded to go, as columns (n, 3, 3).
+
+    ends: `link_frames` of a run of n rows. The identity while all rotary axes stand at zero; a direction in which no axis
+    moves is that of the machine frame.
+    """
+    frames, _, work = ends
+    columns = []
+    for letter in LINEAR:
+        way = np.tile(UNIT[letter], (n, 1))
+        columns.append(work.turn_back(frames[letter].before.turn(way) if letter in frames else way))
+    return np.stack(columns, axis=2)
+
+
+def _carried(
+    motion: Motion,
+    frames: Mapping[str, Pose6],
+    axes: Mapping[str, Axis],
+    tool: Frame,
+    work: Frame,
+    tip: Array,
+    run: Run,
+) -> tuple[Frame, Array, Array]:
+    """(frame in which the motion is expressed, tip shift, turn), both (n, 3) in that frame."""
+    shift, turn = motion.six[:, :3], motion.six[:, 3:]
+    if motion.link == "tip":
+        return work, shift, turn
+    if motion.link == "tool":
+        return tool, shift, turn
+    if motion.link == "command":
+        ways = commanded_directions((dict(frames), tool, work), run.n)
+        return work, np.einsum("nij,nj->ni", ways, shift), np.zeros_like(turn)
+    axis, pose = axes[motion.link], frames[motion.link]
+    if motion.place == "travel":
+        # the travel q e turns to q (e + w x e); nothing else changes
+        return (
+            pose.before,
+            run.q(motion.link)[:, None] * np.cross(turn, UNIT[motion.link]),
+            np.zeros_like(turn),
+        )
+    fixed = motion.place == "location" or axis.error_frame == "fixed"
+    frame = pose.before if fixed else pose.after
+    pivot = np.array(axis.centre) if motion.place == "location" else axis.pivot
+    if turn.any():
+        shift = shift + np.cross(turn, frame.undo(tip) - pivot)
+    return frame, shift, turn
+
+
+def sensed(
+    frames_of: tuple[dict[str, Pose6], Frame, Frame],
+    axes: Mapping[str, Axis],
+    run: Run,
+    link: str,
+    place: str,
+    direction: Array,
+) -> Array:
+    """How far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
+
+    The transpose of `tip_motion`: n . (t + r x d) = n . t + r . (d x n), with d from the pivot to the tip.
+    frames_of: `link_frames` of the run, made once for all links.
+    """
+    frames, tool, work = frames_of
+    seen = work.turn(direction)
+    out = np.zeros((run.n, 6))
+    if link in ("tip", "tool"):
+        out[:, :3] = direction if link == "tip" else tool.turn_back(seen)
+        out[:, 3:] = 0.0
+        return out
+    if link == "command":
+        out[:, :3] = np.einsum("nij,ni->nj", commanded_directions(frames_of, run.n), direction)
+        return out
+    axis, pose = axes[link], frames[link]
+    fixed = place in ("travel", "location") or axis.error_frame == "fixed"
+    frame = pose.before if fixed else pose.after
+    local = frame.turn_back(seen)
+    if place == "travel":
+        out[:, 3:] = run.q(link)[:, None] * np.cross(UNIT[link], local)
+        return out
+    pivot = np.array(axis.centre) if place == "location" else axis.pivot
+    out[:, :3] = local
+    out[:, 3:] = np.cross(frame.undo(tool.apply(run.offset)) - pivot, local)
+    return out
+
+
+def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
+    """Tip error (n, 3) mm by multiplying the transforms; motions of one link and place are added first."""
+    summed = _by_link(motions, run.n)
+    ends = []
+    for side, carries_work in ((chain.tool, False), (chain.work, True)):
+        here = Frame(None, np.zeros((run.n, 3)))
+        for letter in side:
+            here = here.then(_actual_motion(axes[letter], run.q(letter), carries_work, summed))
+        ends.append(here)
+    at_tip, at_tool = summed.get(("tip", "motion")), summed.get(("tool", "motion"))
+    command = summed.get(("command", "motion"))
+    offset = run.offset if at_tool is None else run.offset + at_tool[:, :3]
+    actual = ends[1].undo(ends[0].apply(offset))
+    if at_tip is not None:
+        actual = actual + at_tip[:, :3]
+    if command is not None:
+        ways = commanded_directions(link_frames(chain, axes, run), run.n)
+        actual = actual + np.einsum("nij,nj->ni", ways, command[:, :3])
+    return actual - nominal_tip(chain, axes, run)
+
+
+def _by_link(motions: Sequence[Motion], n: int) -> dict[tuple[str, str], Array]:
+    summed: dict[tuple[str, str], Array] = {}
+    for motion in motions:
+        key = (motion.link, motion.place)
+        summed[key] = summed.get(key, np.zeros((n, 6))) + motion.six
+    return summed
+
+
+def _actual_motion(
+    axis: Axis, q: Array, carries_work: bool, summed: Mapping[tuple[str, str], Array]
+) -> Frame:
+    """L · T_nominal · E of one axis (or L · E · T_nominal), errors included."""
+    sign = -1.0 if carries_work else 1.0  # motions are in tip sense; the table's own motion is opposite
+    nominal = nominal_motion(axis, q, carries_work)
+    travel = summed.get((axis.letter, "travel"))
+    if travel is not None:
+        direction = rotation_from_vector(travel[:, 3:]) @ UNIT[axis.letter]
+        nominal = Frame(None, (sign * q)[:, None] * direction)
+    own = summed.get((axis.letter, "motion"))
+    if own is not None:
+        error = _small(sign * own, axis.pivot)
+        nominal = error.then(nominal) if axis.error_frame == "fixed" else nominal.then(error)
+    location = summed.get((axis.letter, "location"))
+    return nominal if location is None else _small(sign * location, np.array(axis.centre)).then(nominal)
+
+
+def _small(six: Array, pivot: Array) -> Frame:
+    """p -> pivot + exp([r]x)(p - pivot) + t."""
+    rotation = rotation_from_vector(six[:, 3:])
+    return Frame(rotation, pivot - rotation @ pivot + six[:, :3])

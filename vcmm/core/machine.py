@@ -1,0 +1,149 @@
+"""Machine: structure, axes, and the effects that make it imperfect. Numbers are crisp; knowledge is in Inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.effect import FREE_LINKS, Effect
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.inputs import Input
+from vcmm.core.kinematics import Axis, Chain, Motion, exact_tip_error, nominal_tip, tip_motion
+from vcmm.core.run import Array, Run
+
+FIRST_ORDER_LIMIT_RAD = 1e-3  # second-order terms: 1e-3^2 / 2 x 1 m = 0.5 um
+CHUNK = 1 << 15  # rows at a time: the working arrays stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """A machine as data. `effects` hold what is known of its errors, `inputs` how well that is known."""
+
+    name: str
+    kind: str
+    chain: Chain
+    axes: Mapping[str, Axis]
+    effects: tuple[Effect, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    state: str = "residual"
+    compensation: tuple[str, ...] = ()
+    load_limit: float | None = None  # kg
+
+    def __post_init__(self) -> None:
+        for letter in self.chain.letters:
+            if letter not in self.axes:
+                raise UsageError(
+                    f"structure names axis {letter}, but there is no [axes.{letter}]; add it with its travel"
+                )
+        for letter in self.axes:
+            if letter not in self.chain.letters:
+                raise UsageError(
+                    f'[axes.{letter}] is not in structure = "{self.chain.structure}"; add it there or remove it'
+                )
+        for effect in self.effects:
+            if effect.link not in (*FREE_LINKS, *self.chain.letters):
+                raise UsageError(
+                    f"{effect.id} acts on axis {effect.link}, which is not in structure {self.chain.structure}"
+                )
+
+    def with_effect(self, *effects: Effect) -> Machine:
+        """A copy with further effects."""
+        return replace(self, effects=self.effects + effects)
+
+    def without(self, name: str, where: str | None = None) -> Machine:
+        """A copy without the effects of that name (and place)."""
+        gone = [e for e in self.effects if e.name == name and where in (None, e.where)]
+        if not gone:
+            raise UsageError(
+                f"the machine has no effect {name}.{choose_from(name, sorted({e.name for e in self.effects}))}"
+            )
+        return replace(self, effects=tuple(e for e in self.effects if e not in gone))
+
+    def prepare(self, run: Run) -> Run:
+        """The run with the nominal tip position as columns; checks positions against the travels.
+
+        Raises ModelLimit naming the row, the axis and the travel.
+        """
+        for letter, axis in self.axes.items():
+            check_travel(axis, run.q(letter))
+        if "tip_x_mm" in run.columns:
+            return run
+        tip = nominal_tip(self.chain, self.axes, run)
+        return run.with_columns({f"tip_{c}_mm": tip[:, i] for i, c in enumerate("xyz")})
+
+    def motions(self, run: Run, effects: Iterable[Effect] | None = None) -> list[Motion]:
+        """Error motions of all effects that move a link, in tip sense. `run` is prepared."""
+        chosen = [e for e in (self.effects if effects is None else effects) if e.link != "reading"]
+        return [Motion(e.link, e.place, self.sign(e) * self.asked(e, run)) for e in chosen]
+
+    def sign(self, effect: Effect) -> float:
+        """-1 for an axis's own motion on the workpiece side, else +1 (error motions are in tip sense)."""
+        return -1.0 if effect.own and effect.link in self.chain.work else 1.0
+
+    def asked(self, effect: Effect, run: Run) -> Array:
+        """error_motion, after checking that the run has the columns the effect needs."""
+        for column in effect.required():
+            if (
+                column not in run.columns
+                and column.removeprefix("temp_").removesuffix("_C") not in run.series
+            ):
+                raise ModelLimit(
+                    f"{effect.id} needs the column {column}, which this run lacks; add it or remove the effect"
+                )
+        return effect.error_motion(run)
+
+    def tip_motion(self, run: Run) -> Array:
+        """First-order motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad.
+
+        Raises ModelLimit where a rotation exceeds 1 mrad: there first order is no longer good enough.
+        """
+        run = self.prepare(run)
+        parts = [self._first_order(run.take(slice(i, i + CHUNK))) for i in range(0, run.n, CHUNK)]
+        return np.concatenate(parts) if parts else np.zeros((0, 6))
+
+    def _first_order(self, run: Run) -> Array:
+        motions = self.motions(run)
+        for motion in motions:
+            largest = float(np.abs(motion.six[:, 3:]).max(initial=0.0))
+            if largest > FIRST_ORDER_LIMIT_RAD:
+                raise ModelLimit(
+                    f"a rotation of {largest * 1e3:.3g} mrad of link {motion.link} exceeds 1 mrad, the limit of the "
+                    "first-order engine; use exact=True (--exact) or check the unit of the error table"
+                )
+        return tip_motion(self.chain, self.axes, run, motions)
+
+    def tip_error(self, run: Run, exact: bool = False) -> Array:
+        """Tip error (n, 3) mm, actual - nominal, workpiece axes. exact=True multiplies the transforms."""
+        if not exact:
+            return self.tip_motion(run)[:, :3]
+        run = self.prepare(run)
+        return exact_tip_error(self.chain, self.axes, run, self.motions(run))
+
+    def reading(self, run: Run) -> Array:
+        """What probe, stylus, part and instrument add to the indication (n, 3) mm, indicated - true."""
+        run = self.prepare(run)
+        total = np.zeros((run.n, 3))
+        for effect in self.effects:
+            if effect.link == "reading":
+                total += self.asked(effect, run)[:, :3]
+        return total
+
+    def indication_error(self, run: Run, exact: bool = False) -> Array:
+        """Measuring: error = indicated - true = -tip error + reading, (n, 3) mm. The one home of this sign."""
+        run = self.prepare(run)
+        return self.reading(run) - self.tip_error(run, exact)
+
+
+def check_travel(axis: Axis, q: Array) -> None:
+    """Raises ModelLimit for the first row outside the travel (1 nm or 1 nrad of rounding is allowed)."""
+    low, high = axis.travel
+    outside = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
+    if len(outside):
+        row = int(outside[0])
+        scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
+        raise ModelLimit(
+            f"row {row + 1}: axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel "
+            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose"
+        )

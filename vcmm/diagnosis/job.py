@@ -1,0 +1,27 @@
+"""The diagnosis as a Python call; the command line calls the same function."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from vcmm.core.effect import Effect
+from vcmm.core.machine import Machine
+from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.opposite_sign import other_way
+from vcmm.diagnosis.result import Diagnosis
+from vcmm.evaluation.sampling import Progress
+from vcmm.response.recording import Recording
+
+
+def diagnose(
+    recording: Recording,
+    machine: Machine,
+    *,
+    seed: int = 0,
+    extra_effects: Sequence[type[Effect]] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """What physics a recording holds that the machine lacks: causes, rivals, held-out improvement, next measurement."""
+    found = diagnose_recording(recording, machine, seed=seed, extra_effects=extra_effects, progress=progress)
+    return replace(found, warnings=(*found.warnings, *other_way(recording, machine, found)))

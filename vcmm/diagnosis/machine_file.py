@@ -1,0 +1,194 @@
+"""An improved machine file: the original text, the effects that were found, and how well they are known.
+
+Everything the owner wrote stays as it is; what is added stands at the end, with the recording it comes from.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.laws import MultivariateNormal
+from vcmm.core.machine import Machine
+from vcmm.core.units import in_unit
+from vcmm.diagnosis.accepted import notes, remarks, written
+from vcmm.diagnosis.mistakes import Mistake
+from vcmm.diagnosis.repair import NUMBERS, repaired_effects
+from vcmm.diagnosis.result import Answer
+from vcmm.files.effects import unit_of
+from vcmm.files.isg_writer import isg_text, with_values
+from vcmm.files.knowledge import addable
+
+TABLE = "errors_corrected.csv"
+
+
+def improved_machine(
+    original: Path, target: Path, machine: Machine, answers: Sequence[Answer], source: str
+) -> str:
+    """Text of the improved machine file.
+
+    Of an effect that the machine has already only the departure is added: effects of one name and place are joined when
+    the file is read. A quantity that has an Input keeps it. Candidates and errors of the instrument are named in a comment.
+    """
+    text = original.read_text(encoding="utf-8").rstrip() + "\n"
+    text = _moved_tables(text, original.parent, target.parent)
+    known = {i.id for i in machine.inputs}
+    blocks = [f"# {note}\n" for note in notes(answers)]
+    for answer in written(answers):
+        assert answer.fitted is not None
+        said = f"found in {source}, probability {answer.probability:.3f}"
+        told = "".join(f"# {remark}\n" for remark in remarks(answer.fitted))
+        blocks.append(told + effect_toml(_departure(answer.fitted, machine), said))
+        # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
+        alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
+        wanted = [one for one in answer.inputs if alone and one.id not in known]
+        blocks += [input_toml(answer.fitted, one, source) for one in wanted]
+    return text + "".join(f"\n{block}" for block in blocks)
+
+
+def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: str) -> dict[str, str]:
+    """File name -> text of the corrected error table, beside the text `improved_machine` writes; empty where the numbers
+    do not stand in a table file ([errors] table) or cannot be corrected there.
+    """
+    from vcmm.files.known_errors import effects_of, read_error_file
+    from vcmm.files.toml import read_toml
+
+    stated = read_toml(original).data.get("errors")
+    if not isinstance(stated, dict) or not isinstance(stated.get("table"), str):
+        return {}
+    file = read_error_file(original.parent / stated["table"])
+    own = tuple(effects_of(file))
+    axis = machine.axes.get(mistake.component)
+    arm = None if axis is None or axis.measured_at is None else np.asarray(axis.measured_at, dtype=float)
+    try:
+        new = repaired_effects(own, mistake, arm)
+    except (UsageError, KeyError):
+        return {}
+    numbers = {e.where: getattr(e, NUMBERS[e.name]) for e in new if e.name in NUMBERS}
+    said = f"corrected after {source}: {mistake.component}, {mistake.what}"
+    return {TABLE: isg_text(with_values(file, numbers), said)}
+
+
+def with_table(text: str) -> str:
+    """Text of a machine file whose [errors] name the corrected table."""
+    head, mark, rest = text.partition("[errors]")
+    return head + mark + re.sub(r"""(\btable\s*=\s*)["'][^"']+["']""", rf'\g<1>"{TABLE}"', rest, count=1)
+
+
+def _departure(effect: Effect, machine: Machine) -> Effect:
+    """The effect less what the machine has of it."""
+    own = next((e for e in machine.effects if e.id == effect.id), None)
+    if own is None or not addable(own, effect):
+        return effect
+    linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
+    return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
+
+
+def _moved_tables(text: str, old: Path, new: Path) -> str:
+    """File names in the text, seen from the new folder."""
+
+    def moved(match: re.Match[str]) -> str:
+        return (
+            f'{match[1]}"{os.path.relpath(old / match[2], new)}"' if (old / match[2]).is_file() else match[0]
+        )
+
+    return re.sub(r"""(\btable\s*=\s*)["']([^"']+)["']""", moved, text)
+
+
+def effect_toml(effect: Effect, comment: str = "") -> str:
+    """One [[effects]] table with all places, parameters and further keys of the effect."""
+    lines = [
+        f"[[effects]]{f'                                # {comment}' if comment else ''}",
+        f'effect = "{effect.name}"',
+    ]
+    back = {name: word for word, name in effect.aliases.items() if re.fullmatch(r"[\w-]+", word)}
+    for place in place_fields(effect):
+        value = getattr(effect, place.name)
+        if value != "" and not (place.metadata["quiet"] and value == place.default):
+            lines.append(f"{place.name} = {_plain(value)}")
+    letter = str(getattr(effect, "component", ""))[:1]
+    for spec in parameter_fields(effect):
+        if spec.metadata["only"] and letter not in spec.metadata["only"]:
+            continue  # a shift has no tilt
+        lines.append(f"{back.get(spec.name, spec.name)} = {_quantity(effect, spec)}")
+    done = {f.name for f in (*place_fields(effect), *parameter_fields(effect))}
+    for name, value in vars(effect).items():
+        if name not in done and isinstance(value, str | int) and not name.startswith("_"):
+            lines.append(f"{name} = {_plain(value)}")
+        elif name not in done and isinstance(value, float) and value != 0.0:
+            lines.append(f'{name} = "{value:.10g} mm"')
+    return "\n".join([*lines, *_array_lines(effect)]) + "\n"
+
+
+def _array_lines(effect: Effect) -> list[str]:
+    """What an effect stands on without being a parameter: ends or nodes of a travel, grids and table, points."""
+    lines = []
+    letters = tuple(getattr(effect, "arguments", ()))
+    if letters and vars(effect).get("grids"):
+        grids = [_positions(a, g) for a, g in zip(letters, vars(effect)["grids"])]
+        lines += [f"arguments = [{', '.join(_plain(a) for a in letters)}]", f"grids = [{', '.join(grids)}]"]
+    for name in ("nodes", "deviation"):
+        value = np.asarray(vars(effect).get(name, ()), dtype=float)
+        if not value.size or name in {f.name for f in parameter_fields(effect)}:
+            continue
+        if value.ndim == 1:
+            lines.append(f"{name} = {_positions(str(vars(effect)['component'])[-1], value)}")
+        else:
+            points = (f'"{" ".join(f"{v:.10g}" for v in row)} mm"' for row in value)
+            lines.append(f"{name} = [{', '.join(points)}]")
+    return lines
+
+
+def _positions(letter: str, values: Any) -> str:
+    unit = "rad" if letter in tuple("ABC") else "mm"
+    return f'"{" ".join(f"{v:.10g}" for v in np.asarray(values, dtype=float))} {unit}"'
+
+
+def _quantity(effect: Effect, spec: Any) -> str:
+    unit = unit_of(spec.metadata["unit"], str(getattr(effect, "component", "")))
+    numbers = np.ravel(np.asarray(getattr(effect, spec.name), dtype=float)) / _factor(unit)
+    return (
+        f'"{" ".join(f"{n:.10g}" for n in numbers)} {unit}"'
+        if unit not in ("", "1")
+        else f'"{" ".join(f"{n:.10g}" for n in numbers)}"'
+    )
+
+
+def _factor(unit: str) -> float:
+    return 1.0 if unit in ("", "1") else 1.0 / in_unit(1.0, unit)
+
+
+def _plain(value: object) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def input_toml(effect: Effect, one: Input, source: str) -> str:
+    """One [[inputs]] table for a parameter of the effect: u for a number, a covariance for an array."""
+    spec = next(f for f in parameter_fields(effect) if f.name == one.parameter)
+    unit = unit_of(spec.metadata["unit"], str(getattr(effect, "component", "")))
+    lines = ["[[inputs]]", f'effect = "{effect.name}"']
+    for place in place_fields(effect):
+        value = getattr(effect, place.name)
+        if value != "" and not (place.metadata["quiet"] and value == place.default):
+            lines.append(f"{place.name} = {_plain(value)}")
+    lines.append(f'parameter = "{one.parameter}"')
+    if isinstance(one.law, MultivariateNormal):
+        rows = one.law.covariance / _factor(unit) ** 2
+        lines += [
+            'law = "multivariate"',
+            "covariance = [" + ", ".join(f"[{', '.join(f'{v:.6g}' for v in row)}]" for row in rows) + "]",
+        ]
+    else:
+        spread = f"{float(np.ravel(one.law.u)[0]) / _factor(unit):.6g}"
+        lines += ['law = "normal"', f'u = "{spread} {unit}"' if unit not in ("", "1") else f'u = "{spread}"']
+    lines.append(f'evidence = "diagnosed from {source}"')
+    return "\n".join(lines) + "\n"

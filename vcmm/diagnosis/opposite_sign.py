@@ -1,0 +1,64 @@
+"""May all readings have the opposite sign? Said, never decided: the sense of `observed` is known to the operator only.
+
+A recording of the other sign holds minus what the machine's file predicts, so that its residual holds minus twice:
+
+    c = d . r / d . d -> -2,    u(c) = sigma / |d|      d: white prediction of all known effects, r: white residual
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.result import Diagnosis
+from vcmm.response.observe import baseline
+from vcmm.response.recording import Recording
+
+CLEAR = 4.0  # standard deviations of c from nothing
+AGREES = 3.0  # standard deviations of c from -2
+LOOK = 'look at `observed` ("indicated - true" against "actual - commanded")'
+
+
+def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str, ...]:
+    """Sentences about a sign over everything; none where a mistake of the table says so already."""
+    if d.mistake is not None and d.mistake.what == "sign":
+        return ()
+    c, u = against_known(recording, machine)
+    if abs(c) > CLEAR * u and abs(c + 2.0) < AGREES * u:
+        return (
+            f"the residual holds {c:.1f} times what the machine file predicts (standard uncertainty {u:.1f}; -2 where all"
+            f" readings have the opposite sign): `observed` may be the wrong way round; {LOOK}",
+        )
+    reversed_gap = [a for a in d.answer if a.effect == "backlash" and _negative(a.parameters.get("gap"))]
+    if not reversed_gap:
+        return ()
+    names = ", ".join(str(v) for a in reversed_gap for v in a.where.values())
+    return (
+        f"{names} goes too far after reversing, which is rare: if all readings had the opposite sign, it would be an"
+        f" ordinary backlash, and every other sign of the answers would turn too; {LOOK}",
+    )
+
+
+def _negative(gap: object) -> bool:
+    return float(getattr(gap, "value", 0.0)) < 0.0
+
+
+def against_known(recording: Recording, machine: Machine) -> tuple[float, float]:
+    """c and u(c) of the head of this file; (0, inf) where the machine file predicts nothing that is seen."""
+    try:
+        problem = make_problem(recording, machine)
+        blank = baseline(problem.recording, replace(machine, effects=(), inputs=()))
+        known = baseline(problem.recording, machine) - blank
+        white = problem.whitener()
+    except ModelLimit:
+        return 0.0, float("inf")
+    d, r = white.apply(known[:, None])[:, 0], white.apply(problem.residual)
+    size = float(np.linalg.norm(d))
+    if size < 1e-3:
+        return 0.0, float("inf")
+    sigma = float(np.sqrt(r @ r / white.dof))
+    return float(d @ r) / size**2, sigma / size

@@ -1,0 +1,1 @@
+"""Uncertainty evaluated: random streams, intervals, Monte Carlo, linear and exact models, budget."""

@@ -1,0 +1,72 @@
+"""Budget lines: which Input contributes how much, in the units of its parameter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.core.effect import parameter
+from vcmm.core.inputs import Input
+from vcmm.core.units import channel_unit, in_unit
+from vcmm.evaluation.montecarlo import Term
+from vcmm.evaluation.result import BudgetLine
+from vcmm.evaluation.world import World
+from vcmm.response.influence import Influence, targets
+
+
+def budget_line(
+    world: World, influence: Influence, term: Term, u_i: float, u: float, linear: bool
+) -> BudgetLine:
+    """One row; u_i is the contribution, u the whole, mm or rad. Sensitivities exist for scalar Inputs drawn once."""
+    one = influence.input
+    unit = unit_of(world, one)
+    scalar = influence.response.shape[2] == 1
+    law, factor = one.spread(influence.response.shape[2])
+    u_input = float(np.ravel(law.u)[0]) * float(abs(factor[0, 0])) if scalar else None
+    sensitivity = None
+    if linear and term.gain.shape == (1, 1) and factor[0, 0]:
+        sensitivity = float(term.gain[0, 0] / factor[0, 0]) * _scale(unit)
+    return BudgetLine(
+        input=one.id, what=words(world, one), distribution=one.law.name, dof=float(getattr(law, "dof", np.inf)),
+        redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
+        sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
+        evidence=one.evidence,
+    )  # fmt: skip
+
+
+def unit_of(world: World, one: Input) -> str:
+    """The unit of the parameter or column, as files write it; degC for temperatures."""
+    if one.is_channel:
+        unit = channel_unit(one.parameter)
+        return "degC" if unit == "K" else unit
+    effect = targets(world.machine_of(one)[0], one)[0]
+    unit = parameter(effect, one.parameter).metadata["show"]
+    if unit == "mm or rad":
+        return "urad" if str(getattr(effect, "component", "EXX"))[1] in "ABC" else "um"
+    return str(unit)
+
+
+def estimate(world: World, one: Input) -> float | None:
+    """The number in the machine file or the run, canonical unit; None for arrays."""
+    if one.is_channel:
+        return float(np.mean(world.machine_of(one)[1].column(one.parameter)))
+    effect = targets(world.machine_of(one)[0], one)[0]
+    spec = parameter(effect, one.parameter)
+    return None if spec.metadata["shape"] else float(getattr(effect, spec.name))
+
+
+def words(world: World, one: Input) -> str:
+    """The Input in plain words: "expansion coefficient of the part", "temperature part"."""
+    if one.is_channel:
+        name = one.parameter.rsplit("_", 1)[0].replace("temp_", "temperature ").replace("_", " ")
+        return f"{name}, true minus reading" if name.startswith("temperature") else name
+    effect = targets(world.machine_of(one)[0], one)[0]
+    doc = str(parameter(effect, one.parameter).metadata["doc"])
+    return f"{one.effect.replace('_', ' ')}{f' {one.where}' if one.where else ''}: {doc}"
+
+
+def _scale(unit: str) -> float:
+    return 1.0 if unit in ("", "1") else 1.0 / in_unit(1.0, unit)
+
+
+def _in(value: float | None, unit: str) -> float | None:
+    return None if value is None else value / _scale(unit)

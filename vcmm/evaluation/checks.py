@@ -1,0 +1,63 @@
+"""Remarks on a scenario: what was said and has no effect, and what was left out and counts as perfectly known."""
+
+from __future__ import annotations
+
+from vcmm.core.inputs import EVERY
+from vcmm.core.run import T0_DEG_C
+from vcmm.measuring.scenario import Scenario
+
+
+def remarks(scenario: Scenario) -> tuple[str, ...]:
+    """Sentences for `check`, the result and the report; empty when there is nothing to say."""
+    return (*_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario))
+
+
+def _unused_temperatures(scenario: Scenario) -> list[str]:
+    """Temperatures that no effect of the machine or part reads."""
+    read = {column for effect in scenario.machine.effects for column in effect.required()}
+    cures = {"temp_part_C": "[part] expansion", "temp_gradient_C": "an effect that bends with it"}
+    out = []
+    for column, value in scenario.constants.items():
+        neutral = 0.0 if column == "temp_gradient_C" else T0_DEG_C
+        if column.startswith("temp_") and value != neutral and column not in read:
+            name = column.removeprefix("temp_").removesuffix("_C")
+            cure = cures.get(
+                column,
+                "[machine.environment] scales" if name.startswith("scale_") else "an effect with that sensor",
+            )
+            out.append(
+                f"the temperature {name} = {value:g} has no effect: nothing in the machine or part depends on it; add {cure}"
+            )
+    return out
+
+
+def _exact_temperatures(scenario: Scenario) -> list[str]:
+    """Temperatures that matter and have no uncertainty."""
+    known = {i.parameter for i in (*scenario.machine.inputs, *scenario.inputs) if i.is_channel}
+    out = []
+    for effect in scenario.machine.effects:
+        for column in effect.required():
+            readings = {column, column.replace("temp_", "reading_", 1)}
+            if column.startswith("temp_") and not readings & known and bool(getattr(effect, "alpha", 0.0)):
+                name = column.removeprefix("temp_").removesuffix("_C")
+                out.append(
+                    f'the temperature {name} is taken as exactly known; add [environment] u_temperature = {{ {name} = "0.1 K" }}'
+                )
+    return list(dict.fromkeys(out))
+
+
+def _unqualified(scenario: Scenario) -> list[str]:
+    used = dict.fromkeys(step.stylus for step in scenario.plan.steps)
+    bare = [name for name in used if name not in scenario.qualifications]
+    known = {
+        i.where
+        for i in scenario.machine.inputs
+        if i.effect in ("tip_radius", "tip_offset", "stylus_qualification")
+    }
+    bare = [name for name in bare if not {name, "", EVERY} & known]
+    if not bare:
+        return []
+    word = "stylus" if len(bare) == 1 else "styli"
+    return [
+        f"{word} {', '.join(bare)}: tip radius and offset are taken as exactly known; add qualification = {{ sphere_diameter = ... }}"
+    ]

@@ -1,0 +1,47 @@
+"""The slow truth: trials with multiplied transforms, contact found on the nominal surface, iterated fits.
+
+Used to certify the linear model on the very same draws, and as an engine of its own for small numbers of trials.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.evaluation.linear import LinearModel
+from vcmm.evaluation.streams import copy_code, draw
+from vcmm.measuring.task import evaluate_all, fit_features, measured_points
+from vcmm.response.trials import Draws
+
+
+def draw_inputs(model: LinearModel, seed: int, first: int, count: int) -> list[Draws]:
+    """The same numbers that the Monte Carlo tiers draw for trials first .. first + count - 1."""
+    out = []
+    for influence in model.influences:
+        law, factor = influence.input.spread(influence.response.shape[2])
+        r = factor.shape[1]
+        lanes = [(k, copy_code(c)) for c in influence.copies for k in range(r)]
+        raw = draw(seed, influence.input.id, np.array(lanes, dtype=np.uint32), law, first, count)
+        raw = raw.reshape(count, len(influence.copies), r)
+        out.append(Draws(influence, raw, raw @ factor.T))
+    return out
+
+
+def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
+    """q (m, K) of the linear model for given draws, products included."""
+    q = np.broadcast_to(model.q0, (len(drawn[0].raw), len(model.q0))).copy() if drawn else model.q0[None]
+    for one in drawn:
+        along = model.along_normal(one.influence)
+        codes = one.influence.codes
+        q += np.einsum("mnk,nk->mn", one.departures[:, codes], along) @ model.operator.T
+    for product in model.products:
+        first, second = (drawn[i].departures[:, :, 0] for i in (product.first, product.second))
+        for one_copy, other_copy, gain in model.meetings(product):
+            q += (first[:, one_copy] * second[:, other_copy])[:, None] * gain
+    return np.asarray(q)
+
+
+def exact_values(model: LinearModel, drawn: list[Draws]) -> Array:
+    """Characteristics (m, C) with transforms multiplied, contact found and fits iterated."""
+    points = measured_points(model.task, model.world.exact_errors(drawn))
+    return evaluate_all(model.task, fit_features(model.task, points))

@@ -1,0 +1,265 @@
+"""Gaussian linear models with unknown noise scale: whitening, evidence, posterior. Used by diagnose and calibrate.
+
+    value = baseline + N a + C z + X b + sigma u e
+
+    N a   nuisance nobody is to blame for (artefact pose, stylus offset): a is unknown (diffuse), N is projected out
+    C z   what the calibration does not know: z are standard normals, C is a low-rank factor of that covariance
+    X b   an effect under test, b has a normal prior of width `scale` in units of its typical amplitude
+    u     standard uncertainty of each observation up to one common factor sigma, which is unknown
+
+The whitener turns value - baseline and X into a space where the rest is white with unit variance; there the evidence
+of an effect is a closed form (O'Hagan & Forster, Bayesian Inference (2004), 11.7-11.16).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+
+Ints = npt.NDArray[np.intp]
+SCALES = (0.25, 1.0, 4.0, 16.0, 64.0)  # prior widths in units of the typical amplitude
+RANK = 1e-9  # columns shorter than this, relative to the longest, span nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Whitener:
+    """weight (m,) 1/u; nuisance (m, p) orthonormal; known (m, r) orthonormal with shrink (r,).
+
+    before (m,): the preceding observation of the same series, -1 for none; rho: its correlation (AR(1) noise).
+    """
+
+    weight: Array
+    nuisance: Array
+    known: Array
+    shrink: Array
+    before: Ints
+    rho: float = 0.0
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom that remain after the nuisance."""
+        return len(self.weight) - self.nuisance.shape[1]
+
+    def scaled(self, x: Array) -> Array:
+        """(m,) or (m, k) in units of the noise, correlation of neighbours removed; nothing is projected."""
+        x = (self.weight * x.T).T
+        return unchained(x, self.before, self.rho)
+
+    def apply(self, x: Array) -> Array:
+        """(m,) or (m, k) to the white space; the nuisance is gone, calibrated directions are shrunk."""
+        x = self.scaled(x)
+        x = x - self.nuisance @ (self.nuisance.T @ x)
+        return x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
+
+    def adjoint(self, x: Array) -> Array:
+        """(m,) or (m, k) of the white space to A' x of the observations, A = `apply`: (A f)' x = f' (A' x) for any f."""
+        x = x - self.known @ ((self.shrink * (self.known.T @ x).T).T)
+        x = x - self.nuisance @ (self.nuisance.T @ x)
+        x = unchained_adjoint(x, self.before, self.rho)
+        return np.asarray((self.weight * x.T).T)
+
+    def absorbed(self, x: Array) -> float:
+        """Share of the length of a signal (m,) that nuisance and calibration covariance take away, 0 to 1."""
+        before = float(np.linalg.norm(self.scaled(x)))
+        return 1.0 - float(np.linalg.norm(self.apply(x))) / before if before > 0 else 1.0
+
+
+def unchained(x: Array, before: Ints, rho: float) -> Array:
+    """AR(1) innovations of unit variance: (x_t - rho x_before) / sqrt(1 - rho^2); the first of a series stays."""
+    if rho == 0.0:
+        return x
+    inner = before >= 0
+    out = x.copy()
+    out[inner] = (x[inner] - rho * x[before[inner]]) / np.sqrt(1 - rho**2)
+    return out
+
+
+def unchained_adjoint(x: Array, before: Ints, rho: float) -> Array:
+    """The transpose of `unchained`."""
+    if rho == 0.0:
+        return x
+    inner = before >= 0
+    size = 1.0 / np.sqrt(1 - rho**2)
+    out = x.copy()
+    out[inner] *= size
+    np.subtract.at(out, before[inner], rho * size * x[inner])
+    return out
+
+
+def whitener(
+    u: Array, nuisance: Array, calibration: Array, before: Ints | None = None, rho: float = 0.0
+) -> Whitener:
+    """Whitener of observations with standard uncertainty u (m,), nuisance columns (m, p) and a calibration factor (m, r).
+
+    Raises ModelLimit where u is not positive or the nuisance leaves fewer than three degrees of freedom.
+    """
+    bad = np.flatnonzero(~(u > 0))
+    if len(bad):
+        raise ModelLimit(
+            f"observation {bad[0] + 1} has no standard uncertainty; give u_um, [noise] or the machine's [repeatability]"
+        )
+    before = np.full(len(u), -1, dtype=np.intp) if before is None else before
+    bare = Whitener(1.0 / u, np.zeros((len(u), 0)), np.zeros((len(u), 0)), np.zeros(0), before, rho)
+    q = _orthonormal(bare.scaled(nuisance))
+    if len(u) - q.shape[1] < 3:
+        raise ModelLimit(
+            f"{len(u)} observations cannot carry {q.shape[1]} nuisance parameters; record more rows or drop a nuisance group"
+        )
+    left, gain = _principal(bare.scaled(calibration), q)
+    return Whitener(1.0 / u, q, left, 1.0 - 1.0 / np.sqrt(1.0 + gain**2), before, rho)
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Orthonormal basis of the span; columns are scaled first so that mixed units do not decide the rank."""
+    length = np.linalg.norm(columns, axis=0)
+    columns = columns[:, length > 0] / length[length > 0]
+    if columns.shape[1] == 0:
+        return columns
+    left, size = thin_svd(columns)
+    return left[:, size > RANK * size[0]]
+
+
+def thin_svd(x: Array) -> tuple[Array, Array]:
+    """Left singular vectors (m, k) and singular values (k,) of x.
+
+    The fast driver divides and conquers and now and then does not converge on a matrix of deficient rank; QR iteration
+    does (Golub & Van Loan, Matrix Computations (2013), 8.6).
+    """
+    try:
+        left, size, _ = np.linalg.svd(x, full_matrices=False)
+    except np.linalg.LinAlgError:
+        from scipy.linalg import svd
+
+        left, size, _ = svd(x, full_matrices=False, lapack_driver="gesvd")
+    return np.asarray(left), np.asarray(size)
+
+
+def _principal(calibration: Array, q: Array) -> tuple[Array, Array]:
+    """Left singular vectors and values of the calibration factor outside the nuisance."""
+    rest = calibration - q @ (q.T @ calibration)
+    if rest.shape[1] == 0 or not np.any(rest):
+        return np.zeros((len(calibration), 0)), np.zeros(0)
+    left, size = thin_svd(rest)
+    keep = size > 1e-6 * max(1.0, float(size[0]))
+    return left[:, keep], size[keep]
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Many groups of columns side by side: column (m, K), each group turned so that its Gram matrix is diagonal.
+
+    size (K,): squared lengths; start (groups,): first column of each group.
+    """
+
+    column: Array
+    size: Array
+    start: Ints
+
+    @property
+    def groups(self) -> int:
+        return len(self.start)
+
+    def group(self, i: int) -> slice:
+        stop = self.start[i + 1] if i + 1 < len(self.start) else self.column.shape[1]
+        return slice(int(self.start[i]), int(stop))
+
+
+def blocks(columns: Array, start: Ints) -> Blocks:
+    """Turn every group to principal directions, groups of one width together."""
+    widths = np.diff(np.append(start, columns.shape[1]))
+    out, size = columns.copy(), np.empty(columns.shape[1])
+    for width in np.unique(widths):
+        which = start[widths == width][:, None] + np.arange(width)  # (groups, width)
+        if width == 1:
+            size[which[:, 0]] = (columns[:, which[:, 0]] ** 2).sum(axis=0)
+            continue
+        part = columns[:, which.ravel()].reshape(len(columns), -1, int(width)).transpose(1, 0, 2)
+        value, vector = np.linalg.eigh(np.matmul(part.transpose(0, 2, 1), part))
+        out[:, which.ravel()] = np.matmul(part, vector).transpose(1, 0, 2).reshape(len(columns), -1)
+        size[which] = np.maximum(value, 0.0)
+    return Blocks(out, size, start)
+
+
+def without_span(columns: Array, basis: Array) -> Array:
+    """Columns (m, K) or (m,) with their part in the span of orthonormal `basis` (m, p) removed."""
+    return columns - basis @ (basis.T @ columns) if basis.shape[1] else columns
+
+
+def log_evidence(found: Blocks, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Array:
+    """ln Bayes factor (groups, M) of each group against nothing, for white residuals r (m, M).
+
+    ln BF = -1/2 ln|I + s^2 G| - dof/2 ln(1 - q/R), q = b^T (G + s^-2)^-1 b, b = X^T r, R = r^T r, averaged over the
+    prior widths s; the noise scale is integrated out with the Jeffreys prior.
+    """
+    squared = (found.column.T @ r) ** 2
+    total = np.maximum((r * r).sum(axis=0), 1e-300)
+    out: Array | None = None
+    for s in scales:
+        one = _at_width(found, squared, total, dof, s)
+        out = one if out is None else np.logaddexp(out, one)
+    return np.asarray(out) - np.log(len(scales))
+
+
+def _at_width(found: Blocks, squared: Array, total: Array, dof: int, s: float) -> Array:
+    gain = s**2 / (1 + s**2 * found.size)
+    q = group_sums(found.start, gain, squared)
+    volume = np.add.reduceat(np.log1p(s**2 * found.size), found.start)
+    share = np.minimum(q / total, 1 - 1e-12)
+    return np.asarray(-0.5 * volume[:, None] - 0.5 * dof * np.log1p(-share))
+
+
+def group_sums(start: Ints, weight: Array, x: Array) -> Array:
+    """Sum of weight (K,) times rows of x (K, M) within consecutive groups: (groups, M). A sparse product; reduceat is slow."""
+    from scipy.sparse import csr_array
+
+    k = len(weight)
+    matrix = csr_array((weight, np.arange(k), np.append(start, k)), shape=(len(start), k))
+    return np.asarray(matrix @ x)
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """mean (k,), covariance (k, k) (with the estimated noise), sigma: noise scale, log_evidence in nats."""
+
+    mean: Array
+    covariance: Array
+    sigma: float
+    log_evidence: float
+
+
+def posterior(x: Array, r: Array, dof: int, width: Array) -> Posterior:
+    """Posterior of the coefficients of white columns x (m, k), prior standard deviations width (k,) times sigma.
+
+    sigma^2 = (R - q) / dof. A coefficient that the data do not see keeps its prior.
+    """
+    gram, b = x.T @ x, x.T @ r
+    precision = gram + np.diag(width**-2.0)
+    cov = np.linalg.inv(precision)
+    mean = cov @ b
+    total = float(r @ r)
+    rest = max(total - float(b @ mean), 1e-12 * total, 1e-300)
+    _, volume = np.linalg.slogdet(np.eye(len(b)) + (gram * width).T * width)
+    evidence = -0.5 * float(volume) - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
+    sigma = float(np.sqrt(rest / dof))
+    return Posterior(np.asarray(mean), np.asarray(sigma**2 * cov), sigma, evidence)
+
+
+def evidence_from(gram: Array, b: Array, total: float, dof: int, width: Array) -> float:
+    """The log evidence of `posterior` from gram = X'X (k, k), b = X'r (k,) and total = r'r: many subsets share one product."""
+    root = np.linalg.cholesky(gram + np.diag(width**-2.0))
+    q = float(np.sum(np.linalg.solve(root, b) ** 2))
+    volume = 2.0 * float(np.sum(np.log(np.diag(root))) + np.sum(np.log(width)))
+    rest = max(total - q, 1e-12 * total, 1e-300)
+    return -0.5 * volume - 0.5 * dof * float(np.log(rest / max(total, 1e-300)))
+
+
+def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:
+    """Posterior at the common prior width of highest evidence."""
+    found = [posterior(x, r, dof, np.full(x.shape[1], s)) for s in scales]
+    return max(found, key=lambda p: p.log_evidence)

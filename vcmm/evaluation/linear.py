@@ -1,0 +1,176 @@
+"""The linear model y = y0 + G z of a measuring task, from Inputs to fitted features.
+
+    z (draws of the Inputs)  ->  indicated - true of each touch  ->  measured points  ->  fitted elements q
+    q = (point, axis, sizes of every feature, and the residuals where a form or zone needs them)
+
+Characteristics are then evaluated on q itself, so that extreme values (form, position) keep their non-linearity;
+only the machine and the fit are linearised, and `certify` states by how much that errs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.evaluation.montecarlo import Term
+from vcmm.evaluation.streams import copy_code
+from vcmm.evaluation.world import Measuring, World
+from vcmm.fit import Fitted, sensitivity
+from vcmm.gps import characteristics as gps
+from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points, per_normal
+from vcmm.part.part import Characteristic, frame
+from vcmm.response.influence import Influence, Product
+
+
+@dataclass(frozen=True)
+class Block:
+    """Where one feature's numbers stand in q: point 3, axis 3, sizes s, residuals (n or 0)."""
+
+    kind: str
+    start: int
+    sizes: int
+    residuals: int
+
+    @property
+    def stop(self) -> int:
+        return self.start + 6 + self.sizes + self.residuals
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """q0 (K,), gains of every Input, and what turns q into characteristics."""
+
+    task: Task
+    blocks: Mapping[str, Block]
+    base: Mapping[str, Fitted]
+    q0: Array
+    operator: Array  # (K, n): q per displacement of each touch along its normal
+    influences: tuple[Influence, ...]
+    products: tuple[Product, ...]
+    world: World
+
+    @property
+    def characteristics(self) -> tuple[Characteristic, ...]:
+        return self.task.part.characteristics
+
+    def unpack(self, q: Array) -> dict[str, Fitted]:
+        """q (..., K) to fitted elements, axes of unit length."""
+        return {name: _unpack(block, self.base[name], q) for name, block in self.blocks.items()}
+
+    def values(self, q: Array) -> Array:
+        """Characteristics (..., C) of q (..., K), mm or rad."""
+        return evaluate_all(self.task, self.unpack(q))
+
+    def gradient(self) -> Array:
+        """d characteristics / d q (C, K) at q0 by central differences; exact to 1e-7 for smooth characteristics."""
+        step = np.full(len(self.q0), 1e-4)
+        for block in self.blocks.values():
+            step[block.start + 3 : block.start + 6] = 1e-6  # components of unit vectors
+        high = self.values(self.q0 + np.diag(step))
+        low = self.values(self.q0 - np.diag(step))
+        return np.asarray(((high - low) / (2 * step[:, None])).T)
+
+    def along_normal(self, influence: Influence) -> Array:
+        """Change of each touch along its outward normal (n, k) per element of the Input."""
+        return np.asarray(np.einsum("nik,ni->nk", influence.response, self.task.touches.run.normal))
+
+    def term(self, influence: Influence, keep: bool = False) -> Term:
+        """The Input as a term of the collapsed Monte Carlo: gain (K, L), one lane per element and copy.
+
+        Lanes that act on nothing are dropped unless `keep` (their draws may act through a product).
+        """
+        one = influence.input
+        law, factor = one.spread(influence.response.shape[2])
+        touch_change = self.along_normal(influence) @ factor
+        gains = [np.zeros((len(self.q0), 0))]
+        lanes: list[tuple[int, int]] = []
+        for c, label in enumerate(influence.copies):
+            rows = np.flatnonzero(influence.codes == c)
+            gains.append(self.operator[:, rows] @ touch_change[rows])
+            code = copy_code(label)
+            lanes += [(k, code) for k in range(touch_change.shape[1])]
+        gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32).reshape(-1, 2)
+        used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
+        return Term(one.id, law, gain[:, used], lane[used])
+
+    def terms(self) -> tuple[Term, ...]:
+        """One Term per Influence, in order."""
+        kept = {i for p in self.products for i in (p.first, p.second)}
+        return tuple(self.term(influence, i in kept) for i, influence in enumerate(self.influences))
+
+    def meetings(self, product: Product) -> list[tuple[int, int, Array]]:
+        """(copy of the first, copy of the second, gain (K,) of q per product of their departures)."""
+        along = np.einsum("ni,ni->n", product.response, self.task.touches.run.normal)
+        first, second = (self.influences[i].codes for i in (product.first, product.second))
+        out = []
+        for a, b in sorted(set(zip(first.tolist(), second.tolist()))):
+            rows = np.flatnonzero((first == a) & (second == b))
+            gain = self.operator[:, rows] @ along[rows]
+            if np.abs(gain).max(initial=0.0) > 0:
+                out.append((a, b, gain))
+        return out
+
+
+def build(task: Task, world: World | None = None) -> LinearModel:
+    """Linearise a task about its estimates. world: where the errors come from (default: the task's machine).
+
+    Raises ModelLimit/UsageError for targets, columns or fits that fail.
+    """
+    world = world or Measuring(task)
+    base_points = measured_points(task, world.errors())
+    base = fit_features(task, base_points)
+    blocks, operator = _operator(task, base, base_points)
+    found = world.influences()
+    return LinearModel(
+        task, blocks, base, _pack(blocks, base), operator, found, world.products(found), world
+    )  # fmt: skip
+
+
+def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[dict[str, Block], Array]:
+    """Blocks of q, and its change per displacement of each touch along the outward normal."""
+    t = task.touches
+    direction = per_normal(t)
+    shapes = {c for name in base for c in (name,) if _needs_residuals(task.part.characteristics, name)}
+    blocks: dict[str, Block] = {}
+    rows_of, start = [], 0
+    for name, fitted in base.items():
+        rows = t.rows[name]
+        feature = task.part.features[name]
+        fixed = feature.axis if feature.kind == "circle" else None
+        s = sensitivity(fitted, points[rows], fixed_axis=fixed)
+        residuals = (
+            s.residuals if s.deviations is None else np.einsum("i,mipj->mpj", frame(feature)[0], s.deviations)
+        )
+        parts = [s.point, s.axis, s.sizes] + ([residuals] if name in shapes else [])
+        change = np.einsum("pni,ni->pn", np.concatenate(parts), direction[rows])
+        full = np.zeros((len(change), t.run.n))
+        full[:, rows] = change
+        blocks[name] = Block(feature.kind, start, fitted.sizes.shape[-1], len(rows) if name in shapes else 0)
+        rows_of.append(full)
+        start = blocks[name].stop
+    return blocks, np.concatenate(rows_of)
+
+
+def _needs_residuals(characteristics: Sequence[Characteristic], name: str) -> bool:
+    return any(c.type in gps.FORM and name in c.of for c in characteristics)
+
+
+def _pack(blocks: Mapping[str, Block], base: Mapping[str, Fitted]) -> Array:
+    parts = []
+    for name, block in blocks.items():
+        f = base[name]
+        parts += [f.point, f.axis, f.sizes, f.residuals[: block.residuals]]
+    return np.concatenate(parts)
+
+
+def _unpack(block: Block, base: Fitted, q: Array) -> Fitted:
+    at = block.start
+    axis = q[..., at + 3 : at + 6]
+    if np.any(base.axis):
+        axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    sizes = q[..., at + 6 : at + 6 + block.sizes]
+    residuals = q[..., at + 6 + block.sizes : block.stop]
+    return Fitted(block.kind, q[..., at : at + 3], axis, sizes, residuals, base.normals[: block.residuals])

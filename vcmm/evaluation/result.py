@@ -1,0 +1,80 @@
+"""What an uncertainty evaluation returns: results and budgets as frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.evaluation.linear import LinearModel
+from vcmm.evaluation.summary import Summary
+from vcmm.gps.decision import Decision
+
+
+@dataclass(frozen=True)
+class BudgetLine:
+    """One row of the budget. estimate, u_input in `unit` (None for arrays); sensitivity: mm (rad) per `unit`; u: contribution.
+
+    `unit` is that of files ("um/m", "degC"); u in mm or rad; `what` says the same as `input` in plain words.
+    """
+
+    input: str
+    what: str
+    distribution: str
+    dof: float
+    redraw: str
+    estimate: float | None
+    u_input: float | None
+    unit: str
+    sensitivity: float | None
+    u: float
+    share: float
+    evidence: str
+
+
+@dataclass(frozen=True, eq=False)
+class CharacteristicResult:
+    """Result of one characteristic; lengths in mm, angles in rad (`unit`).
+
+    value: what the machine indicates with all errors at their estimates, less the bias when `corrected`; mean: of all
+    trials, departs from the value where noise alone moves an extreme value; bias: indicated value minus what a machine
+    without errors would indicate at the same points (ISO 15530 reports it apart).
+    """
+
+    name: str
+    type: str
+    unit: str
+    nominal: float
+    value: float
+    mean: float
+    bias: float
+    corrected: bool
+    u: float
+    k: float
+    p: float
+    interval: tuple[float, float]
+    interval_kind: str
+    coverage_shown: bool
+    extreme: bool  # an extreme value or root, or curved over its own spread: noise moves it one way
+    tolerance: tuple[float, float] | None
+    decision: Decision | None
+    budget: tuple[BudgetLine, ...]
+    interaction_share: float
+    tier: str
+    trials: int
+    linear_error: float
+    summary: Summary | None
+
+    @property
+    def expanded(self) -> float:
+        """U: half the width of the coverage interval."""
+        return (self.interval[1] - self.interval[0]) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class UncertaintyResult:
+    """All characteristics of a task. trials: what was asked for; each result says what it used."""
+
+    characteristics: tuple[CharacteristicResult, ...]
+    trials: int
+    seed: int
+    warnings: tuple[str, ...]
+    model: LinearModel

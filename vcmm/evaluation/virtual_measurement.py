@@ -1,0 +1,57 @@
+"""Measure: one virtual measurement, errors at their estimates or drawn once from what is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.gps import characteristics as gps
+from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
+
+
+@dataclass(frozen=True)
+class MeasuredValue:
+    """One characteristic: value and nominal in mm or rad."""
+
+    name: str
+    type: str
+    unit: str
+    nominal: float
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """values of the characteristics; points (n, 3) measured, drawing frame; errors (n,) along the normal, mm."""
+
+    values: tuple[MeasuredValue, ...]
+    points: Array
+    normals: Array
+    nominal_points: Array
+    errors: Array
+    features: tuple[str, ...]
+
+
+def measure_task(task: Task, seed: int | None = None) -> Measurement:
+    """Measure once with the exact engine. seed=None: every error at its estimate; else one draw of all Inputs."""
+    run = task.touches.run
+    if seed is None or not task.inputs:
+        errors = task.machine.indication_error(run, exact=True)
+    else:
+        from vcmm.evaluation.exact import draw_inputs
+        from vcmm.evaluation.linear import build
+
+        model = build(task)
+        errors = model.world.exact_errors(draw_inputs(model, seed, 0, 1))[0]
+    points = measured_points(task, errors)
+    found = evaluate_all(task, fit_features(task, points))
+    nominal = [gps.nominal(c, task.part.features) for c in task.part.characteristics]
+    values = tuple(
+        MeasuredValue(c.name, c.type, gps.unit(c), float(n), float(v))
+        for c, n, v in zip(task.part.characteristics, nominal, found)
+    )
+    along = ((points - task.touches.points) * task.touches.normals).sum(axis=1)
+    names = tuple(str(f) for f in run.labels["feature"])
+    return Measurement(values, points, task.touches.normals, task.touches.points, np.asarray(along), names)

@@ -1,0 +1,113 @@
+"""The machine tool's side of a cut: how its errors and what is known of them move the tool, row by row of a run.
+
+    moved = actual - commanded of the cutting point, less the same at the place where the work offset was set
+
+Setting the work offset on the very machine takes its error there away; that holds draw by draw, so that what is common
+cancels. Scatter while setting is part of the uncertainty of the offset, not subtracted twice.
+
+Effects that are readings when measuring act on a part that is cut and measured later: a part cut warm or bent comes out
+as the measuring machine would have read it, with the sign turned (`part_expansion`, `clamping`); so does the scatter of a
+pass and of a tool change, where the sign is of no matter. `workpiece_heating` is stated for the finished part already.
+Probes and instruments do not cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.machining.zero_setting import Ints, less_errors, less_response, without_setting
+from vcmm.response.influence import Influence, Product, influences, products, targets
+from vcmm.response.trials import Draws, exact_errors
+
+TURNED = ("part_expansion", "clamping", "scatter", "reindexing")
+STATED = ("workpiece_heating",)
+SETTING = "setting"  # label value of the rows in which the work offset was set
+
+
+def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]]:
+    """(machine whose negative indication error moves the surface, machine whose reading does, ids that do not cut)."""
+    moves = [e for e in machine.effects if e.link != "reading" or e.name in TURNED]
+    stated = [e for e in machine.effects if e.name in STATED]
+    idle = tuple(e.id for e in machine.effects if e not in moves and e not in stated)
+    return replace(machine, effects=tuple(moves)), replace(machine, effects=tuple(stated)), idle
+
+
+@dataclass(frozen=True, eq=False)
+class ToolSide:
+    """run: rows in which points are cut, then rows in which the offset was set; setting (n,): the row set for each row.
+
+    setting is -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation of the nominal motion
+    from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z to workpiece axes in
+    each row, None while all rotary axes stand at zero.
+    """
+
+    machine: Machine
+    run: Run
+    setting: Ints
+    known: Array
+    inputs: tuple[Input, ...]
+    turn: Array | None = None
+
+    @property
+    def parts(self) -> tuple[Machine, Machine]:
+        """What moves the tool, and what moves the finished part."""
+        moves, stated, _ = cutting_effects(self.machine)
+        return moves, stated
+
+    def errors(self, exact: bool = False) -> Array:
+        """moved (n, 3) at the estimates."""
+        moves, stated = self.parts
+        found = -moves.indication_error(self.run, exact)
+        if stated.effects:
+            found = found + stated.indication_error(self.run)
+        return less_errors(found, self.setting, self.turn) + self.known
+
+    def influences(self) -> tuple[Influence, ...]:
+        """d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
+        moves, stated = self.parts
+        out = []
+        for one in self.inputs:
+            halves = [(m, s) for m, s in ((moves, -1.0), (stated, 1.0)) if one.is_channel or _acts(m, one)]
+            found = [(influences(m, self.run, [one])[0], s) for m, s in halves if m.effects]
+            if found:
+                total = np.sum([s * f.response for f, s in found], axis=0)
+                out.append(replace(found[0][0], response=total))
+        return tuple(out)
+
+    def relative(self, one: Influence) -> Influence:
+        """The influence less that in the row of setting, where both are one draw."""
+        return replace(one, response=less_response(one.response, self.setting, one.codes, turn=self.turn))
+
+    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
+        """Second-order terms (n, 3) of moved."""
+        moves, stated = self.parts
+        out = []
+        for machine, sign in ((moves, -1.0), (stated, 1.0)):
+            if machine.effects:
+                here = [f for f in found if f.input.is_channel or _acts(machine, f.input)]
+                number = {id(f): i for i, f in enumerate(found)}
+                for p in products(machine, self.run, here):
+                    first, second = number[id(here[p.first])], number[id(here[p.second])]
+                    codes = (found[first].codes, found[second].codes)
+                    response = less_response(sign * p.response, self.setting, *codes, turn=self.turn)
+                    out.append(Product(first, second, response))
+        return tuple(out)
+
+    def exact(self, drawn: Sequence[Draws]) -> Array:
+        """moved (m, n, 3) in every trial, transforms multiplied; the Draws carry influences of this run."""
+        moves, stated = self.parts
+        quiet = [without_setting(d, self.setting) for d in drawn]
+        total = -exact_errors(moves, self.run, quiet)
+        if stated.effects:
+            total = total + exact_errors(stated, self.run, quiet)
+        return less_errors(total, self.setting, self.turn) + self.known
+
+
+def _acts(machine: Machine, one: Input) -> bool:
+    return any(e.name == one.effect for e in machine.effects) and bool(targets(machine, one))

@@ -1,0 +1,60 @@
+"""Scenario: machine, part, plan, pose and environment put together into a measuring task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.measuring.fixture import Placement
+from vcmm.measuring.obstacles import Surroundings
+from vcmm.measuring.plan import Plan, Touches, touches
+from vcmm.measuring.qualification import Qualification, qualified_machine
+from vcmm.measuring.settings import Settings
+from vcmm.measuring.task import Task
+from vcmm.part.form import Lobes
+from vcmm.part.part import Part
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """A measuring job as data. constants: run columns with one value, such as temp_part_C."""
+
+    name: str
+    machine: Machine
+    part: Part
+    plan: Plan
+    pose: Pose = field(default_factory=Pose.identity)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    inputs: tuple[Input, ...] = ()
+    forms: Mapping[str, Lobes] = field(default_factory=dict)
+    qualifications: Mapping[str, Qualification] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+    places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
+    placement: Placement | None = None  # what `place` may move, and what it minimises
+    surroundings: Surroundings = field(default_factory=Surroundings)
+
+    def at(self, pose: Pose) -> Scenario:
+        """The same job with the part elsewhere in the machine."""
+        return replace(self, pose=pose)
+
+    def task(self) -> Task:
+        """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
+        machine, found = qualified_machine(self.machine, self.plan, self.qualifications)
+        inputs = (*self.inputs, *found)
+        placed = touches(self.plan, self.pose, machine, self.constants)
+        return Task(machine, self.part, self.plan, placed, (*machine.inputs, *inputs), _form(self, placed))
+
+
+def _form(scenario: Scenario, placed: Touches) -> Array:
+    out = np.zeros(placed.run.n)
+    for name, form in scenario.forms.items():
+        rows = placed.rows.get(name)
+        if rows is not None:
+            out[rows] = form.deviation(scenario.part.features[name], placed.points[rows])
+    return out

@@ -1,0 +1,120 @@
+"""Task: a plan placed in a machine, and the way from errors of the machine to measured characteristics.
+
+    indicated - true of each touch -> measured points (contact) -> fitted elements -> characteristics
+
+Every step takes leading batch dimensions, one row per trial.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.fit import Fitted, gauss
+from vcmm.gps import characteristics as gps
+from vcmm.measuring.contact import touch
+from vcmm.measuring.plan import Ints, Plan, Touches
+from vcmm.part.alignment import align
+from vcmm.part.part import Feature, Part, frame
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A measuring task: machine, part, plan placed in the machine, and what is known."""
+
+    machine: Machine
+    part: Part
+    plan: Plan
+    touches: Touches
+    inputs: tuple[Input, ...]
+    form: Array  # (n,) mm: departure of the real surface from nominal at each touch, along the outward normal
+
+
+def measured_points(task: Task, indication_error: Array) -> Array:
+    """Measured points (..., n, 3) in the drawing frame for errors indicated - true (..., n, 3) in workpiece axes.
+
+    The tip runs along its approach, displaced by -error, until it touches the nominal surface; what is indicated
+    there, less the qualified tip radius along the nominal normal, is the measured point.
+    """
+    t = task.touches
+    bumps = per_normal(t) * task.form[:, None]
+    displacement = -t.pose.inverse().turn(indication_error)
+    out = np.empty(np.broadcast_shapes(indication_error.shape, t.points.shape))
+    for name, rows in t.rows.items():
+        out[..., rows, :] = _touched(task, name, rows, displacement[..., rows, :])
+    return out + bumps
+
+
+def per_normal(t: Touches) -> Array:
+    """(n, 3): how a measured point moves along its approach per mm that the surface lies further out."""
+    return np.asarray(t.approach / (t.normals * t.approach).sum(axis=1)[:, None])
+
+
+def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
+    t, feature = task.touches, task.part.features[name]
+    surface = task.part.mesh if feature.kind == "mesh" else feature
+    assert surface is not None
+    radius = t.tip_radius[rows, None]
+    # start clear of the surface, whatever the error, but not beyond the middle of a bore that the tip nearly fills
+    back = np.full(radius.shape, 0.1 + 2 * float(np.abs(displacement).max(initial=0.0)))
+    if feature.inside and len(feature.sizes):
+        room = feature.sizes[-1 if feature.kind == "torus" else 0] - radius
+        back = np.minimum(back, np.maximum(room, 0.0))
+    begin = t.points[rows] + radius * t.normals[rows] - back * t.approach[rows]
+    travel = np.empty(displacement.shape[:-1])
+    for r in np.unique(t.tip_radius[rows]):
+        same = t.tip_radius[rows] == r
+        travel[..., same] = touch(
+            surface, begin[same], t.approach[rows][same], float(r), displacement[..., same, :]
+        )
+    return np.asarray(begin + travel[..., None] * t.approach[rows] - radius * t.normals[rows])
+
+
+def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
+    """Gauss elements of all measured features; points (..., n, 3) in the drawing frame."""
+    out = {}
+    for name, rows in task.touches.rows.items():
+        feature = task.part.features[name]
+        if feature.kind == "mesh":
+            continue  # free-form points have no associated element
+        fixed = feature.axis if feature.kind == "circle" else None
+        fitted = gauss(feature.kind, points[..., rows, :], nominal_element(feature), fixed_axis=fixed)
+        out[name] = _signed(fitted, feature, points[..., rows, :]) if feature.kind == "line" else fitted
+    return out
+
+
+def _signed(fitted: Fitted, feature: Feature, points: Array) -> Fitted:
+    """A line's residuals counted along the outward normal of the surface it lies on: straightness in that plane."""
+    apart = points - fitted.point[..., None, :]
+    along = (apart * fitted.axis[..., None, :]).sum(axis=-1, keepdims=True)
+    outward = frame(feature)[0]
+    residuals = (apart - along * fitted.axis[..., None, :]) @ outward
+    return replace(fitted, residuals=residuals, normals=np.tile(outward, (residuals.shape[-1], 1)))
+
+
+def nominal_element(feature: Feature) -> Fitted:
+    """The nominal feature as the start of a fit."""
+    return Fitted(
+        feature.kind,
+        feature.point,
+        feature.axis,
+        np.asarray(feature.sizes, dtype=float),
+        np.zeros(0),
+        np.zeros((0, 3)),
+    )
+
+
+def evaluate_all(task: Task, fitted: Mapping[str, Fitted]) -> Array:
+    """Characteristics (..., C) of fitted elements; the alignment is made anew from them."""
+    scheme, features = task.plan.alignment, task.part.features
+    pose = None if scheme is None else align(scheme, features, fitted, Pose.identity())
+    if not task.part.characteristics:
+        return np.zeros((0,))
+    columns = [gps.evaluate(c, features, fitted, pose) for c in task.part.characteristics]
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)

@@ -1,0 +1,369 @@
+"""Path functions of Klartext: L C CR CT LP CP CTP CC RND CHF APPR DEP, tools, M functions.
+
+Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Programming contours".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from vcmm.nc.heidenhain.approach import KINDS, Approach, Said, depart, resolve
+from vcmm.nc.heidenhain.cycles import Cycles
+from vcmm.nc.heidenhain.text import Reader
+from vcmm.nc.heidenhain.words import AXES, ROTARY, Words, read_words
+from vcmm.nc.moves import PLANES, Move, Point
+from vcmm.nc.offsetting import Vec
+from vcmm.nc.radius import HEIDENHAIN
+from vcmm.nc.recorder import NO_SIDE, Recorder, Side, radius_centre
+from vcmm.nc.rounding import planar
+from vcmm.nc.setup import Tool
+
+IDLE_M = (0, 1, 2, 6, 7, 8, 9, 30, 10, 11, 19, 25, 26, 27, 40, 41, 42, 43)
+POLAR = ("PR", "PA", "IPR", "IPA")
+
+
+@dataclass(eq=False)
+class Paths:
+    """State of the path functions."""
+
+    r: Recorder
+    cycles: Cycles
+    unit: float = 1.0
+    pole: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    tangent: Vec | None = None  # direction of the last element at its end, as programmed
+    last_rapid: bool = False
+    modal_call: bool = False
+    auto_feed: float | None = None
+    extra_radius: float = 0.0
+    said: list[Said] = field(default_factory=list)
+    defined: dict[int, Tool] = field(default_factory=dict)  # by TOOL DEF
+
+    # -- what precedes a motion --
+    def technology(self, words: Words) -> bool:
+        """Feed, side and M functions that act before the motion. True where the motion is at rapid."""
+        if words.feed_kind == "AUTO":
+            if self.auto_feed is None:
+                self.r.fault("F AUTO takes the feed of TOOL CALL, which has none; add F there")
+            self.r.feed, self.r.feed_mode = self.auto_feed, "G94"
+        elif words.feed is not None:
+            self.r.feed, self.r.feed_mode = (
+                self.feed_of(words.feed, words.feed_kind),
+                "G95" if words.feed_kind == "FU" else "G94",
+            )
+        if words.sided:
+            self.r.compensate(words.side, HEIDENHAIN, self.extra_radius)
+        for m in words.m:
+            if m in (3, 4, 13, 14):
+                self.r.sense = 1 if m in (3, 13) else -1
+            elif m in (5, 89, 91, 99, *IDLE_M):
+                continue
+            elif m in (
+                90,
+                94,
+                97,
+                98,
+                92,
+                101,
+                107,
+                108,
+                109,
+                110,
+                111,
+                116,
+                118,
+                120,
+                126,
+                127,
+                128,
+                129,
+                130,
+                136,
+                137,
+                138,
+                140,
+                144,
+            ):
+                self.r.fault(
+                    f"M{m} is not understood; it may change the path or the feed, remove it or program what it does",
+                    words.columns[f"M{m}"],
+                )
+            else:
+                self.r.remark(
+                    f"M{m} belongs to the machine builder; it is taken to move nothing",
+                    words.columns[f"M{m}"],
+                )
+        return words.rapid
+
+    def feed_of(self, value: float, kind: str) -> float:
+        """mm/min or mm per turn. In INCH programs F counts 0.1 inch/min, FU inch per turn."""
+        if self.unit > 1.0 and kind == "F":
+            self.r.remark("F in an INCH program is read as 0.1 inch/min, as TNC controls do")
+        return value * ((2.54 if kind == "F" else 25.4) if self.unit > 1.0 else 1.0)
+
+    def after(self, words: Words) -> bool:
+        """M functions that act after the motion. True at the end of the program."""
+        if 89 in words.m:
+            self.modal_call = True
+        if 99 in words.m or (self.modal_call and 89 not in words.m and words.has_moved):
+            self.cycles.call()
+        if 99 in words.m:
+            self.modal_call = False
+        if 5 in words.m:
+            self.r.sense = 0
+        return 2 in words.m or 30 in words.m
+
+    # -- end points --
+    def target(self, words: Words) -> Point:
+        point = list(self.r.p)
+        for k, name in enumerate(AXES):
+            absolute, relative = words.take(name), words.take(f"I{name}")
+            if absolute is not None:
+                point[k] = absolute * self.unit
+            if relative is not None:
+                point[k] = self.r.p[k] + relative * self.unit
+        return _three(point)
+
+    def turning(self, words: Words) -> Point | None:
+        if not words.has(*ROTARY, *(f"I{a}" for a in ROTARY)):
+            return None
+        angles = list(self.r.rotary)
+        for k, name in enumerate(ROTARY):
+            absolute, relative = words.take(name), words.take(f"I{name}")
+            angles[k] = (
+                math.radians(absolute) if absolute is not None else angles[k] + math.radians(relative or 0.0)
+            )
+        return _three(angles)
+
+    def polar(self, words: Words) -> tuple[Point, float]:
+        """End point from PR and PA about the pole, and the angle travelled (IPA) in rad, 0 where PA is absolute."""
+        one, two, _ = PLANES[self.r.plane]
+        a, b = self.r.p[one] - self.pole[one], self.r.p[two] - self.pole[two]
+        radius, angle, swept = math.hypot(a, b), math.atan2(b, a), 0.0
+        if words.has("PR", "IPR"):
+            radius = (
+                (words.take("PR") or 0.0) * self.unit
+                + (radius if words.has("IPR") else 0.0)
+                + (words.take("IPR") or 0.0) * self.unit
+            )
+        if words.has("PA"):
+            angle = math.radians(words.take("PA") or 0.0)
+        elif words.has("IPA"):
+            swept = math.radians(words.take("IPA") or 0.0)
+            angle += swept
+        point = list(self.target(words))
+        point[one] = self.pole[one] + radius * math.cos(angle)
+        point[two] = self.pole[two] + radius * math.sin(angle)
+        return _three(point), swept
+
+    # -- path functions --
+    def straight(self, reader: Reader) -> bool:
+        """L."""
+        words = read_words(reader, ())
+        rapid = self.technology(words)
+        if 91 in words.m:
+            self.machine_move(words, rapid)
+        elif words.has(*AXES, *ROTARY, *(f"I{a}" for a in (*AXES, *ROTARY))):
+            turned = self.turning(words)
+            self.line(self.target(words), rapid, turned)
+            words.has_moved = True
+        return self.after(words)
+
+    def line(self, end: Point, rapid: bool, turned: Point | None = None) -> None:
+        self.note_line(end)
+        self.r.line(end, rapid, turned)
+        self.last_rapid = rapid
+
+    def note_line(self, end: Point) -> None:
+        """Remembers the direction for tangential arcs."""
+        one, two, _ = PLANES[self.r.plane]
+        a, b = end[one] - self.r.p[one], end[two] - self.r.p[two]
+        length = math.hypot(a, b)
+        self.tangent = (a / length, b / length) if length > 1e-9 else self.tangent
+
+    def machine_move(self, words: Words, rapid: bool) -> None:
+        """M91: coordinates of the axes; the tool length is not counted."""
+        q = list(self.r.q)
+        for k, name in enumerate(AXES):
+            value = words.take(name)
+            if value is not None:
+                q[k] = value * self.unit
+            if words.has(f"I{name}"):
+                self.r.fault("M91 takes absolute coordinates; write the machine position")
+        o = self.r.tool_offset
+        self.r.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid)
+        self.last_rapid = rapid
+
+    def polar_line(self, reader: Reader) -> bool:
+        """LP."""
+        words = read_words(reader, POLAR)
+        rapid = self.technology(words)
+        self.line(self.polar(words)[0], rapid)
+        words.has_moved = True
+        return self.after(words)
+
+    def circle(self, reader: Reader, name: str) -> bool:
+        """C CR CT CP CTP."""
+        words = read_words(reader, POLAR if name in ("CP", "CTP") else ("R",) if name == "CR" else ())
+        if self.technology(words):
+            self.r.fault(f"{name} at FMAX is not understood; give it a feed")
+        if words.clockwise is None and name in ("C", "CR", "CP"):
+            self.r.fault(f"{name} needs the sense of rotation; add DR+ or DR-")
+        clockwise, turns = bool(words.clockwise), 1
+        if name == "CR":
+            radius = words.take("R")
+            end = self.target(words)
+            found = radius_centre(self.r.p, end, (radius or 0.0) * self.unit, clockwise, self.r.plane)
+            if not radius or found is None:
+                self.r.fault("CR needs R, and R must reach the end point; correct R or the end point")
+            centre = found
+        elif name in ("CT", "CTP"):
+            end = self.target(words) if name == "CT" else self.polar(words)[0]
+            centre, clockwise = self.tangential(end)
+        else:
+            end, swept = (self.target(words), 0.0) if name == "C" else self.polar(words)
+            centre = _three(self.pole)
+            turns = max(1, math.ceil(abs(swept) / (2 * math.pi) - 1e-9))
+        self.round(end, centre, clockwise, turns)
+        words.has_moved = True
+        return self.after(words)
+
+    def round(self, end: Point, centre: Point, clockwise: bool, turns: int) -> None:
+        one, two, _ = PLANES[self.r.plane]
+        a, b = end[one] - centre[one], end[two] - centre[two]
+        length = math.hypot(a, b) or 1.0
+        self.r.arc(end, centre, clockwise, turns)
+        self.tangent = (b / length, -a / length) if clockwise else (-b / length, a / length)
+        self.last_rapid = False
+
+    def tangential(self, end: Point) -> tuple[Point, bool]:
+        """Centre of the arc that leaves along the last direction t: k n with k = |d|^2 / (2 n.d), n left of t."""
+        if self.tangent is None:
+            self.r.fault("a tangential arc needs a contour element before it; program L or C first")
+        one, two, _ = PLANES[self.r.plane]
+        d = (end[one] - self.r.p[one], end[two] - self.r.p[two])
+        n = (-self.tangent[1], self.tangent[0])
+        across = n[0] * d[0] + n[1] * d[1]
+        if abs(across) < 1e-9:
+            self.r.fault("the end point of the tangential arc lies straight ahead; program L")
+        k = (d[0] ** 2 + d[1] ** 2) / (2 * across)
+        centre = list(self.r.p)
+        centre[one] += k * n[0]
+        centre[two] += k * n[1]
+        return _three(centre), k < 0
+
+    def set_pole(self, reader: Reader) -> None:
+        """CC: coordinates, or the present position where there are none."""
+        words = read_words(reader, ())
+        if not words.values:
+            self.pole = list(self.r.p)
+            return
+        for k, name in enumerate(AXES):
+            absolute, relative = words.take(name), words.take(f"I{name}")
+            if absolute is not None:
+                self.pole[k] = absolute * self.unit
+            if relative is not None:
+                self.pole[k] = self.r.p[k] + relative * self.unit
+
+    def corner(self, reader: Reader, kind: str) -> None:
+        """RND R5, CHF 5; F acts on the rounding only."""
+        words = read_words(reader, ("R",) if kind == "round" else (), bare="R")
+        size = words.take("R")
+        if size is None or size <= 0:
+            self.r.fault("RND takes a radius and CHF a length above zero, as in RND R5 or CHF 2")
+        if self.r.moves and self.r.moves[-1].kind == "approach":
+            self.r.fault("RND or CHF directly after APPR is not understood; place it after the first element")
+        feed = None if words.feed is None else self.feed_of(words.feed, words.feed_kind)
+        self.r.corner(size * self.unit, kind, feed)
+
+    # -- approach and departure --
+    def approach(self, reader: Reader) -> bool:
+        """APPR LT LN CT LCT."""
+        kind = self.kind(reader, "APPR")
+        before = self.r.feed if self.r.feed_mode == "G94" else None
+        words = read_words(reader, ("LEN", "R", "CCA"))
+        self.r.free("APPR")
+        self.technology(words)
+        if self.r.side.side is None:
+            self.r.fault("APPR needs the side of the tool; add RL or RR")
+        data = self.data(kind, words)
+        direct = kind == "LCT"  # PS to PH at the feed of the block
+        self.said.append(Said(data, self.last_rapid and not direct, None if direct else before))
+        self.r.line(self.target(words), False)
+        self.r.moves[-1] = self.r.moves[-1]._replace(kind="approach", seconds=float(len(self.said) - 1))
+        self.tangent, self.last_rapid = None, False
+        return self.after(words)
+
+    def kind(self, reader: Reader, what: str) -> str:
+        kind = reader.upper()
+        if kind not in KINDS:
+            raise reader.fault(
+                f"{what} takes LT, LN, CT or LCT{f', {kind} is not understood' if kind else ''}"
+            )
+        reader.at += 1
+        return kind
+
+    def data(self, kind: str, words: Words) -> Approach:
+        length, radius, angle = words.take("LEN"), words.take("R"), words.take("CCA")
+        if kind in ("LT", "LN") and (length is None or length <= 0):
+            self.r.fault(f"{kind} needs LEN above zero, as in LEN10")
+        if kind in ("CT", "LCT") and not radius:
+            self.r.fault(f"{kind} needs the radius R, as in R10")
+        if kind == "CT" and (angle is None or not 0 < angle <= 360):
+            self.r.fault("CT needs the angle CCA, above 0 up to 360 deg")
+        return Approach(
+            kind, (length or 0.0) * self.unit, (radius or 0.0) * self.unit, math.radians(angle or 0.0)
+        )
+
+    def departure(self, reader: Reader) -> bool:
+        """DEP LT LN CT LCT; the tool ends without radius compensation."""
+        kind = self.kind(reader, "DEP")
+        words = read_words(reader, ("LEN", "R", "CCA"))
+        last = next(
+            ((m, s) for m, s in zip(reversed(self.r.moves), reversed(self.r.sides)) if planar(m)), None
+        )
+        if last is None or last[1].side is None:
+            self.r.fault("DEP needs a contour with RL or RR before it")
+        words.sided, words.side = False, None
+        self.technology(words)
+        data, r = self.data(kind, words), self.r
+        goal = self.target(words)
+        tip = r.whole().apply(goal)
+        one, two, normal = PLANES[r.plane]
+        r.side = NO_SIDE
+        steps = depart(
+            last[0]._replace(end=self.r.tip()),
+            last[1],
+            data,
+            (tip[one], tip[two]),
+            r.file,
+            r.moves[-1]._replace(source=r.source),
+        )
+        for step, start, end, centre, clockwise in steps:
+            rate = r.rate(1.0, r.spindle(start, end))
+            r.emit(
+                step,
+                start,
+                end,
+                rate,
+                r.spindle(start, end),
+                r.rotary,
+                centre=centre,
+                clockwise=clockwise if centre else None,
+            )
+        low = r.tip()
+        if abs(tip[normal] - low[normal]) > 1e-12:
+            up = list(low)
+            up[normal] = tip[normal]
+            r.emit("line", low, _three(up), r.rate(1.0, r.spindle(low, low)), r.spindle(low, low), r.rotary)
+        r.refresh()
+        self.tangent, self.last_rapid = None, False
+        return self.after(words)
+
+    def finish(self, moves: list[Move], sides: list[Side]) -> tuple[list[Move], list[Side]]:
+        """Works the approaches in, once the elements after them are known."""
+        return resolve(moves, sides, self.said, self.r.file)
+
+
+def _three(values: list[float]) -> Point:
+    return values[0], values[1], values[2]

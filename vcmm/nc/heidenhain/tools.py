@@ -1,0 +1,71 @@
+"""TOOL CALL and TOOL DEF of Klartext."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from vcmm.nc.heidenhain.paths import Paths
+from vcmm.nc.heidenhain.text import Reader
+from vcmm.nc.heidenhain.words import read_words
+from vcmm.nc.setup import Tool
+
+PLANE_OF_AXIS = {"Z": "XY", "Y": "ZX", "X": "YZ"}
+
+
+def call_tool(p: Paths, reader: Reader) -> None:
+    """TOOL CALL number or name, axis, S, F, DL, DR; without a tool: new speed or oversize only."""
+    token, tool, called = reader.peek(), p.r.data, p.r.tools.get(p.r.tool, "")
+    new = token is not None and (token.kind in ("number", "string") or reader.is_parameter())
+    if new:
+        tool, called = _find(p, reader)
+    if reader.upper() in PLANE_OF_AXIS:
+        p.r.free("the tool axis is chosen")
+        p.r.plane, p.r.tool_axis = PLANE_OF_AXIS[reader.upper()], "XYZ".index(reader.upper())
+        reader.at += 1
+    words = read_words(reader, ("S", "DL", "DR", "DR2"))
+    speed, dl, dr = words.take("S"), words.take("DL"), words.take("DR")
+    words.take("DR2")
+    if speed is not None:
+        p.r.speed = speed
+    if words.feed is not None:
+        p.auto_feed = p.r.feed = p.feed_of(words.feed, words.feed_kind)
+        p.r.feed_mode = "G94"
+    if new or dl is not None or dr is not None:
+        p.extra_radius = (dr or 0.0) * p.unit
+        p.r.change_tool(replace(tool, length=tool.length + (dl or 0.0) * p.unit), called)
+
+
+def _find(p: Paths, reader: Reader) -> tuple[Tool, str]:
+    token = reader.peek()
+    assert token is not None
+    tools = p.r.setup.tools
+    if token.kind != "string":
+        number = round(reader.value("TOOL CALL"))
+        known = p.defined.get(number) or tools.get(number)
+        if known is None and number:
+            p.r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
+        return known or Tool(number), f"TOOL CALL {number}"
+    reader.at += 1
+    name = token.text[1:-1]
+    named = next((t for t in tools.values() if t.name.upper() == name.upper()), None)
+    if named is not None:
+        return named, name
+    p.r.remark(f'no tool of the set-up has the name "{name}"; its length is taken as zero')
+    again = {n: k for k, n in p.r.tools.items()}
+    return Tool(again.get(name, max([*tools, *p.r.tools, 0]) + 1), name=name), name
+
+
+def define_tool(p: Paths, reader: Reader) -> None:
+    """TOOL DEF number L R."""
+    number = round(reader.value("TOOL DEF"))
+    words = read_words(reader, ("L", "R"))
+    length, radius = words.take("L"), words.take("R")
+    if words.sided and radius is None:  # R0 reads as "no compensation"
+        radius = 0.0
+    if length is None and radius is None:
+        return  # preparation of a tool from the table
+    base = p.r.setup.tools.get(number, Tool(number))
+    p.defined[number] = replace(
+        base, length=base.length if length is None else length * p.unit,
+        diameter=base.diameter if radius is None else 2 * radius * p.unit,
+    )  # fmt: skip

@@ -1,0 +1,120 @@
+"""The words of a Klartext positioning block: coordinates, radius compensation, feed, M functions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from vcmm.nc.heidenhain.text import Reader
+
+AXES, ROTARY = "XYZ", "ABC"
+SIDES = {"R0": None, "RL": "left", "RR": "right"}
+
+
+@dataclass
+class Words:
+    """What a block says. Coordinates as programmed; keys with I before the axis are incremental."""
+
+    values: dict[str, float] = field(default_factory=dict)
+    columns: dict[str, int] = field(default_factory=dict)
+    side: str | None = None
+    sided: bool = False
+    clockwise: bool | None = None
+    rapid: bool = False
+    feed: float | None = None
+    feed_kind: str = ""
+    m: list[int] = field(default_factory=list)
+    has_moved: bool = False
+
+    def has(self, *names: str) -> bool:
+        return any(n in self.values for n in names)
+
+    def take(self, name: str) -> float | None:
+        return self.values.pop(name, None)
+
+
+def read_words(reader: Reader, addresses: tuple[str, ...], bare: str = "") -> Words:
+    """All words to the end of the block. addresses: besides axes; bare: the address that a plain number stands for."""
+    words = Words()
+    names = (*AXES, *ROTARY, *(f"I{a}" for a in (*AXES, *ROTARY)), *addresses)
+    while not reader.done:
+        name, column = reader.upper(), reader.column
+        token = reader.peek()
+        assert token is not None
+        if token.kind != "name":
+            if not bare or bare in words.values:
+                raise reader.fault(
+                    f'"{token.text}" cannot be understood here; words are an address and a value, as in X+12.5'
+                )
+            begin = reader.at
+            words.values[bare], words.columns[bare] = reader.value("the block"), column
+            reader.spans[bare] = (begin, begin, reader.at)
+        elif _modal(reader, words, name):
+            continue
+        elif name in names:
+            reader.at += 1
+            if name in words.values:
+                raise reader.fault(f"{name} stands twice in this block; remove one", column)
+            begin = reader.at
+            words.values[name], words.columns[name] = reader.value(name), column
+            reader.spans[name] = (begin - 1, begin, reader.at)
+        else:
+            raise reader.fault(
+                f"{token.text} is not understood in this block; rewrite it with L, C, CR and plain coordinates"
+            )
+    return words
+
+
+def _modal(reader: Reader, words: Words, name: str) -> bool:
+    """R0 RL RR, DR+ DR-, F, M; True where one of them was read."""
+    if name in ("RL", "RR"):
+        reader.at += 1
+        words.side, words.sided = SIDES[name], True
+        return True
+    if name == "R" and reader.upper(1) == "0" and "R" not in words.values:
+        reader.at += 2
+        words.side, words.sided = None, True
+        return True
+    if name == "DR" and not _oversize(reader):
+        sign = reader.upper(1)
+        if sign not in ("+", "-"):
+            raise reader.fault("DR takes the sense of rotation, DR+ (counterclockwise) or DR-")
+        reader.spans["DR"] = (reader.at, reader.at + 1, reader.at + 2)
+        reader.at += 2
+        words.clockwise = sign == "-"
+        return True
+    if name == "FMAX":
+        reader.at += 1
+        words.rapid = True
+        return True
+    if name in ("F", "FU", "FZ", "FAUTO"):
+        _feed(reader, words, name)
+        return True
+    if name == "M":
+        column = reader.column
+        reader.at += 1
+        words.m.append(round(reader.value("M")))
+        words.columns[f"M{words.m[-1]}"] = column
+        return True
+    return False
+
+
+def _oversize(reader: Reader) -> bool:
+    """DR+0.1 of TOOL CALL, not the sense of rotation DR+."""
+    token = reader.peek(2)
+    return token is not None and (token.kind == "number" or reader.is_parameter(2))
+
+
+def _feed(reader: Reader, words: Words, name: str) -> None:
+    if name == "FZ":
+        raise reader.fault(
+            "FZ (feed per tooth) is not understood; the number of teeth is not known here, write F in mm/min"
+        )
+    reader.at += 1
+    if name == "FAUTO" or (name == "F" and reader.accept("AUTO")):
+        words.feed_kind = "AUTO"
+    elif name == "F" and reader.accept("MAX"):
+        words.rapid = True
+    else:
+        begin = reader.at
+        words.feed, words.feed_kind = reader.value(name), name
+        reader.spans["F"] = (begin - 1, begin, reader.at)

@@ -1,0 +1,1 @@
+"""The G-code family: Fanuc mill and lathe, LinuxCNC. Imports nc."""

@@ -1,0 +1,274 @@
+"""Subprograms, loops and jumps: O-words of LinuxCNC, macro B of Fanuc, M98 and M99. Everything is bounded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vcmm.nc.control import Control
+from vcmm.nc.expressions import Value, evaluate, whole
+from vcmm.nc.faults import BlockFault
+from vcmm.nc.iso.blocks import Assign, Flow
+from vcmm.nc.iso.parameters import ParameterTable
+from vcmm.nc.iso.texts import Text, find_file
+from vcmm.nc.trace import Step
+
+DEEPEST = 50
+IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
+MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
+
+
+@dataclass(slots=True)
+class Frame:
+    """A subprogram under way: where to go on, and how often it still has to be run."""
+
+    text: Text
+    back: int
+    kind: str  # "o" | "M98" | "G65"
+    label: str
+    start: int
+    left: int = 0
+    own: bool = False  # has parameters of its own
+
+
+class Runner:
+    """Where the program stands. `at` is the index of the next line."""
+
+    def __init__(self, c: Control, table: ParameterTable, text: Text, folder: Path | None) -> None:
+        self.c, self.table, self.text, self.folder = c, table, text, folder
+        self.main = text
+        self.at = 0
+        self.frames: list[Frame] = []
+        self.counters: dict[tuple[int, str], int] = {}
+        self.others: dict[str, Text] = {}
+        self.idle, self.moves_seen, self.repeated = 0, 0, 0
+        self.modal_macro: tuple[int, list[tuple[str, float]]] | None = None
+        self.steps: list[Step] | None = None  # executed blocks, where traces are kept
+
+    # -- jumps ----------------------------------------------------------------------------------------------------
+    def jump(self, index: int, here: int, column: int) -> None:
+        """Go on at a line; counts backward jumps that produce nothing."""
+        if index <= here:
+            if len(self.c.moves) != self.moves_seen:
+                self.idle, self.moves_seen = 0, len(self.c.moves)
+            self.idle += 1
+            if self.idle > IDLE_JUMPS:
+                raise BlockFault(
+                    column,
+                    f"the loop has run {IDLE_JUMPS} times without a motion: it seems endless; check its condition",
+                )
+        self.at = index
+
+    def executed(self, first: int, last: int) -> None:
+        """Count the runs of lines first to last - 1. Raises BlockFault where too many are repeated."""
+        runs = self.text.runs
+        for index in range(first, last):
+            runs[index] = runs.get(index, 0) + 1
+        if last > first and runs[first] > 1:
+            self.repeated += last - first
+            if self.repeated > MOST_REPEATED:
+                text = f"loops and subprograms have executed more than {MOST_REPEATED} blocks again; check their conditions"
+                raise BlockFault(1, text)
+
+    def truth(self, value: float | Value, column: int) -> bool:
+        number = self.compute(value, column)
+        return bool(number)
+
+    def compute(self, value: float | Value, column: int) -> float | None:
+        try:
+            return evaluate(value, self.table)
+        except BlockFault as fault:
+            raise BlockFault(fault.column or column, fault.text) from None
+
+    def assign(
+        self, assigns: list[Assign] | tuple[Assign, ...]
+    ) -> list[tuple[str | float | None, float | None, int]]:
+        """Targets and values now; set later by `settle`, for all assignments of a block are made at once."""
+        out: list[tuple[str | float | None, float | None, int]] = []
+        for one in assigns:
+            target = self.compute(one.target, one.column) if callable(one.target) else one.target
+            out.append((target, self.compute(one.value, one.column), one.column))
+        return out
+
+    def settle(self, values: list[tuple[str | float | None, float | None, int]]) -> None:
+        for target, value, column in values:
+            try:
+                self.table.set(target, value, column)
+            except BlockFault as fault:
+                raise BlockFault(fault.column or column, fault.text) from None
+
+    # -- calls ----------------------------------------------------------------------------------------------------
+    def push(self, frame: Frame, arguments: dict[int, float] | None, column: int) -> None:
+        if len(self.frames) >= DEEPEST:
+            raise BlockFault(
+                column,
+                f"subprograms call one another more than {DEEPEST} deep; {frame.label} seems to call itself",
+            )
+        if arguments is not None:
+            self.table.locals.append(arguments)
+            self.table.named_locals.append({})
+            frame.own = True
+        self.frames.append(frame)
+
+    def pop(self) -> None:
+        """The end of a subprogram: again from its start, or back."""
+        frame = self.frames[-1]
+        if frame.left > 1:
+            frame.left -= 1
+            self.at = frame.start
+            return
+        self.frames.pop()
+        if frame.own:
+            self.table.locals.pop()
+            self.table.named_locals.pop()
+        self.text, self.at = frame.text, frame.back
+        self.c.name = self.text.name
+
+    def enter(self, text: Text, start: int) -> None:
+        self.text, self.at = text, start
+        self.c.name = text.name
+
+    def load(self, names: list[str]) -> Text | None:
+        """A subprogram in a file of its own."""
+        path = find_file(self.folder, names)
+        if path is None:
+            return None
+        if str(path) not in self.others:
+            from vcmm.nc.reading import read_bytes
+
+            self.others[str(path)] = Text(str(path), read_bytes(path), self.text.dialect)
+        return self.others[str(path)]
+
+
+# -- O-words --------------------------------------------------------------------------------------------------------------
+def o_word(r: Runner, flow: Flow, here: int) -> None:
+    """Execute an O-word that stands on line `here` (an index)."""
+    label = (
+        flow.label
+        if isinstance(flow.label, str)
+        else str(whole(r.compute(flow.label, flow.column), "the label"))
+    )
+    _O_WORDS[flow.kind](r, flow, label, here)
+
+
+def _sub(r: Runner, flow: Flow, label: str, here: int) -> None:
+    r.at = r.text.next_o(label, ("endsub",), here, flow.column) + 1
+
+
+def _call(r: Runner, flow: Flow, label: str, here: int) -> None:
+    arguments = {i: r.compute(v, flow.column) or 0.0 for i, v in enumerate(flow.values, 1)}
+    text, start = r.text, r.text.subprogram(label)
+    if start is None:
+        text, start = r.main, r.main.subprogram(label)
+    if start is None:
+        other = r.load([label])
+        start = other.subprogram(label) if other else None
+        text = other or r.text
+    if start is None:
+        raise BlockFault(
+            flow.column,
+            f"the subprogram o<{label}> is neither in this program nor in a file {label}.ngc beside it",
+        )
+    r.push(Frame(r.text, here + 1, "o", f"o<{label}>", start + 1), arguments, flow.column)
+    r.enter(text, start + 1)
+
+
+def _return(r: Runner, flow: Flow, label: str, here: int) -> None:
+    if not r.frames or r.frames[-1].kind != "o":
+        if flow.kind == "return" and not r.frames:
+            raise BlockFault(flow.column, "return outside a subprogram; remove it")
+        raise BlockFault(
+            flow.column, f"o{label} {flow.kind} without a call that led here; add o{label} sub before it"
+        )
+    value = r.compute(flow.values[0], flow.column) if flow.values else None
+    r.pop()
+    r.table.named_common["_value"] = value or 0.0
+    r.table.named_common["_value_returned"] = 1.0 if flow.values else 0.0
+
+
+def _if(r: Runner, flow: Flow, label: str, here: int) -> None:
+    if r.truth(flow.values[0], flow.column):
+        return
+    index = here
+    while True:
+        index = r.text.next_o(label, ("elseif", "else", "endif"), index, flow.column)
+        branch = r.text.block(index).flow
+        assert branch is not None
+        if branch.kind != "elseif" or r.truth(branch.values[0], branch.column):
+            r.at = index + 1
+            return
+
+
+def _else(r: Runner, flow: Flow, label: str, here: int) -> None:
+    r.text.last_o(label, ("if",), here, flow.column)
+    r.at = r.text.next_o(label, ("endif",), here, flow.column) + 1
+
+
+def _endif(r: Runner, flow: Flow, label: str, here: int) -> None:
+    r.text.last_o(label, ("if",), here, flow.column)
+
+
+def _while(r: Runner, flow: Flow, label: str, here: int) -> None:
+    start = _do_of(r, label, here)
+    if start is not None:  # the end of do ... while
+        if r.truth(flow.values[0], flow.column):
+            r.jump(start + 1, here, flow.column)
+        return
+    end = r.text.next_o(label, ("endwhile",), here, flow.column)
+    if not r.truth(flow.values[0], flow.column):
+        r.at = end + 1
+
+
+def _do_of(r: Runner, label: str, here: int) -> int | None:
+    """The `do` that a `while` closes: the nearest word of that label before it."""
+    before = [
+        (i, kind)
+        for i, kind in r.text.o_words.get(label, ())
+        if i < here and kind not in ("break", "continue")
+    ]
+    return before[-1][0] if before and before[-1][1] == "do" else None
+
+
+def _endwhile(r: Runner, flow: Flow, label: str, here: int) -> None:
+    r.jump(r.text.last_o(label, ("while",), here, flow.column), here, flow.column)
+
+
+def _do(r: Runner, flow: Flow, label: str, here: int) -> None:
+    r.text.next_o(label, ("while",), here, flow.column)
+
+
+def _repeat(r: Runner, flow: Flow, label: str, here: int) -> None:
+    count = r.compute(flow.values[0], flow.column) or 0.0
+    if count < 1:
+        r.at = r.text.next_o(label, ("endrepeat",), here, flow.column) + 1
+        return
+    r.text.next_o(label, ("endrepeat",), here, flow.column)
+    r.counters[(len(r.frames), label)] = int(count)
+
+
+def _endrepeat(r: Runner, flow: Flow, label: str, here: int) -> None:
+    start = r.text.last_o(label, ("repeat",), here, flow.column)
+    key = (len(r.frames), label)
+    left = r.counters.get(key, 0) - 1
+    r.counters[key] = left
+    if left > 0:
+        r.jump(start + 1, here, flow.column)
+
+
+def _break(r: Runner, flow: Flow, label: str, here: int) -> None:
+    r.at = _loop_end(r, flow, label, here) + 1
+
+
+def _continue(r: Runner, flow: Flow, label: str, here: int) -> None:
+    r.at = _loop_end(r, flow, label, here)
+
+
+def _loop_end(r: Runner, flow: Flow, label: str, here: int) -> int:
+    return r.text.next_o(label, ("endwhile", "endrepeat", "while"), here, flow.column)
+
+
+_O_WORDS = {
+    "sub": _sub, "call": _call, "endsub": _return, "return": _return, "if": _if, "elseif": _else, "else": _else,
+    "endif": _endif, "while": _while, "endwhile": _endwhile, "do": _do, "repeat": _repeat, "endrepeat": _endrepeat,
+    "break": _break, "continue": _continue,
+}  # fmt: skip

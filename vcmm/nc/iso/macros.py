@@ -1,0 +1,137 @@
+"""Macro B of Fanuc: GOTO, IF, WHILE, M98 and M99, G65 to G67."""
+
+from __future__ import annotations
+
+from vcmm.nc.expressions import Value, whole
+from vcmm.nc.faults import BlockFault
+from vcmm.nc.iso.blocks import Flow
+from vcmm.nc.iso.codes import Words
+from vcmm.nc.iso.flow import Frame, Runner
+from vcmm.nc.iso.texts import Text
+
+ARGUMENTS = dict(
+    zip("ABCIJKDEFHMQRSTUVWXYZ", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26))
+)
+
+
+def macro(r: Runner, flow: Flow, here: int) -> None:
+    """GOTO, IF, WHILE, END."""
+    if flow.kind == "goto":
+        _goto(r, flow.values[0], flow.column, here)
+    elif flow.kind == "if-goto":
+        if r.truth(flow.values[0], flow.column):
+            _goto(r, flow.values[1], flow.column, here)
+    elif flow.kind == "if-then":
+        if r.truth(flow.values[0], flow.column):
+            r.settle(r.assign(flow.then))
+    elif flow.kind in ("while", "do"):
+        end = r.text.loop_end(str(flow.label), here)
+        if end is None:
+            raise BlockFault(flow.column, f"END{flow.label} is missing after this line; add it")
+        if flow.kind == "while" and not r.truth(flow.values[0], flow.column):
+            r.at = end + 1
+    elif flow.kind == "end":
+        start = r.text.loop_start(str(flow.label), here)
+        if start is None:
+            raise BlockFault(flow.column, f"END{flow.label} without WHILE[...] DO{flow.label} before it")
+        r.jump(start, here, flow.column)
+
+
+def _goto(r: Runner, value: float | Value, column: int, here: int) -> None:
+    number = whole(r.compute(value, column), "the block number of GOTO")
+    index = r.text.number(number, here)
+    if index is None:
+        raise BlockFault(column, f"GOTO {number}: this program has no block N{number}")
+    r.jump(index, here, column)
+
+
+def call_program(r: Runner, w: Words, here: int, column: int) -> None:
+    """M98 Pn Lm, or P with the repeats before four digits (P50012: five times O12)."""
+    number = w.whole("P", column)
+    times = w.whole("L", column)
+    if number is None:
+        raise BlockFault(column, "M98 needs P, the number of the subprogram, as in M98 P100 L3")
+    if times is None and number > 9999 and number not in r.text.programs:
+        times, number = divmod(number, 10000)
+    _start_program(r, number, 1 if times is None else times, None, here, column, "M98")
+
+
+def _start_program(
+    r: Runner, number: int, times: int, arguments: dict[int, float] | None, here: int, column: int, kind: str
+) -> None:
+    if times == 0:
+        return
+    text, start = r.text, r.text.programs.get(number)
+    if start is None:
+        text, start = r.main, r.main.programs.get(number)
+    if start is None:
+        other = r.load([f"O{number:04d}", f"O{number}", f"o{number}", f"{number}", f"{number:04d}"])
+        if other is not None:
+            text, start = other, other.programs.get(number, 0)
+    if start is None:
+        raise BlockFault(
+            column,
+            f"the subprogram O{number} is neither in this file nor in a file O{number:04d}.nc beside it; add it",
+        )
+    first = start + 1 if text.programs.get(number) == start and not _more_on_line(text, start) else start
+    r.push(Frame(r.text, here + 1, kind, f"O{number}", first, times), arguments, column)
+    r.enter(text, first)
+
+
+def _more_on_line(text: Text, index: int) -> bool:
+    return bool(text.block(index).words)
+
+
+def end_program(r: Runner, w: Words, column: int, here: int) -> None:
+    """M99: back to the caller, to its block P if given; in the main program: the program would start again."""
+    number = w.whole("P", column)
+    if not r.frames:
+        r.c.remark("M99 in the main program starts it again for ever; it is read once", column)
+        r.c.ended = True
+        return
+    frame = r.frames[-1]
+    again = frame.left > 1
+    r.pop()
+    if number is not None and not again:
+        index = r.text.number(number, r.at - 1)
+        if index is None:
+            raise BlockFault(column, f"M99 P{number}: the calling program has no block N{number}")
+        r.jump(index, r.at, column)
+
+
+def macro_call(r: Runner, w: Words, here: int) -> None:
+    """G65 (once), G66 (after every motion), G67 (no longer)."""
+    code, column = w.g["macro"], w.g_columns["macro"]
+    if code == "G67":
+        r.modal_macro = None
+        return
+    number = w.whole("P", column)
+    times = w.whole("L", column)
+    if number is None:
+        raise BlockFault(column, f"{code} needs P, the number of the macro program, as in {code} P9100 A1.0")
+    w.used |= set(w.values)
+    given = [(letter, value) for letter, value in w.repeated if letter not in "PL"]
+    if code == "G66":
+        r.modal_macro = (number, given)
+        return
+    _start_program(r, number, 1 if times is None else times, arguments_of(given), here, column, "G65")
+
+
+def modal_call(r: Runner, here: int) -> None:
+    """The macro of G66 after a block that has moved."""
+    if r.modal_macro is not None and not any(f.kind == "G65" for f in r.frames):
+        number, given = r.modal_macro
+        _start_program(r, number, 1, arguments_of(given), r.at - 1, 1, "G65")
+
+
+def arguments_of(given: list[tuple[str, float]]) -> dict[int, float]:
+    """Local variables of a macro call: A is #1 ... Z is #26; repeated I J K fill #4, #5, #6, then #7, #8, #9 and so on."""
+    out: dict[int, float] = {}
+    sets = {"I": 0, "J": 0, "K": 0}
+    for letter, value in given:
+        if letter in sets:
+            out[ARGUMENTS[letter] + 3 * sets[letter]] = value
+            sets[letter] += 1
+        elif letter in ARGUMENTS:
+            out[ARGUMENTS[letter]] = value
+    return out

@@ -1,0 +1,88 @@
+"""How an executed block of the G-code family reads without expressions, parameters, calls and jumps."""
+
+from __future__ import annotations
+
+import re
+
+from vcmm.nc.iso.blocks import Block
+from vcmm.nc.iso.flow import Runner
+from vcmm.nc.trace import Cut, Step
+from vcmm.nc.tracing import written_out
+
+_NUMBERED = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
+_PROGRAM = re.compile(r"[O:][ \t]*\d+", re.IGNORECASE)
+
+
+def step_of(r: Runner, block: Block, index: int) -> Step:
+    """The block as it is executed now."""
+    call = len(r.frames)
+    computed = any(callable(w.value) for w in block.words)
+    called = _codes(block)
+    if not computed and not called and not block.assigns and block.flow is None:
+        return Step(r.text.name, index + 1, index + 1, call, ())
+    return Step(r.text.name, index + 1, index + 1, call, tuple(_cuts(r, block, index + 1, called)))
+
+
+def _codes(block: Block) -> set[str]:
+    """Calls and returns among the codes of a block."""
+    found = {f"{w.letter}{w.value:g}" for w in block.words if w.letter in "GM" and not callable(w.value)}
+    return found & {"M98", "M99", "G65", "G66", "G67"}
+
+
+def _cuts(r: Runner, block: Block, line: int, called: set[str]) -> list[Cut]:
+    end = len(_code(block.text)) + 1
+    flow = block.flow
+    if flow is not None and flow.kind != "program":
+        head = _NUMBERED.match(block.text)
+        return [Cut(line, head.end() + 1 if head else 1, end, "")]
+    out = [_assignment(block, a.column, line, end) for a in block.assigns]
+    if flow is not None and r.frames:
+        found = _PROGRAM.search(block.text)
+        if found:
+            out.append(Cut(line, found.start() + 1, found.end() + 1, ""))
+    gone = _gone(r, called)
+    for word in block.words:
+        name = (
+            word.letter if word.letter not in "GM" or callable(word.value) else f"{word.letter}{word.value:g}"
+        )
+        if gone == "all" or name in gone:
+            out.append(Cut(line, word.first, word.last, ""))
+        elif callable(word.value):
+            value = r.compute(word.value, word.first)
+            out.append(
+                Cut(
+                    line,
+                    word.first,
+                    word.last,
+                    "" if value is None else word.letter + _text(value, word.letter),
+                )
+            )
+    return out
+
+
+def _text(value: float, letter: str) -> str:
+    """With a point where it is a length: an expression counts in mm on every control."""
+    text = written_out(value)
+    return text + "." if "." not in text and letter in "XYZUVWIJKRQ" else text
+
+
+def _gone(r: Runner, called: set[str]) -> str | frozenset[str]:
+    """Words that go with a call or return."""
+    if called & {"G65", "G66", "G67"}:
+        return "all"
+    if "M98" in called:
+        return frozenset(("M98", "P", "L"))
+    if "M99" in called and r.frames:
+        return frozenset(("M99", "P"))
+    return frozenset()
+
+
+def _assignment(block: Block, column: int, line: int, end: int) -> Cut:
+    """#1=... up to what follows it."""
+    starts = [w.first for w in block.words] + [a.column for a in block.assigns]
+    return Cut(line, column, min([s for s in starts if s > column], default=end), "")
+
+
+def _code(text: str) -> str:
+    """The line without a comment at its end."""
+    return re.sub(r"(?:[ \t]*(?:\([^()]*\)|;.*))+[ \t]*\Z", "", text).rstrip()

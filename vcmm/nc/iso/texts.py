@@ -1,0 +1,117 @@
+"""The text of a program, prepared for jumping: where labels, block numbers, loops and programs stand."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from vcmm.nc.dialects import Dialect
+from vcmm.nc.faults import BlockFault
+from vcmm.nc.iso.blocks import O_WORDS, Block, parse_block
+from vcmm.nc.tokens import split_lines
+
+_O_WORD = re.compile(
+    rf"[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?[O:][ \t]*(<[^>]*>|\d+)[ \t]*({'|'.join(O_WORDS)})?", re.IGNORECASE
+)
+_N_WORD = re.compile(r"[ \t]*/?\d?[ \t]*N[ \t]*(\d+)", re.IGNORECASE)
+_LOOP = re.compile(r"(?:^|[^A-Z])(DO|END)[ \t]*([123])", re.IGNORECASE)
+SUFFIXES = ("", ".ngc", ".nc", ".NGC", ".NC", ".txt", ".tap")
+
+
+class Text:
+    """Lines of one file; blocks are read when they are first reached."""
+
+    def __init__(self, name: str, text: str, dialect: Dialect) -> None:
+        self.name, self.dialect = name, dialect
+        self.lines = split_lines(text)
+        self._blocks: dict[int, Block] = {}
+        self.runs: dict[int, int] = {}  # line -> how often it has been executed
+        self.o_words: dict[str, list[tuple[int, str]]] = {}  # label -> (index of the line, keyword)
+        self.programs: dict[int, int] = {}  # O number -> index of its line
+        self._find_o_words()
+        self._numbers: dict[int, list[int]] | None = None
+        self._loops: list[tuple[int, str, str]] | None = None
+
+    def _find_o_words(self) -> None:
+        for i, line in enumerate(self.lines):
+            if ("O" in line or "o" in line or ":" in line) and (match := _O_WORD.match(line)):
+                label = "".join(match[1].strip("<>").lower().split())
+                label = str(int(label)) if label.isdigit() else label
+                if match[2] and self.dialect.words == "o":
+                    self.o_words.setdefault(label, []).append((i, match[2].lower()))
+                elif label.isdigit():
+                    self.programs.setdefault(int(label), i)
+
+    def block(self, index: int) -> Block:
+        """The block of a line, read once."""
+        found = self._blocks.get(index)
+        if found is None:
+            found = self._blocks[index] = parse_block(self.lines[index], index + 1, self.dialect)
+        return found
+
+    def next_o(self, label: str, kinds: tuple[str, ...], index: int, column: int) -> int:
+        """The first line after `index` with that label and one of the keywords."""
+        for i, kind in self.o_words.get(label, ()):
+            if i > index and kind in kinds:
+                return i
+        raise BlockFault(column, f"o{label} {' or '.join(kinds)} is missing after this line; add it")
+
+    def last_o(self, label: str, kinds: tuple[str, ...], index: int, column: int) -> int:
+        """The last line before `index` with that label and one of the keywords."""
+        for i, kind in reversed(self.o_words.get(label, [])):
+            if i < index and kind in kinds:
+                return i
+        raise BlockFault(column, f"o{label} {' or '.join(kinds)} is missing before this line; add it")
+
+    def subprogram(self, label: str) -> int | None:
+        """Line of o<label> sub."""
+        return next((i for i, kind in self.o_words.get(label, ()) if kind == "sub"), None)
+
+    def number(self, n: int, index: int) -> int | None:
+        """Line of block number N n within the program that holds line `index`: forward first, then from its start."""
+        if self._numbers is None:
+            self._numbers = {}
+            for i, line in enumerate(self.lines):
+                match = _N_WORD.match(line)
+                if match:
+                    self._numbers.setdefault(int(match[1]), []).append(i)
+        starts = sorted(self.programs.values())
+        begin = max((s for s in starts if s <= index), default=0)
+        end = min((s for s in starts if s > index), default=len(self.lines))
+        inside = [i for i in self._numbers.get(n, []) if begin <= i < end]
+        return next((i for i in inside if i > index), inside[0] if inside else None)
+
+    def loop_end(self, number: str, index: int) -> int | None:
+        """Line of END n after a line."""
+        return next(
+            (i for i, kind, n in self._loop_lines() if i > index and kind == "END" and n == number), None
+        )
+
+    def loop_start(self, number: str, index: int) -> int | None:
+        """Line of DO n before a line."""
+        return next(
+            (i for i, kind, n in reversed(self._loop_lines()) if i < index and kind == "DO" and n == number),
+            None,
+        )
+
+    def _loop_lines(self) -> list[tuple[int, str, str]]:
+        if self._loops is None:
+            self._loops = []
+            for i, line in enumerate(self.lines):
+                plain = re.sub(r"\([^)]*\)", "", line)
+                for match in _LOOP.finditer(plain):
+                    self._loops.append((i, match[1].upper(), match[2]))
+        return self._loops
+
+
+def find_file(folder: Path | None, names: list[str]) -> Path | None:
+    """A subprogram in a file of its own beside the program."""
+    if folder is None:
+        return None
+    for name in names:
+        if re.fullmatch(r"[\w.-]+", name):
+            for suffix in SUFFIXES:
+                path = folder / f"{name}{suffix}"
+                if path.is_file():
+                    return path
+    return None

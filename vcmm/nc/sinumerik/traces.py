@@ -1,0 +1,167 @@
+"""Where the words of a Sinumerik block stand, and how the block reads without expressions, calls and jumps."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any, Protocol
+
+from vcmm.nc.faults import BlockFault
+from vcmm.nc.sinumerik.blocks import Block, Item
+from vcmm.nc.sinumerik.text import Environment, Reader, lines_of
+from vcmm.nc.tokens import Token
+from vcmm.nc.trace import Cut, WordAt
+from vcmm.nc.tracing import plain, word_at, written_out
+
+_HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
+_WORD = re.compile(
+    r"(?:[A-Za-z_$][A-Za-z0-9_$]*[ \t]*=[ \t]*(?:(?P<mode>AC|IC)[ \t]*\((?P<inside>.*)\)|(?P<value>.*))|[A-Za-z][ \t]*(?P<number>.*))\Z",
+    re.IGNORECASE,
+)
+ARGUMENTS = ("RTP", "RFP", "SDIS", "DP", "DPR")
+DEEP = (*ARGUMENTS, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI")
+_KEYS = {"CR": "R"}
+
+
+class Running(Environment, Protocol):
+    """What is asked of a program under way."""
+
+    @property
+    def sections(self) -> Mapping[str, Any]: ...
+
+    @property
+    def parameters(self) -> Mapping[int, float]: ...
+
+    def defined(self, name: str) -> bool: ...
+
+
+def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
+    """Columns of the value of a word, and AC or IC."""
+    found = _WORD.match(line[item.first - 1 : item.last - 1])
+    if found is None:
+        return None
+    group = next(g for g in ("inside", "value", "number") if found[g] is not None)
+    return item.first + found.start(group), item.first + found.end(group), (found["mode"] or "").upper()
+
+
+def words_of(block: Block, line: str) -> dict[str, WordAt]:
+    """Words by address: CR= as "R", I1= as "I1"."""
+    out: dict[str, WordAt] = {}
+    for item in block.items:
+        found = None if item.name == "R" or item.value is None else span_of(item, line)
+        if found is None:
+            continue
+        numbered = item.number is not None and item.name in "IJKXYZ"
+        key = _KEYS.get(item.name, item.name)
+        if numbered:
+            key = re.sub(r"\s", "", line[item.first - 1 : found[0] - 1].split("=")[0]).upper()
+        out[key] = word_at(key, line, block.line, (item.first, item.last), (found[0], found[1]), found[2])
+    return out
+
+
+def argument_spans(item: Item, line: str) -> list[tuple[int, int]]:
+    """Columns of the arguments of NAME(a, , b), without the blanks around them."""
+    begin = line.index("(", item.first - 1) + 1
+    out, depth, start = [], 0, begin
+    for at in range(begin, item.last - 1):
+        letter = line[at]
+        if depth == 0 and letter in ",)":
+            text = line[start:at]
+            lead = len(text) - len(text.lstrip())
+            out.append((start + lead + 1, start + lead + 1 + len(text.strip())))
+            start = at + 1
+        depth += (letter == "(") - (letter == ")")
+    return out
+
+
+def cycle_words(item: Item, line: str, number: int) -> dict[str, WordAt]:
+    """Arguments of a drilling cycle by name."""
+    if item.arguments is None:
+        return {}
+    names = DEEP if item.name == "CYCLE83" else ARGUMENTS
+    found = {
+        name: word_at(name, line, number, span, span)
+        for name, span in zip(names, argument_spans(item, line))
+        if span[1] > span[0]
+    }
+    return found | {"cycle": WordAt("cycle", item.first, item.last, item.name, False, None, line=number)}
+
+
+def cuts_of(runner: Running, block: Block, line: str, call: int) -> list[Cut]:
+    """What changes when the block is written out where it is executed."""
+    out: list[Cut] = []
+    for item in block.items:
+        text = _written(runner, item, line, call)
+        if text is not None:
+            out.append(Cut(block.line, *text))
+    head = _HEAD.match(line)
+    begin = head.end() + 1 if head else 1
+    if block.label:
+        end = line.index(":", begin - 1) + 2
+        out.append(Cut(block.line, begin, end, ""))
+        begin = end
+    if block.flow is not None:
+        out.append(Cut(block.line, max([begin, *(i.last for i in block.items)]), block.last, ""))
+    return out
+
+
+def _written(runner: Running, item: Item, line: str, call: int) -> tuple[int, int, str] | None:
+    """Columns and text of an item that does not stay."""
+    if item.name in ("MSG", "SETAL"):
+        return _message(runner, item, line)
+    if item.name == "R" or (item.value is not None and runner.defined(item.name)):
+        return item.first, item.last, ""
+    if item.name in runner.sections or (item.name == "L" and f"L{item.text}" in runner.sections):
+        return item.first, item.last, ""
+    if item.name == "M" and call and item.text in ("17", "2", "02"):
+        return item.first, item.last, ""
+    if item.arguments is not None:
+        return _arguments(runner, item, line)
+    found = None if item.value is None else span_of(item, line)
+    if found is None or item.value is None or plain(line[found[0] - 1 : found[1] - 1]):
+        return None
+    return found[0], found[1], written_out(item.value(runner))
+
+
+def _message(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:
+    """MSG("PASS "<<R2) with the number that R2 has now, as a text of its own: the assignment of R2 goes."""
+    tokens = [t for t in lines_of(line[: item.last - 1])[0] if t.column > item.first][1:-1]
+    borders = [-1, *(i for i, t in enumerate(tokens) if t.text in ("<<", ",")), len(tokens)]
+    text = line[: item.last - 1]
+    for before, behind in reversed(list(pairwise(borders))):
+        piece = tokens[before + 1 : behind]
+        value = _number_in(runner, piece)
+        if value is not None:
+            end = piece[-1].column + len(piece[-1].text) - 1
+            text = f'{text[: piece[0].column - 1]}"{written_out(value)}"{text[end:]}'
+    new = text[item.first - 1 :]
+    return None if new == line[item.first - 1 : item.last - 1] else (item.first, item.last, new)
+
+
+def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
+    """The value of a part of a message that hangs on parameters of the program; None for any other part."""
+    names = [t for t in piece if t.kind == "name" and runner.defined(t.text.upper())]
+    given = [t for t in piece if t.kind == "word" and t.text[0] in "Rr"]
+    known = all(t.text[1:].strip().isdigit() and int(t.text[1:]) in runner.parameters for t in given)
+    if not (names or given) or not known:
+        return None
+    try:
+        reader = Reader(list(piece))
+        value = reader.expression()(runner)
+    except BlockFault:
+        return None
+    return value if reader.done else None
+
+
+def _arguments(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:
+    spans: Sequence[tuple[int, int]] = argument_spans(item, line)
+    texts = [line[a - 1 : b - 1] for a, b in spans]
+    if all(not t or plain(t) for t in texts):
+        return None
+    values = ["" if a is None else written_out(a(runner)) for a in item.arguments or ()]
+    return (
+        item.first,
+        item.last,
+        f"{line[item.first - 1 : line.index('(', item.first - 1)]}({','.join(values)})",
+    )

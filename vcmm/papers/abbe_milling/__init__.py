@@ -1,0 +1,1 @@
+"""Abbe-consistent volumetric errors of milling: spline slots in two models."""

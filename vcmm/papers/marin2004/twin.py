@@ -1,0 +1,274 @@
+"""Twin of D. Marin, Error prediction and compensation for CNC machine tools (SISOM 2004, Bucharest).
+
+The chain "w X' Y' b Z t" multiplied out as in the paper beside vcmm's exact and first-order engines; geometric and thermal
+parameters, the latter by multiple regression on temperature sensors; an NC program read, its cutter positions corrected by
+the predicted error, written again, and cut virtually before and after warm-up (the scheme of the paper's figure 3).
+
+The paper prints formulas and no numbers: machine, day, sensors, part and program are drawn here.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.core.kinematics import Axis
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.machining.maps import net
+from vcmm.machining.preparation import set_up
+from vcmm.machining.scenario import CutScenario
+from vcmm.papers.error_tables import shape, table_text
+from vcmm.papers.marin2004.chain import LETTERS, carriages, expanded, in_workpiece_axes, product
+from vcmm.papers.marin2004.day import Day, Regression, day, regression, thermal_effects
+from vcmm.papers.virtual_cut import Seen, seen, tool_errors
+
+TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
+LINEAR, CROSS, TURN, SQUARE = 4e-3, 2.5e-3, 10e-6, 12e-6  # mm, rad: scales of the drawn tables
+LEARNED, VALIDATED = (
+    (1, 2),
+    3,
+)  # seeds of the days on which the regression is made, and of the day that it must predict
+COLD, WARM = 0, 200  # minutes at which the part is cut
+HALF, DEEP, RADIUS, STEP = (
+    (120.0, 80.0),
+    12.0,
+    16.0,
+    10.0,
+)  # mm: half sides, depth of the contour, cutter, longest line
+MODELS = ("as programmed", "geometry", "geometry and thermal")
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Largest difference of one tip coordinate over the volume, nm."""
+
+    what: str
+    against: str
+    nanometres: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One thermal parameter: its range over the validation day, and what the regression leaves (rms, largest)."""
+
+    parameter: int
+    span: float
+    rms: float
+    largest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """Departures (um) by feature of one cut: state of the machine, model with which the program was rewritten."""
+
+    state: str
+    model: str
+    departure: Mapping[str, Array]
+    predicted: Mapping[str, Array] | None  # by the model, of the program before it was rewritten
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    largest_um: float  # tip error over the volume
+    agreements: tuple[Agreement, ...]
+    fits: tuple[Fit, ...]
+    cuts: tuple[Cut, ...]
+    today: Day
+    model: Regression
+    seen: tuple[Seen, ...]
+
+
+def draw_tables(seed: int) -> dict[str, Array]:
+    """Component -> (11,) mm or rad over the travel of each axis."""
+    rng = np.random.default_rng([seed, 20040520])
+    out = {}
+    for axis in "XYZ":
+        for d in "XYZ":
+            out[f"E{d}{axis}"] = shape(rng) * (LINEAR if d == axis else CROSS)
+        for d in "ABC":
+            out[f"E{d}{axis}"] = shape(rng) * TURN
+    return out
+
+
+def errors_csv(seed: int = 1) -> str:
+    """The error table of the scenario."""
+    axes = {a: Axis(a, travel) for a, travel in TRAVEL.items()}
+    return table_text(
+        draw_tables(seed),
+        axes,
+        f"drawn by us, seed {seed}: mm and rad over the axis position in mm; the carriages' own motions",
+    )
+
+
+def path() -> list[Array]:
+    """Cutter positions (n, 3) in work coordinates, tip: face milling in rows, then the contour; lines of STEP mm at most."""
+    x, y = HALF[0] + RADIUS + 10, HALF[1]
+    rows = np.linspace(-y, y, 8)
+    face = [
+        (sign * x, row, 0.0) for i, row in enumerate(rows) for sign in ((-1, 1) if i % 2 == 0 else (1, -1))
+    ]
+    a, b = HALF[0] + RADIUS, HALF[1] + RADIUS
+    contour = [(-a, -b - 30, -DEEP), (-a, b, -DEEP), (a, b, -DEEP), (a, -b, -DEEP), (-a - 30, -b, -DEEP)]
+    return [_divided(np.array(face)), _divided(np.array(contour))]
+
+
+def _divided(corners: Array) -> Array:
+    out = [corners[:1]]
+    for start, end in pairwise(corners):
+        share = np.linspace(0.0, 1.0, int(np.ceil(np.linalg.norm(end - start) / STEP)) + 1)[1:]
+        out.append(start + share[:, None] * (end - start))
+    return np.concatenate(out)
+
+
+def program(parts: list[Array] | None = None) -> str:
+    """The NC program (Fanuc dialect) through given cutter positions, 0.1 um."""
+    lines = [
+        "%",
+        "O2004 (FACE AND CONTOUR)",
+        "G21 G17 G40 G49 G80 G90 G94",
+        "T1 M6",
+        "G54 G0 S2000 M3",
+        "G43 H1 Z50.",
+    ]
+    for points in parts or path():
+        x, y, z = points[0]
+        lines += [f"G0 X{x:.4f} Y{y:.4f}", f"G0 Z{z:.4f}"]
+        lines += [f"G1 X{x:.4f} Y{y:.4f} Z{z:.4f} F800" for x, y, z in points[1:]]
+        lines.append("G0 Z50.")
+    return "\n".join([*lines, "M5", "G91 G28 Z0", "M30", "%"]) + "\n"
+
+
+def agreements(machine: Machine, tool: Array) -> tuple[float, tuple[Agreement, ...]]:
+    """(largest tip error, um; how far the paper's product, its expansion and vcmm's engines are apart) on 7 x 7 x 7 places."""
+    mesh = np.meshgrid(*(np.linspace(*machine.axes[a].travel, 7) for a in "XYZ"), indexing="ij")
+    run = Run({a: m.ravel() for a, m in zip("XYZ", mesh)}, np.tile(tool, (mesh[0].size, 1)))
+    c = carriages(machine, run)
+    correction, table = product(c)
+    exact, first = machine.tip_error(run, exact=True), machine.tip_error(run)
+    pairs = (
+        ("equations 23 to 25, derived again", "matrix product (22)", expanded(c), correction),
+        ("matrix product, reference axes", "vcmm first order", correction, first),
+        ("matrix product, reference axes", "vcmm exact", correction, exact),
+        ("matrix product, workpiece axes", "vcmm exact", in_workpiece_axes(correction, table), exact),
+        ("the same with true rotations", "vcmm exact", in_workpiece_axes(*product(c, exact=True)), exact),
+    )
+    found = tuple(Agreement(a, b, float(np.abs(one - other).max() * 1e6)) for a, b, one, other in pairs)
+    return float(np.linalg.norm(exact, axis=1).max() * 1e3), found
+
+
+def fits(model: Regression, today: Day) -> tuple[Fit, ...]:
+    """What the regression leaves on a day that it has not seen."""
+    left = model.at(today.sensors) - today.parameters
+    span = np.ptp(today.parameters, axis=0)
+    return tuple(
+        Fit(i, float(span[i]), float(np.sqrt(np.mean(left[:, i] ** 2))), float(np.abs(left[:, i]).max()))
+        for i in range(left.shape[1])
+    )
+
+
+def predicted(machine: Machine, thermal: Array | None, tips: Array, zero: Array, tool: Array) -> Array:
+    """Error (n, 3) mm at tip positions (n, 3), machine axes, by the paper's product; the zero was set cold at `zero` (3,).
+
+    The geometric error at the zero was taken away when it was set; thermal parameters act in full.
+    """
+    warm = (
+        machine
+        if thermal is None
+        else replace(machine, effects=(*machine.effects, *thermal_effects(thermal)))
+    )
+    at_zero = product(carriages(machine, at(zero[None, :], tool)))[0]
+    return product(carriages(warm, at(tips, tool)))[0] - at_zero
+
+
+def at(tips: Array, tool: Array) -> Run:
+    """Run with the tip at `tips` (n, 3): positions of the axes are the tip less the tool."""
+    position = {a: tips[:, i] - tool[i] for i, a in enumerate("XYZ")}
+    return Run(position, np.tile(tool, (len(tips), 1)))
+
+
+def run(scenario: CutScenario, progress: Progress | None = None) -> Result:
+    """Agreement of the engines, regression over a drawn day, and the part cut cold and warm, before and after rewriting."""
+    report = progress or (lambda text, share: None)
+    report("matrix products", 0.0)
+    geometry = kept(scenario.machine)
+    tool = -np.array(scenario.setup.tools[1].offset)
+    largest, found = agreements(geometry, tool)
+    report("drawn days", 0.1)
+    today, model = day(VALIDATED), regression([day(seed) for seed in LEARNED])
+    cuts: list[Cut] = []
+    views: tuple[Seen, ...] = ()
+    for number, minute in enumerate((COLD, WARM)):
+        report(f"cutting at minute {minute}", 0.2 + 0.4 * number)
+        some, views = cuts_at(scenario, geometry, today, model, minute)
+        cuts += some
+    return Result(largest, found, fits(model, today), tuple(cuts), today, model, views)
+
+
+def kept(machine: Machine) -> Machine:
+    """The machine with the errors that the paper's chain has."""
+    effects = tuple(e for e in machine.effects if e.link in LETTERS and e.place in ("motion", "travel"))
+    return replace(machine, effects=effects)
+
+
+def cuts_at(
+    scenario: CutScenario, geometry: Machine, today: Day, model: Regression, minute: int
+) -> tuple[list[Cut], tuple[Seen, ...]]:
+    """The three programs cut on the true machine of that minute, and the views of the first."""
+    truth, guess = today.parameters[minute], model.at(today.sensors[minute])
+    zero, tool = np.array(scenario.setup.offsets["G54"]), -np.array(scenario.setup.tools[1].offset)
+    out: list[Cut] = []
+    views: tuple[Seen, ...] = ()
+    for name, thermal in zip(MODELS, (None, None, guess)):
+        parts = path()
+        if name != MODELS[0]:
+            parts = [p - predicted(geometry, thermal, p + zero, zero, tool) for p in parts]
+        here = looked_at(scenario, parts)
+        views = views or here
+        said = (
+            None
+            if name == MODELS[0]
+            else departures(views, geometry, np.zeros(6) if thermal is None else thermal)
+        )
+        out.append(Cut(f"minute {minute}", name, departures(here, geometry, truth), said))
+    return out, views
+
+
+def looked_at(scenario: CutScenario, parts: list[Array]) -> tuple[Seen, ...]:
+    """Every feature of the part as the program through these positions cuts it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "part.nc"
+        file.write_text(program(parts), encoding="utf-8")
+        shop = set_up(replace(scenario, program=file))
+    nets = [net(f, 15) for f in scenario.part.features.values()]
+    return tuple(seen(shop, one) for one in nets if one is not None)
+
+
+def departures(views: tuple[Seen, ...], geometry: Machine, thermal: Array) -> dict[str, Array]:
+    """Departure from the drawing (um) by feature: geometry relative to the zero, which was set cold, thermal in full."""
+    warm = replace(geometry, effects=thermal_effects(thermal))
+    out = {}
+    for v in views:
+        moved = tool_errors(v, geometry) + tool_errors(v, warm, zero_set_here=False) + v.tool.known
+        out[v.net.feature] = v.contacts.surface(moved) * 1e3
+    return out
+
+
+def figures(result: Result) -> dict[str, object]:
+    """Plain numbers for JSON."""
+    return {
+        "largest_tip_error_um": result.largest_um,
+        "agreements": [vars(a) for a in result.agreements],
+        "regression": [vars(f) for f in result.fits],
+        "cuts": [
+            {"state": c.state, "model": c.model, "feature": name, "mean_um": float(v.mean()), "largest_um": float(np.abs(v).max()),
+             "rms_um": float(np.sqrt(np.mean(v**2)))}
+            for c in result.cuts for name, v in c.departure.items()
+        ],
+    }  # fmt: skip

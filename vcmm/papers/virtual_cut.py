@@ -1,0 +1,65 @@
+"""Departures of a virtually cut surface on nets of one's own, for many machines: geometry is looked at once.
+
+Which cutter touches a point does not depend on the errors of the machine; only how far the surface moves does. So the
+search is done once for a net, and every further machine costs one evaluation of its errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.cutting.contactmap import Contacts
+from vcmm.cutting.envelope import UNCUT
+from vcmm.machining.machine_at_cut import tool_side
+from vcmm.machining.maps import Net
+from vcmm.machining.preparation import Shop, look
+from vcmm.machining.tool_errors import ToolSide
+from vcmm.nc.setup import Setup
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A net whose points are all cut: who cuts them and when."""
+
+    net: Net
+    tool: ToolSide
+    contacts: Contacts
+
+
+def seen(shop: Shop, net: Net) -> Seen:
+    """Look at a net once. Raises ModelLimit where the program leaves points of it uncut."""
+    surface = look(shop, net.points, net.normals)
+    uncut = int((surface.status == UNCUT).sum())
+    if uncut:
+        raise ModelLimit(f"{net.feature}: {uncut} of {len(net.points)} points are not cut by the program")
+    names = np.array([f"{net.feature} {i}" for i in range(len(net.points))])
+    tool, contacts = tool_side(shop, surface, names, np.full(len(net.points), net.feature))
+    return Seen(net, tool, contacts)
+
+
+def departure(found: Seen, machine: Machine, zero_set_here: bool = True) -> Array:
+    """Surface with the errors of `machine` less the surface without (n,) mm, along the normal; plus is material left.
+
+    zero_set_here: the work offset was set on this machine, so that its error there is taken away; else nothing is.
+    """
+    setting = found.tool.setting if zero_set_here else np.full_like(found.tool.setting, -1)
+    tool = replace(found.tool, machine=machine, setting=setting)
+    return found.contacts.surface(tool.errors()) - found.contacts.surface(found.tool.known)
+
+
+def tool_errors(found: Seen, machine: Machine, zero_set_here: bool = True) -> Array:
+    """Errors of the tool (rows, 3) mm, actual - commanded, for the sums of several machines."""
+    setting = found.tool.setting if zero_set_here else np.full_like(found.tool.setting, -1)
+    return replace(
+        found.tool, machine=machine, setting=setting, known=np.zeros_like(found.tool.known)
+    ).errors()
+
+
+def placed(setup: Setup, zero: tuple[float, float, float]) -> Setup:
+    """The set-up with G54 elsewhere."""
+    return replace(setup, offsets={**setup.offsets, "G54": zero})

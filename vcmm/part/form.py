@@ -1,0 +1,32 @@
+"""Form deviation of a real feature: what the surface departs from its nominal shape, known or assumed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Array
+from vcmm.part.part import Feature, frame
+
+ROUND = ("circle", "cylinder", "cone", "sphere")
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """amplitude cos(lobes (theta - phase)) along the outward normal; peak to valley = 2 amplitude. mm, rad."""
+
+    lobes: int
+    amplitude: float
+    phase: float = 0.0
+
+    def deviation(self, feature: Feature, points: Array) -> Array:
+        """(n,) mm along the outward normal at points (n, 3) on a round feature, theta from u of the feature."""
+        if feature.kind not in ROUND:
+            raise UsageError(
+                f"{feature.name}: lobes are a form of {', '.join(ROUND)}, not of a {feature.kind}"
+            )
+        u, v, _ = frame(feature)
+        arm = points - feature.point
+        return np.asarray(self.amplitude * np.cos(self.lobes * (np.arctan2(arm @ v, arm @ u) - self.phase)))

@@ -1,0 +1,346 @@
+"""The workpiece as drawn: features with nominal geometry, characteristics with their limits, perhaps a mesh.
+
+All numbers in the drawing frame, mm and rad. `inside = True` is a bore: the material is around it.
+Normals point out of the material. Checks report every problem at once, as DataError.
+
+The second in-plane direction of a feature is `u`: the direction of a plane's first size, where the angles of
+round features count from, and for a line the outward normal of the surface on which it lies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.core.errors import DataError, UsageError, choose_from, did_you_mean
+from vcmm.core.pose import Array, Pose, dot, frozen, length, triad, unit
+from vcmm.part.mesh import Mesh, load_mesh
+
+__all__ = [
+    "KINDS", "TYPES", "Characteristic", "Feature", "Mesh", "Part", "Shape",
+    "centre", "ends", "frame", "load_mesh", "moved", "normal", "signed_distance", "surface_point",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What numbers a kind of feature has; `direction`: whether it has an axis."""
+
+    sizes: tuple[str, ...]
+    extent: tuple[str, ...]
+    direction: bool = True
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "point": Kind((), ()),
+        "line": Kind((), ("length",)),
+        "plane": Kind((), ("first size", "second size")),
+        "circle": Kind(("radius",), ()),
+        "sphere": Kind(("radius",), (), direction=False),
+        "cylinder": Kind(("radius",), ("length",)),
+        "cone": Kind(("radius at the point", "half apex angle"), ("length",)),
+        "torus": Kind(("ring radius", "tube radius"), ()),
+        "mesh": Kind((), (), direction=False),
+    }
+)
+
+
+@dataclass(frozen=True)
+class Roles:
+    """How many features a type of characteristic names, (least, most), in `of`, `between` and `datums`."""
+
+    of: tuple[int, int] = (1, 1)
+    between: tuple[int, int] = (0, 0)
+    datums: tuple[int, int] = (0, 0)
+
+
+_PAIR, _FORM, _ONE_DATUM = Roles(of=(0, 0), between=(2, 2)), Roles(), Roles(datums=(1, 1))
+TYPES: Mapping[str, Roles] = MappingProxyType(
+    {
+        "size": Roles(), "distance": _PAIR, "angle": _PAIR,
+        "straightness": _FORM, "flatness": _FORM, "roundness": _FORM, "cylindricity": _FORM,
+        "line_profile": Roles(datums=(0, 3)), "surface_profile": Roles(datums=(0, 3)),
+        "parallelism": _ONE_DATUM, "perpendicularity": _ONE_DATUM, "angularity": _ONE_DATUM,
+        "position": Roles(datums=(0, 3)), "coaxiality": _ONE_DATUM,
+        "symmetry": Roles(of=(1, 2), datums=(1, 2)),
+        "circular_runout": Roles(datums=(1, 2)), "total_runout": Roles(datums=(1, 2)),
+    }
+)  # fmt: skip
+
+
+class Shape(Protocol):
+    """What a nominal feature and a fitted element share; a fitted one has leading axes, one per trial."""
+
+    @property
+    def point(self) -> Array: ...
+    @property
+    def axis(self) -> Array: ...
+    @property
+    def sizes(self) -> Array: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Feature:
+    """One nominal surface or element.
+
+    `point` (3,): centre, point on a plane, or for line, cylinder and cone the end from which `axis` leads
+    along the length. `axis` (3,): normal out of the material (plane, point), direction or axis; zeros for
+    sphere and mesh.
+    `sizes` as in KINDS: a cone's radius grows along its axis. `extent`: size along u and v, or the length.
+    `u` (3,): see the head of this module; by default `triad` chooses it from the axis.
+    """
+
+    name: str
+    kind: str
+    point: Array
+    axis: Array
+    sizes: Array
+    inside: bool = False
+    extent: tuple[float, ...] = ()
+    u: Array | None = None
+
+    def __post_init__(self) -> None:
+        for field in ("point", "axis", "sizes"):
+            object.__setattr__(self, field, frozen(getattr(self, field)))
+        object.__setattr__(self, "extent", tuple(float(value) for value in self.extent))
+        if self.u is not None:
+            object.__setattr__(self, "u", frozen(self.u))
+        problems = list(_feature_problems(self))
+        if problems:
+            raise DataError(f'Feature "{self.name}": {problem}' for problem in problems)
+        if KINDS[self.kind].direction:
+            object.__setattr__(self, "axis", frozen(unit(self.axis)))
+
+
+def _feature_problems(f: Feature) -> Iterable[str]:
+    if f.kind not in KINDS:
+        yield f'unknown type "{f.kind}".{choose_from(f.kind, KINDS)}'
+        return
+    kind = KINDS[f.kind]
+    for word, vector in (("point", f.point), ("axis", f.axis), ("u", f.u)):
+        if vector is not None and (vector.shape != (3,) or not np.all(np.isfinite(vector))):
+            yield f"{word} must be three finite numbers, not {vector.tolist()}."
+            return
+    if kind.direction and length(f.axis) == 0.0:
+        yield "its direction is zero; give a vector with a length, for example [0, 0, 1]."
+    elif f.u is not None and length(np.cross(f.axis, f.u)) <= 1e-9 * length(f.axis) * length(f.u):
+        yield "u is parallel to the axis; give a direction square to it."
+    yield from _number_problems(kind.sizes, f.sizes.reshape(-1).tolist())
+    yield from _number_problems(kind.extent, list(f.extent))
+    if f.kind == "cone" and f.sizes.shape == (2,) and not 0.0 < f.sizes[1] < 0.5 * math.pi:
+        yield "the apex angle of a cone lies between 0 and 180 deg; let the axis point to the wide end."
+    if f.kind == "torus" and f.sizes.shape == (2,) and f.sizes[1] >= f.sizes[0]:
+        yield "the tube radius of a torus must be smaller than the ring radius."
+
+
+def _number_problems(names: tuple[str, ...], values: list[float]) -> Iterable[str]:
+    if len(names) != len(values):
+        wanted = ", ".join(names) if names else "no such numbers"
+        yield f"expected {wanted}; got {len(values)} number(s): {values}."
+        return
+    for name, value in zip(names, values):
+        zero_allowed = name == "radius at the point"  # a cone may start at its apex
+        if not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero_allowed):
+            yield f"{name} must be positive and finite, not {value:g}; correct the number."
+
+
+@dataclass(frozen=True)
+class Characteristic:
+    """One requirement. `limits` (lower, upper) count from nominal; `zone` is the width of a tolerance zone.
+
+    mm, or rad for an angle. `criterion` is the association of ISO 14405-1 (GG = least squares).
+    """
+
+    name: str
+    type: str
+    of: tuple[str, ...] = ()  # a single name may be given as it is
+    between: tuple[str, ...] = ()
+    datums: tuple[str, ...] = ()
+    criterion: str = "GG"
+    limits: tuple[float, float] | None = None
+    zone: float | None = None
+
+    def __post_init__(self) -> None:
+        for role in ("of", "between", "datums"):
+            names = getattr(self, role)
+            object.__setattr__(self, role, (names,) if isinstance(names, str) else tuple(names))
+        problems = list(_characteristic_problems(self))
+        if problems:
+            raise DataError(f'Characteristic "{self.name}": {problem}' for problem in problems)
+
+
+def _characteristic_problems(c: Characteristic) -> Iterable[str]:
+    if c.type not in TYPES:
+        yield f'unknown type "{c.type}".{choose_from(c.type, TYPES)}'
+        return
+    roles = TYPES[c.type]
+    for role, (least, most) in (("of", roles.of), ("between", roles.between), ("datums", roles.datums)):
+        given = len(getattr(c, role))
+        if not least <= given <= most:
+            wanted = f"{least}" if least == most else f"{least} to {most}"
+            yield f'{c.type} takes {wanted} feature(s) in "{role}", not {given}.'
+    if c.limits is not None and not c.limits[0] < c.limits[1]:
+        yield f"the lower limit {c.limits[0]:g} is not below the upper limit {c.limits[1]:g}; exchange them."
+    if c.zone is not None and not (math.isfinite(c.zone) and c.zone > 0.0):
+        yield f"zone must be positive and finite, not {c.zone:g}."
+    if c.zone is not None and (c.limits is not None or c.type in ("size", "distance", "angle")):
+        yield "give zone for form, orientation and location, limits for size, distance and angle; never both."
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Features by name, characteristics, thermal expansion (1/K) and perhaps a mesh in the drawing frame."""
+
+    features: Mapping[str, Feature]
+    characteristics: tuple[Characteristic, ...] = ()
+    expansion: float = 0.0
+    mesh: Mesh | None = None
+    mass: float = 0.0  # kg, 0 = not known
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "features", MappingProxyType(dict(self.features)))
+        object.__setattr__(self, "characteristics", tuple(self.characteristics))
+        problems = list(_part_problems(self))
+        if problems:
+            raise DataError(problems)
+
+
+def _part_problems(part: Part) -> Iterable[str]:
+    for key, feature in part.features.items():
+        if key != feature.name:
+            yield f'Feature "{feature.name}" is listed as "{key}"; use one name.'
+        if feature.kind == "mesh" and part.mesh is None:
+            yield f'Feature "{key}" lies on a mesh, but the part has none; give [part] mesh = "part.stl".'
+    seen: set[str] = set()
+    for c in part.characteristics:
+        if c.name in seen:
+            yield f'Two characteristics are named "{c.name}"; rename one.'
+        seen.add(c.name)
+        for name in (*c.of, *c.between, *c.datums):
+            if name not in part.features:
+                known = f"Known features: {', '.join(part.features) or 'none'}."
+                hint = did_you_mean(name, part.features)
+                yield f'Characteristic "{c.name}" names the unknown feature "{name}".{hint} {known}'
+    if not math.isfinite(part.expansion):
+        yield "The thermal expansion of the part is not finite; give a number such as 11.5e-6 1/K."
+
+
+def frame(feature: Feature) -> Array:
+    """Orthonormal rows u, v, w (3, 3) of the feature, w = axis; the axes of the frame for sphere and mesh."""
+    return triad(feature.axis, feature.u) if KINDS[feature.kind].direction else np.eye(3)
+
+
+def moved(feature: Feature, b_from_a: Pose) -> Feature:
+    """The same feature in another frame (one pose, not a batch)."""
+    u = b_from_a.turn(frame(feature)[0]) if KINDS[feature.kind].direction else None
+    point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
+    return Feature(feature.name, feature.kind, point, axis, feature.sizes, feature.inside, feature.extent, u)
+
+
+def ends(feature: Feature) -> Array:
+    """The two ends (2, 3) of a line, cylinder or cone on its nominal axis."""
+    return np.stack([feature.point, feature.point + feature.extent[0] * feature.axis])
+
+
+def centre(feature: Feature) -> Array:
+    """Nominal centre (3,): the middle of the length of a line, cylinder or cone, else the feature's point."""
+    return ends(feature).mean(axis=0) if feature.kind in ("line", "cylinder", "cone") else feature.point
+
+
+def signed_distance(feature: Feature, points: npt.ArrayLike) -> Array:
+    """Distance (...) of points (..., 3) from the nominal surface, positive outside the material, mm.
+
+    The surface is unbounded: extents do not cut it. A circle stands for the cylinder through it, a point and
+    a line for the plane on which they lie. UsageError for kind mesh (use vcmm.part.mesh.closest).
+    """
+    side = -1.0 if feature.inside else 1.0
+    arm = np.asarray(points, dtype=np.float64) - feature.point
+    if feature.kind in ("point", "plane", "line"):
+        return dot(arm, _outward(feature))
+    if feature.kind == "sphere":
+        return np.asarray(side * (length(arm) - feature.sizes[0]))
+    along, radial, _ = _cylindrical(feature, arm)
+    if feature.kind in ("circle", "cylinder"):
+        return np.asarray(side * (radial - feature.sizes[0]))
+    if feature.kind == "cone":
+        radius, half = feature.sizes
+        return np.asarray(side * ((radial - radius) * math.cos(half) - along * math.sin(half)))
+    return np.asarray(side * (np.hypot(radial - feature.sizes[0], along) - feature.sizes[1]))
+
+
+def normal(feature: Feature, points: npt.ArrayLike) -> Array:
+    """Unit normal out of the material (..., 3) where points (..., 3) lie nearest to the nominal surface.
+
+    It is the gradient of `signed_distance`. On the axis and in the centre, where all directions fit, it is u.
+    """
+    side = -1.0 if feature.inside else 1.0
+    arm = np.asarray(points, dtype=np.float64) - feature.point
+    if feature.kind in ("point", "plane", "line"):
+        return np.broadcast_to(_outward(feature), arm.shape).copy()
+    if feature.kind == "sphere":
+        return side * _direction(arm, frame(feature)[0])
+    along, radial, away = _cylindrical(feature, arm)
+    if feature.kind in ("circle", "cylinder"):
+        return side * away
+    if feature.kind == "cone":
+        half = feature.sizes[1]
+        return np.asarray(side * (math.cos(half) * away - math.sin(half) * feature.axis))
+    tube = (radial - feature.sizes[0])[..., None] * away + along[..., None] * feature.axis
+    return side * _direction(tube, feature.axis)
+
+
+def _outward(feature: Feature) -> Array:
+    if feature.kind == "mesh":
+        raise UsageError(f'Feature "{feature.name}" lies on a mesh: use vcmm.part.mesh.closest.')
+    return np.asarray(frame(feature)[0]) if feature.kind == "line" else feature.axis
+
+
+def _cylindrical(feature: Feature, arm: Array) -> tuple[Array, Array, Array]:
+    """Distance along the axis (...), from the axis (...), and the direction away from it (..., 3)."""
+    if feature.kind == "mesh":
+        _outward(feature)
+    along = dot(arm, feature.axis)
+    square = arm - along[..., None] * feature.axis
+    return along, length(square), _direction(square, frame(feature)[0])
+
+
+def _direction(vectors: Array, otherwise: Array) -> Array:
+    size = length(vectors)[..., None]
+    return np.where(size > 0.0, vectors / np.where(size > 0.0, size, 1.0), otherwise)
+
+
+def surface_point(feature: Feature, first: npt.ArrayLike, second: npt.ArrayLike = 0.0) -> Array:
+    """Points (..., 3) on the nominal surface from two surface coordinates that broadcast.
+
+    plane: mm along u, mm along v · line: mm along it · circle: angle from u · cylinder, cone: angle from u,
+    mm along the axis from `point` · sphere: longitude from x, latitude · torus: angle around the ring, around
+    the tube (0 = outermost, pi/2 = towards the axis direction). Angles in rad.
+    """
+    a, b = np.broadcast_arrays(np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64))
+    u, v, w = frame(feature)
+    around = np.cos(a)[..., None] * u + np.sin(a)[..., None] * v
+    if feature.kind in ("plane", "point"):
+        return np.asarray(feature.point + a[..., None] * u + b[..., None] * v)
+    if feature.kind == "line":
+        return np.asarray(feature.point + a[..., None] * w)
+    if feature.kind == "sphere":
+        out = np.cos(b)[..., None] * around + np.sin(b)[..., None] * w
+        return np.asarray(feature.point + feature.sizes[0] * out)
+    if feature.kind in ("circle", "cylinder", "cone"):
+        slope = math.tan(feature.sizes[1]) if feature.kind == "cone" else 0.0
+        along = np.zeros_like(b) if feature.kind == "circle" else b
+        radius = (feature.sizes[0] + slope * along)[..., None]
+        return np.asarray(feature.point + radius * around + along[..., None] * w)
+    if feature.kind == "mesh":
+        raise UsageError(f'Feature "{feature.name}" lies on a mesh: give points instead.')
+    ring, tube = feature.sizes
+    return np.asarray(
+        feature.point + (ring + tube * np.cos(b))[..., None] * around + (tube * np.sin(b))[..., None] * w
+    )

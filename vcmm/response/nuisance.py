@@ -1,0 +1,186 @@
+"""Nuisance: free parameters of a recording that are nobody's fault, as columns over its observations.
+
+    rigid, alignment  6 per value   where the artefact (part) lies: shift, and turn about the centroid of its points
+    offset            3 per value   tip offset of a stylus; of an angle: how the tool stands in its head
+    index             1 per axis    and value: where the counter is zero, the axis stands at reading + index
+    radius            1 per value   tip radius, along the outward normal; of a length: a constant (both ends)
+    zero              1 per value   the instrument was set to zero anywhere
+    slope             1 per value   in proportion to the distance along the line of the points (reference line of a
+                                    straightness, gain of a laser); to the length, for a length; to the time, where all
+                                    points are one place
+    centre, station   3 per value   where the centre cup of a ball bar, the tracker or another fixed end stands
+    dead_path         1 per value   change of the air's index times an unknown dead path; with dead_path_mm times an
+                                    unknown share of it; with dead_path_mm alone in proportion to it
+
+One set of columns per value of the label. Columns that change no observation (the artefact's shift, for a length on it)
+are left out. Coefficients are in mm and rad; for slope mm/mm or mm/s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.kinematics import ROTARY, Motion, tip_motion
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array, Run
+from vcmm.response.recording import Ints, Recording
+
+# Air near 20 degC, 1013.25 hPa, 50 %: d(index)/d(...) from Ciddor, Applied Optics 35 (1996) 1566, 633 nm
+INDEX_PER = {"temp_air_C": -0.93e-6, "pressure_hPa": 0.27e-6, "humidity_pct": -0.0085e-6}
+NOTHING = 1e-10  # a column below this, in units of its arm, changes nothing
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """The observations (g,) of one value of a label; run prepared."""
+
+    recording: Recording
+    run: Run
+    which: Ints
+    machine: Machine
+
+    @property
+    def row(self) -> Ints:
+        return self.recording.row[self.which]
+
+    @property
+    def direction(self) -> Array:
+        return self.recording.direction[self.which]
+
+    def across_ends(self, field: Array) -> Array:
+        """n . field (n rows, 3, k) at the first end, less the same at the second end of a length: (g, k)."""
+        out = np.asarray(np.einsum("gi,gik->gk", self.direction, field[self.row]))
+        other = self.recording.other[self.which]
+        two = other >= 0
+        out[two] -= np.einsum("gi,gik->gk", self.direction[two], field[other[two]])
+        return out
+
+    def column(self, name: str) -> Array:
+        return self.run.column(name)[self.row]
+
+
+Columns = list[tuple[str, Array]]
+
+
+def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tuple[str, ...]]:
+    """Columns (m, p) of the recording's nuisance, and their names such as rigid[pose=2].turn_z.
+
+    Raises ModelLimit when a nuisance needs columns that the run lacks.
+    """
+    run = machine.prepare(recording.run)
+    columns: list[Array] = []
+    names: list[str] = []
+    for word, label in recording.nuisance.items():
+        values, codes = recording.groups(label)
+        for code, value in enumerate(values):
+            group = _Group(recording, run, np.flatnonzero(codes == code), machine)
+            where = f"[{label}={value}]" if value else ""
+            for part, values_here in _columns(word, group):
+                full = np.zeros(recording.m)
+                full[group.which] = values_here
+                columns.append(full)
+                names.append(f"{word}{where}{part}")
+    matrix = np.stack(columns, axis=1) if columns else np.zeros((recording.m, 0))
+    return matrix, tuple(names)
+
+
+def _columns(word: str, group: _Group) -> Columns:
+    """(name ending, (g,)) of one nuisance for one group."""
+    if word in ("rigid", "alignment"):
+        return _rigid(group)
+    if word == "index":
+        return _moved(group, {f".{a}": (a, "XYZABC".index(a)) for a in group.machine.chain.letters})
+    heads = any(a in ROTARY for a in group.machine.chain.tool)
+    if word == "offset" and group.recording.kind == "angle" and heads:
+        return _moved(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})
+    if word in ("offset", "centre", "station"):
+        return _shift(group)
+    if word == "radius":
+        return [("", _radius(group))]
+    if word == "zero":
+        return [("", np.ones(len(group.which)))]
+    return [("", _slope(group) if word == "slope" else _dead_path(group))]
+
+
+def _shift(group: _Group) -> Columns:
+    if group.recording.kind == "angle":
+        return []
+    seen = group.across_ends(np.broadcast_to(np.eye(3), (group.run.n, 3, 3)))
+    return [(f".shift_{c}", seen[:, i]) for i, c in enumerate("xyz") if np.abs(seen[:, i]).max() > NOTHING]
+
+
+def _moved(group: _Group, links: Mapping[str, tuple[str, int]]) -> Columns:
+    """What the observations do when a link moves by one unit of one of its six error motions; what does nothing is left out."""
+    out = []
+    chain, axes, sign = group.machine.chain, group.machine.axes, group.recording.sign
+    for name, (link, j) in links.items():
+        six = np.zeros((group.run.n, 6))
+        six[:, j] = 1.0
+        motion = tip_motion(chain, axes, group.run, [Motion(link, "motion", six)])
+        moved = motion[:, 3:] if group.recording.kind == "angle" else motion[:, :3]
+        seen = sign * group.across_ends(moved[:, :, None])[:, 0]
+        if np.abs(seen).max(initial=0.0) > NOTHING:
+            out.append((name, seen))
+    return out
+
+
+def _rigid(group: _Group) -> Columns:
+    """Shift, and w x (p - centroid) for a small turn w; an angle sees the turn itself."""
+    tip = group.run.tip
+    arm = tip - tip[group.row].mean(axis=0)
+    if group.recording.kind == "angle":
+        seen, reach = group.direction, 1.0
+    else:
+        turned = np.stack([np.cross(axis, arm) for axis in np.eye(3)], axis=2)
+        seen, reach = group.across_ends(turned), float(np.abs(arm[group.row]).max())
+    kept = [i for i in range(3) if np.abs(seen[:, i]).max() > NOTHING * max(reach, 1.0)]
+    return _shift(group) + [(f".turn_{'xyz'[i]}", seen[:, i]) for i in kept]
+
+
+def _radius(group: _Group) -> Array:
+    if group.recording.kind == "length":
+        return np.ones(len(group.which))
+    if not all(f"n{c}" in group.run.columns for c in "xyz"):
+        raise ModelLimit("the nuisance radius needs the normal nx ny nz; add these columns or remove radius")
+    return np.asarray((group.direction * group.run.normal[group.row]).sum(axis=1))
+
+
+def _slope(group: _Group) -> Array:
+    """Distance (g,) from the centroid along the line of the points; the length; or the time from its mean."""
+    place = group.run.tip[group.row]
+    other = group.recording.other[group.which]
+    if group.recording.kind == "length" and (other >= 0).all():
+        return np.linalg.norm(place - group.run.tip[other], axis=1)
+    if group.recording.kind == "length" and "length_mm" in group.run.columns:
+        return group.column("length_mm")
+    from_centre = place - place.mean(axis=0)
+    if np.abs(from_centre).max(initial=0.0) > 1e-6:
+        line = np.linalg.svd(from_centre, full_matrices=False)[2][0]
+        line = line * np.sign(line[np.abs(line).argmax()])
+        return np.asarray(from_centre @ line)
+    if "time_s" not in group.run.columns:
+        raise ModelLimit(
+            "the nuisance slope has no line: all points are one place and there is no time_s; add time_s or remove slope"
+        )
+    time = group.column("time_s")
+    return time - time.mean()
+
+
+def _dead_path(group: _Group) -> Array:
+    present = [name for name in INDEX_PER if name in group.run.columns]
+    change = np.ones(len(group.which))
+    if present:
+        index = np.sum([INDEX_PER[name] * group.column(name) for name in present], axis=0)
+        change = index - index[0]
+    if "dead_path_mm" in group.run.columns:
+        return change * group.column("dead_path_mm")
+    if not present:
+        raise ModelLimit(
+            "the nuisance dead_path needs dead_path_mm, or the change of the air's index from "
+            f"{', '.join(INDEX_PER)}; add one of them or remove dead_path"
+        )
+    return change
