@@ -127,6 +127,9 @@ class Motion:
     six: Array
 
 
+Summed = dict[tuple[str, str], Array]  # (link, place) -> six numbers (n, 6)
+
+
 def rotation_from_vector(vector: Array) -> Array:
     """exp([v]x) for rotation vectors (n, 3) rad: Rodrigues' formula, (n, 3, 3)."""
     angle = np.linalg.norm(vector, axis=1)
@@ -282,16 +285,11 @@ def sensed(
 def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
     """Tip error (n, 3) mm by multiplying the transforms; motions of one link and place are added first."""
     summed = _by_link(motions, run.n)
-    ends = []
-    for side, carries_work in ((chain.tool, False), (chain.work, True)):
-        here = Frame(None, np.zeros((run.n, 3)))
-        for letter in side:
-            here = here.then(_actual_motion(axes[letter], run.q(letter), carries_work, summed))
-        ends.append(here)
+    tool, work = _actual_ends(chain, axes, run, summed)
     at_tip, at_tool = summed.get(("tip", "motion")), summed.get(("tool", "motion"))
     command = summed.get(("command", "motion"))
     offset = run.offset if at_tool is None else run.offset + at_tool[:, :3]
-    actual = ends[1].undo(ends[0].apply(offset))
+    actual = work.undo(tool.apply(offset))
     if at_tip is not None:
         actual = actual + at_tip[:, :3]
     if command is not None:
@@ -300,17 +298,53 @@ def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: S
     return actual - nominal_tip(chain, axes, run)
 
 
-def _by_link(motions: Sequence[Motion], n: int) -> dict[tuple[str, str], Array]:
-    summed: dict[tuple[str, str], Array] = {}
+def exact_tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
+    """Motion of the tip (n, 6), actual - nominal, workpiece axes, mm and rad, by multiplying the transforms.
+
+    Columns 3 to 5 are the rotation vector of R_actual R_nominal^T, R the orientation of the tool seen from the workpiece.
+    """
+    from scipy.spatial.transform import Rotation
+
+    summed = _by_link(motions, run.n)
+    actual = _orientation(*_actual_ends(chain, axes, run, summed), run.n)
+    for link, order in (("tool", 1), ("tip", -1)):
+        six = summed.get((link, "motion"))
+        if six is not None:
+            turn = rotation_from_vector(six[:, 3:])
+            actual = actual @ turn if order > 0 else turn @ actual
+    _, tool, work = link_frames(chain, axes, run)
+    nominal = _orientation(tool, work, run.n)
+    turned = Rotation.from_matrix(actual @ nominal.transpose(0, 2, 1)).as_rotvec()
+    return np.concatenate([exact_tip_error(chain, axes, run, motions), turned], axis=1)
+
+
+def _orientation(tool: Frame, work: Frame, n: int) -> Array:
+    """Of the tool, seen from the workpiece (n, 3, 3)."""
+    upright = np.broadcast_to(np.eye(3), (n, 3, 3))
+    seen = upright if work.rotation is None else work.rotation.transpose(0, 2, 1)
+    return seen if tool.rotation is None else seen @ tool.rotation
+
+
+def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: Summed) -> tuple[Frame, Frame]:
+    """Tool side and workpiece side: products of their axes from the bed outwards, errors included."""
+    ends = []
+    for side, carries_work in ((chain.tool, False), (chain.work, True)):
+        here = Frame(None, np.zeros((run.n, 3)))
+        for letter in side:
+            here = here.then(_actual_motion(axes[letter], run.q(letter), carries_work, summed))
+        ends.append(here)
+    return ends[0], ends[1]
+
+
+def _by_link(motions: Sequence[Motion], n: int) -> Summed:
+    summed: Summed = {}
     for motion in motions:
         key = (motion.link, motion.place)
         summed[key] = summed.get(key, np.zeros((n, 6))) + motion.six
     return summed
 
 
-def _actual_motion(
-    axis: Axis, q: Array, carries_work: bool, summed: Mapping[tuple[str, str], Array]
-) -> Frame:
+def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: Summed) -> Frame:
     """L · T_nominal · E of one axis (or L · E · T_nominal), errors included."""
     sign = -1.0 if carries_work else 1.0  # motions are in tip sense; the table's own motion is opposite
     nominal = nominal_motion(axis, q, carries_work)

@@ -10,7 +10,15 @@ import numpy as np
 from vcmm.core.effect import FREE_LINKS, Effect
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.inputs import Input
-from vcmm.core.kinematics import Axis, Chain, Motion, exact_tip_error, nominal_tip, tip_motion
+from vcmm.core.kinematics import (
+    Axis,
+    Chain,
+    Motion,
+    exact_tip_error,
+    exact_tip_motion,
+    nominal_tip,
+    tip_motion,
+)
 from vcmm.core.run import Array, Run
 
 FIRST_ORDER_LIMIT_RAD = 1e-3  # second-order terms: 1e-3^2 / 2 x 1 m = 0.5 um
@@ -94,12 +102,14 @@ class Machine:
                 )
         return effect.error_motion(run)
 
-    def tip_motion(self, run: Run) -> Array:
-        """First-order motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad.
+    def tip_motion(self, run: Run, exact: bool = False) -> Array:
+        """Motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad; of first order unless exact.
 
         Raises ModelLimit where a rotation exceeds 1 mrad: there first order is no longer good enough.
         """
         run = self.prepare(run)
+        if exact:
+            return exact_tip_motion(self.chain, self.axes, run, self.motions(run))
         parts = [self._first_order(run.take(slice(i, i + CHUNK))) for i in range(0, run.n, CHUNK)]
         return np.concatenate(parts) if parts else np.zeros((0, 6))
 
