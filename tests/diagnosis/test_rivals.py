@@ -24,6 +24,7 @@ from vcmm.diagnosis.select import Setting, Term, joint
 from vcmm.diagnosis.verdict import reasons, verdict
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.map_interpolation import MapInterpolation
+from vcmm.effects.probe import ProbeLobing
 from vcmm.effects.scale import ScaleFactor
 from vcmm.evaluation.gaussian import whitener
 
