@@ -141,12 +141,24 @@ def key_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
     return [f for f in fields(effect) if not {"unit", "place", "internal"} & set(f.metadata)]
 
 
-def at(default: Any, doc: str, quiet: bool = False, tries: Sequence[Any] = ()) -> Any:
+def at(
+    default: Any,
+    doc: str,
+    quiet: bool = False,
+    *,
+    tries: Sequence[Any] = (),
+    waves_over: str = "",
+    forms: Sequence[Any] = (),
+) -> Any:
     """Declare a place field of an effect (axis, pair, component ...). quiet: not in the name at its default value.
 
-    tries: values that diagnosis tries; the first carries half of the weight.
+    tries: values that diagnosis tries; the first carries half of the weight. waves_over: column (rad) over which they are
+    waves per turn, of which only those are tried that its values resolve. forms: values that are candidates of their own.
     """
-    return field(default=default, metadata={"place": True, "doc": doc, "quiet": quiet, "tries": tuple(tries)})
+    meta = {
+        "place": True, "doc": doc, "quiet": quiet, "tries": tuple(tries), "waves_over": waves_over, "forms": tuple(forms),
+    }  # fmt: skip
+    return field(default=default, metadata=meta)
 
 
 def choice(default: str, tries: Sequence[str]) -> Any:

@@ -17,7 +17,6 @@ from vcmm.diagnosis.problem import Problem
 
 PAIRS = ("C0Y", "B0Z", "A0Z")
 NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
-SHAPES = ("follows", "zero")
 
 
 def where_of(effect: Effect) -> dict[str, str]:
@@ -73,8 +72,8 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
         return ["x", "y", "z"]
     if spec.name == "sensor":
         return sensors(run)
-    if spec.name in SHAPES:  # another form of the same physics: both are options of one family
-        return [0, 1]
+    if spec.metadata["forms"]:  # another form of the same physics: all are options of one family
+        return list(spec.metadata["forms"])
     if spec.name in run.labels:
         values = [str(v) for v in np.unique(run.labels[spec.name])]
         return ["", *values] if len(values) > 1 else [""]

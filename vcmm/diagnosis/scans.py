@@ -49,23 +49,23 @@ def trials(effect: Effect, run: Run) -> Weighted:
 
 
 def _shapes(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
-    """Discrete trial values; of lobes only those that the probed directions can show, which may be none."""
+    """Discrete trial values; of waves over an angle only those that its values can show, which may be none."""
     own = effect.weighted_trials(spec.name)
     if own is not None:
         return own
     tries = spec.metadata.get("tries", ())
-    angle = run.columns.get("probe_angle_rad")
-    if spec.name != "lobes" or angle is None or not tries:
-        return _weighted(spec.name, tries)
-    kept = [k for k in tries if of_angle(int(k), angle)]
-    return _weighted(spec.name, kept) if kept else []
+    kept = [k for k in tries if not _unresolved(spec, k, run)]
+    return _weighted(spec.name, kept) if kept or not tries else []
+
+
+def _unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
+    angle = run.columns.get(spec.metadata.get("waves_over", ""))
+    return angle is not None and not of_angle(int(waves), angle)
 
 
 def refused(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
     """Keyword changes of the shapes of an effect that `_shapes` leaves out: lobes that the directions do not resolve."""
-    angle = run.columns.get("probe_angle_rad")
-    tries = next((f.metadata.get("tries", ()) for f in fields(kind) if f.name == "lobes"), ())
-    return [] if angle is None else [{"lobes": k} for k in tries if not of_angle(int(k), angle)]
+    return [{f.name: k} for f in fields(kind) for k in f.metadata.get("tries", ()) if _unresolved(f, k, run)]
 
 
 def is_change(spec: Field[Any]) -> bool:

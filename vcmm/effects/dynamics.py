@@ -89,7 +89,9 @@ class StructuralVibration(Effect):
     cosine: float = param(0.0, "um", "cosine part", typical=Typical(0.5 * UM, "usual: 0.1-2 um at 10-60 Hz"))
     frequency: float = param(20.0, "Hz", "frequency", scan=(8.0, 12.0, 16.0, 20.0, 27.0, 35.0, 45.0, 60.0))
     damping: float = param(0.05, "%", "damping ratio", show="1", scan=(0.02, 0.05, 0.1))
-    follows: int = at(0, "1 = rings after every change of the acceleration, 0 = after one stop", quiet=True)
+    follows: int = at(
+        0, "1 = rings after every change of the acceleration, 0 = after one stop", quiet=True, forms=(0, 1)
+    )
 
     def __post_init__(self) -> None:
         if not self.frequency > 0 or self.damping < 0:

@@ -42,7 +42,9 @@ class SpindleGrowth(Effect):
     tau: float = param(
         1800.0, "s", "time constant of the spindle", scan=(300.0, 900.0, 1800.0, 3600.0, 7200.0)
     )
-    follows: int = at(0, "1 = follows the speed of the spindle, 0 = one start", quiet=True, tries=(0, 1))
+    follows: int = at(
+        0, "1 = follows the speed of the spindle, 0 = one start", quiet=True, tries=(0, 1), forms=(0, 1)
+    )
 
     def __post_init__(self) -> None:
         if self.axis not in ("X", "Y", "Z") or not self.tau > 0:

@@ -105,7 +105,9 @@ class AirIndex(_Laser):
         typical=Typical(1.0, "no correction at all: 1-10 ppm"),
     )
     instrument: str = at("", "instrument name; empty = all")
-    zero: int = at(0, "lengths from 0 = the origin, 1 = the first row of every set-up", quiet=True)
+    zero: int = at(
+        0, "lengths from 0 = the origin, 1 = the first row of every set-up", quiet=True, forms=(0, 1)
+    )
 
     def required(self) -> tuple[str, ...]:
         return (*self.needs, *COUNTED) if self.zero else self.needs
