@@ -9,7 +9,7 @@ import pytest
 
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
-from vcmm.diagnosis.accepted import notes, remarks, written
+from vcmm.diagnosis.accepted import notes, written
 from vcmm.diagnosis.machine_file import _moved_tables, effect_toml, improved_machine
 from vcmm.diagnosis.result import Answer
 from vcmm.effects import ALL
@@ -107,6 +107,6 @@ def test_candidates_and_errors_of_the_instrument_stay_out_of_the_machine_file(tm
 
 def test_the_range_and_the_clock_of_what_was_found_are_remarked():
     change = GeometricChange("EZY", np.array([41.61, 517.86]), np.zeros(2))
-    assert remarks(change)[0].startswith("recorded from 41.6 to 517.9 mm")
-    assert "clock of the recording" in remarks(StepChange("x"))[0]
-    assert remarks(Backlash("X")) == ()
+    assert change.said_in_file().startswith("recorded from 41.6 to 517.9 mm")
+    assert "clock of the recording" in StepChange("x").said_in_file()
+    assert Backlash("X").said_in_file() == ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -21,7 +20,7 @@ def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json
     from inspect import cleandoc
 
     from vcmm.console.common import document, print_json, show_table
-    from vcmm.core.effect import parameter_fields, place_fields
+    from vcmm.core.effect import key_fields, parameter_fields, place_fields
     from vcmm.effects import find
 
     kind = find(effect)
@@ -47,6 +46,6 @@ def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json
         f"sign      {link}\nsource    {kind.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
     )
     rows = [["place", n, d] for n, d in places] + [["parameter", n, f"{u}: {d}"] for n, u, d in parameters]
-    rows += [["key", f.name, "further key of the table"] for f in fields(kind) if not f.metadata]
+    rows += [["key", f.name, "further key of the table"] for f in key_fields(kind)]
     show_table("keys of the [[effects]] table", ["", "key", "meaning"], rows, left=(0, 1, 2))
     return 0

@@ -26,7 +26,6 @@ from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup
 
-RANDOM = ("scatter", "reindexing")  # they have no known value
 DYNAMIC = (
     "sense_",
     "since_reversal_",
@@ -82,7 +81,7 @@ def known_errors_of(machine: Machine) -> Known:
     moves, stated, idle = cutting_effects(machine)
     kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
-        if effect.name in RANDOM or _absent(effect):
+        if effect.random or _absent(effect):
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")

@@ -25,6 +25,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 LINEAR, ROTARY = "XYZ", "ABC"
+FULL_TURN = float(np.radians(345.0))  # rad: from here an axis is taken to have come back to where it was
 UNIT = {axis: np.eye(3)["XYZABC".index(axis) % 3] for axis in "XYZABC"}
 
 

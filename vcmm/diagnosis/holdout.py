@@ -16,6 +16,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection, Term
+from vcmm.effects import BY_NAME
 from vcmm.evaluation.gaussian import Whitener, posterior, whitener
 from vcmm.response.folds import Mask, fold_masks
 
@@ -25,7 +26,6 @@ LOSS = 3.0  # nats that a term may lose in a fold
 WORSE = 6.0  # nats that a term may not lose in any fold
 FORGIVEN = 0.1  # of what it wins in the others
 FOLD_NOISE = 3.0  # standard deviations of a fold's sum of squares, by which a prediction is worse than none
-FREE_CURVES = ("geometric_change", "map_interpolation")
 
 
 @dataclass(frozen=True)
@@ -158,10 +158,14 @@ def _refused(gains: Array) -> bool:
     )
 
 
+def is_free_curve(name: str) -> bool:
+    return name in BY_NAME and BY_NAME[name].free_curve
+
+
 def _own_zone(term: Term, fold: Fold) -> bool:
     """A free curve over an axis says nothing of a zone of that axis on which it was not fitted."""
     axis = str(term.family.where.get("component", ""))[2:]
-    return term.family.name in FREE_CURVES and fold.name == f"far zone {axis}"
+    return is_free_curve(term.family.name) and fold.name == f"far zone {axis}"
 
 
 def tells(term: Term, fold: Fold) -> bool:

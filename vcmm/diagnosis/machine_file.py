@@ -20,9 +20,9 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.units import in_unit
-from vcmm.diagnosis.accepted import notes, remarks, written
+from vcmm.diagnosis.accepted import notes, written
 from vcmm.diagnosis.mistakes import Mistake
-from vcmm.diagnosis.repair import NUMBERS, repaired_effects
+from vcmm.diagnosis.repair import repaired_effects
 from vcmm.diagnosis.result import Answer
 from vcmm.files.effects import unit_of
 from vcmm.files.isg_writer import isg_text, with_values
@@ -46,7 +46,8 @@ def improved_machine(
     for answer in written(answers):
         assert answer.fitted is not None
         said = f"found in {source}, probability {answer.probability:.3f}"
-        told = "".join(f"# {remark}\n" for remark in remarks(answer.fitted))
+        remark = answer.fitted.said_in_file()
+        told = f"# {remark}\n" if remark else ""
         blocks.append(told + effect_toml(_departure(answer.fitted, machine), said))
         # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
         alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
@@ -73,7 +74,7 @@ def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: s
         new = repaired_effects(own, mistake, arm)
     except (UsageError, KeyError):
         return {}
-    numbers = {e.where: getattr(e, NUMBERS[e.name]) for e in new if e.name in NUMBERS}
+    numbers = {e.where: getattr(e, e.stored) for e in new if e.stored}
     said = f"corrected after {source}: {mistake.component}, {mistake.what}"
     return {TABLE: isg_text(with_values(file, numbers), said)}
 

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.declaration import TOOL_TABLE
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import OFFSET_LABEL
 from vcmm.cutting.envelope import BEYOND, UNCUT, CutSurface
+from vcmm.effects import has_role
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.world import Measuring
 from vcmm.fit.elements import MINIMUM_POINTS
@@ -89,16 +92,16 @@ def measuring_world(shop: Shop, plan: Plan, surface: CutSurface) -> Measuring | 
     given = [
         i
         for i in (*machine.inputs, *scenario.inputs)
-        if i.effect not in ("tool_length", "tool_radius", "tool_offset")
+        if not any(has_role(i.effect, role) for role in TOOL_TABLE)
     ]
     shared = [
-        i if i.redraw == "machine" or i.effect == "work_offset" else replace(i, owner="probing")
+        i if i.redraw == "machine" or has_role(i.effect, "work zero") else replace(i, owner="probing")
         for i in given
     ]
     own = [*shared, *(replace(i, owner="probing") for i in qualified)]
-    drawn = any(i.effect == "work_offset" and i.redraw == "work_offset" for i in given)
+    drawn = any(has_role(i.effect, "work zero") and i.redraw == OFFSET_LABEL for i in given)
     offset = _offset_cut_under(shop, surface, placed.run.labels["feature"], drawn)
-    placed = replace(placed, run=replace(placed.run, labels={**placed.run.labels, "work_offset": offset}))
+    placed = replace(placed, run=replace(placed.run, labels={**placed.run.labels, OFFSET_LABEL: offset}))
     task = Task(machine, scenario.part, plan, placed, tuple(own), empty)
     if not scenario.set_here:
         return Measuring(task)

@@ -24,6 +24,7 @@ from vcmm.machining.preparation import GOUGE, Shop, look, remarks, set_up
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, CutScenario
+from vcmm.machining.tool_errors import needs_forces
 from vcmm.machining.turned import TurnedSurface, backs
 from vcmm.machining.turned_recut import lifted, recut_turned
 from vcmm.machining.world import Cutting
@@ -110,9 +111,7 @@ def _again(shop: Shop, task: Task) -> Recut | None:
         return None
     names = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
     kept = replace(found, **{n: getattr(found, n)[sound] for n in names})
-    smooth = tuple(
-        e for e in shop.machine.effects if e.name != "tool_deflection"
-    )  # forces jump from move to move
+    smooth = tuple(e for e in shop.machine.effects if not needs_forces(e))  # they jump from move to move
     machine = replace(shop.machine, effects=smooth)
     return recut(shop.path, shop.sweep, machine, kept, dict(shop.scenario.constants), shop.motion)
 

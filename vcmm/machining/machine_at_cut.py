@@ -9,10 +9,9 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
-from vcmm.core.run import Array, Run
+from vcmm.core.run import OFFSET_LABEL, TOOL_AXIS_COLUMNS, Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.cutting.envelope import CutSurface, tips
-from vcmm.effects.setting import TOOL_AXIS_COLUMNS
 from vcmm.machining.batch import later_in_batch
 from vcmm.machining.forces_at import forces_at
 from vcmm.machining.neighbours import Candidates, candidates
@@ -111,7 +110,7 @@ def _with_setting(shop: Shop, run: Run) -> tuple[Run, Ints]:
     first, number = settings_of(run)
     tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][first]]
     offset = -np.array([tool.offset for tool in tools])
-    names = run.labels["work_offset"][first]
+    names = run.labels[OFFSET_LABEL][first]
     rows = setting_rows(run, first, offset, zeros(shop, names), shop.pose)
     if shop.scenario.set_as_cut and shop.motion is not None:
         rows = _turned(rows, shop, [angle_of(shop.program, shop.motion, str(name)) for name in names])
@@ -123,7 +122,7 @@ def _turned(rows: Run, shop: Shop, angles: Sequence[Array]) -> Run:
     """The rows of setting with A, B, C at angles (3,) each, rad, and what of the part then lies at the zero."""
     angle = np.array(angles).reshape(-1, 3)
     position = {a: angle[:, "ABC".index(a)] if a in "ABC" else q for a, q in rows.position.items()}
-    zero = zeros(shop, rows.labels["work_offset"])
+    zero = zeros(shop, rows.labels[OFFSET_LABEL])
     at = np.array([point_of_part(shop.machine, z, a) for z, a in zip(zero, angle)]).reshape(-1, 3)
     part = {f"part_{c}_mm": (at - shop.pose.shift)[:, i] for i, c in enumerate("xyz")}
     return replace(rows, position=position, columns={**rows.columns, **part})

@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.core.declaration import KnownRange
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 from vcmm.evaluation.linear import LinearModel, build
@@ -31,7 +32,7 @@ from vcmm.placing.certificate import Certificate, certify, scan_after
 from vcmm.placing.flat import Map, Region, region, table_map
 from vcmm.placing.search import search
 from vcmm.placing.space import Box
-from vcmm.placing.travels import EDGE, Limit, known_range
+from vcmm.placing.travels import EDGE
 
 BATCH = 64  # poses at once
 EVALUATIONS, SCANNED = 5000, 4096
@@ -46,15 +47,15 @@ class ProgramTravels:
     present: Array
 
     @cached_property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[KnownRange, ...]:
         machine = self.shop.machine
         out = [
-            Limit(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
+            KnownRange(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
             for a in machine.chain.letters
             if a in "XYZ"
         ]
         for effect in machine.effects:
-            out += known_range(effect)
+            out += effect.known_range()
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:

@@ -13,7 +13,6 @@ from vcmm.core.run import Array
 from vcmm.cutting.envelope import BEYOND, CUT, CutSurface, surface_left
 from vcmm.cutting.index import Index, build
 from vcmm.cutting.sweeps import Sweep
-from vcmm.effects.cutting import ToolRunout
 from vcmm.machining.blank import Blank, cuts_turned, machined_blank
 from vcmm.machining.blank import notes as blank_notes
 from vcmm.machining.gauge import gauge_plan
@@ -22,7 +21,7 @@ from vcmm.machining.rotary import Motion, point_of_part
 from vcmm.machining.rows import Words
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.sweeps import part_sweep
-from vcmm.machining.tool_errors import cutting_effects
+from vcmm.machining.tool_errors import cutting_effects, needs_forces
 from vcmm.machining.turned import Turning, turned_surface, turning_of, turns
 from vcmm.machining.turned_blank import TurnedBlank, turned_blank
 from vcmm.machining.turned_faces import with_faces
@@ -36,7 +35,7 @@ DEPTH, HEIGHT = 0.5, 2.0  # mm, how far below and above nominal the surface is l
 DEEPEST = 20.0  # mm, for points that are gouged deeper
 CONTACTS = 6  # of one point: repeated passes tie
 OF_TURNING = 16  # the same while rotary axes turn: rows beside each other find one contact
-OF_WORKPIECE_AXES = ("residual_field", "correlated_field")
+SPINDLE_ANGLE = "spindle_angle_rad"  # column of effects that follow the turning spindle
 GOUGE = 0.01  # mm below nominal by the program alone
 
 
@@ -115,7 +114,7 @@ def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
 
 def _check_fields(scenario: CutScenario, program: Program, motion: Motion) -> None:
     """Fields over workpiece axes are known with rotary axes at zero only."""
-    fixed = [e.id for e in scenario.machine.effects if e.name in OF_WORKPIECE_AXES]
+    fixed = [e.id for e in scenario.machine.effects if e.over_volume]
     if fixed:
         line = first_turned(program, motion)
         raise ModelLimit(
@@ -134,7 +133,7 @@ def _check_lengths(scenario: CutScenario, program: Program) -> None:
 
 def _check_runout(scenario: CutScenario) -> None:
     """Of a tool that runs out the tooth that stands out most passes everywhere once per turn; a wave in time would be sampled."""
-    waves = [e for e in scenario.machine.effects if isinstance(e, ToolRunout) and e.harmonic > 0]
+    waves = [e for e in scenario.machine.effects if SPINDLE_ANGLE in e.required()]
     if waves:
         raise UsageError(
             f"{waves[0].id}: while milling the tooth that stands out most leaves the surface, whatever its angle; write harmonic = 0 with the "
@@ -144,7 +143,7 @@ def _check_runout(scenario: CutScenario) -> None:
 
 def _check_forces(scenario: CutScenario, program: Program) -> None:
     """Deflection needs forces, and they need to be told what is cut; beside rotary axes off zero none are computed."""
-    bends = [e for e in scenario.machine.effects if e.name == "tool_deflection"]
+    bends = [e for e in scenario.machine.effects if needs_forces(e)]
     stated = scenario.setup.stock is not None or scenario.setup.bar is not None
     if bends and not (stated and scenario.setup.material is not None):
         raise UsageError(

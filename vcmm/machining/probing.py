@@ -16,7 +16,7 @@ import numpy as np
 
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.machining.rows import joined, setting_rows
 from vcmm.machining.zero_setting import Ints, less_errors, less_response, without_setting
 from vcmm.measuring.task import Task
@@ -43,7 +43,7 @@ class ProbedHere:
         first = np.zeros(len(self.zeros), dtype=np.intp)
         at = np.array(list(self.zeros.values()))
         rows = setting_rows(touches, first, touches.offset[first], at, self.task.touches.pose)
-        own = {"stylus": touches.labels["stylus"][first], "work_offset": np.array(list(self.zeros))}
+        own = {"stylus": touches.labels["stylus"][first], OFFSET_LABEL: np.array(list(self.zeros))}
         rows = replace(rows, labels={**rows.labels, **own})
         rows = rows.with_columns(
             {name: touches.columns[name][first] for name in ("stylus_length_mm", "nx", "ny", "nz")}
@@ -58,7 +58,7 @@ class ProbedHere:
     def at(self) -> Ints:
         """The row of the zero for every touch, -1 for the zeros themselves (n + k,)."""
         number = {name: self.n + k for k, name in enumerate(self.zeros)}
-        touches = [number[str(name)] for name in self.task.touches.run.labels["work_offset"]]
+        touches = [number[str(name)] for name in self.task.touches.run.labels[OFFSET_LABEL]]
         return np.array(touches + [-1] * len(number), dtype=np.intp)
 
     def errors(self) -> Array:

@@ -7,25 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import OWNERS
 from vcmm.core.run import Array
+from vcmm.effects import BY_NAME
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
 from vcmm.machining.recut import Recut
 from vcmm.machining.turned_blank import TurnedBlank
 
-GROUPS = ("machine", "tool", "setup", "part", "measurement")
-OF_TOOL = (
-    "tool_length",
-    "tool_radius",
-    "tool_offset",
-    "tool_wear",
-    "tool_runout",
-    "tool_deflection",
-    "spindle_growth",
-)
-OF_SETUP = ("work_offset",)
-OF_PART = ("part_expansion", "workpiece_heating", "clamping")
+GROUPS = (*OWNERS, "measurement")
 SCATTERS = (
     "touch",
     "part",
@@ -92,13 +83,9 @@ def group_of(line: BudgetLine) -> str:
     if ": " in line.input:
         return "measurement"
     effect = line.input.split("[")[0].split(".")[0]
-    if effect in OF_TOOL:
-        return "tool"
-    if effect in OF_SETUP:
-        return "setup"
-    if effect in OF_PART or line.input == "channel.temp_part_C":
+    if line.input == "channel.temp_part_C":
         return "part"
-    return "machine"
+    return BY_NAME[effect].belongs_to if effect in BY_NAME else "machine"
 
 
 NOTHING = 1e-6  # mm or rad: of a u below a nanometre no shares are told

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.kinematics import nominal_tip
-from vcmm.core.run import Array, Run
+from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.cutting.contactmap import Ints
 from vcmm.machining.rotary import Motion, tool_offset_to
 from vcmm.motion.knots import times_at
@@ -77,7 +77,7 @@ def _moment(path: Toolpath, move: Ints, share: Array) -> tuple[Array, dict[str, 
     }
     labels = {name: values[following] for name, values in path.labels.items()}
     labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
-    labels["work_offset"] = np.array(
+    labels[OFFSET_LABEL] = np.array(
         [timing.moves[i].offset for i in move.tolist()]
     )  # a row that ends one may name the next
     return time, columns, labels

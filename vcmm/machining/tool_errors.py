@@ -6,9 +6,9 @@ Setting the work offset on the very machine takes its error there away; that hol
 cancels. Scatter while setting is part of the uncertainty of the offset, not subtracted twice.
 
 Effects that are readings when measuring act on a part that is cut and measured later: a part cut warm or bent comes out
-as the measuring machine would have read it, with the sign turned (`part_expansion`, `clamping`); so does the scatter of a
-pass and of a tool change, where the sign is of no matter. `workpiece_heating` is stated for the finished part already.
-Probes and instruments do not cut.
+as the measuring machine would have read it, with the sign turned (expansion, clamping); so does the scatter of a pass and
+of a tool change, where the sign is of no matter. What is stated for the finished part already (heat of cutting) keeps its
+sign: `on_cut_part` of the effect says which. Probes and instruments do not cut.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -25,17 +26,21 @@ from vcmm.machining.zero_setting import Ints, less_errors, less_response, withou
 from vcmm.response.influence import Influence, Product, influences, products, targets
 from vcmm.response.trials import Draws, exact_errors
 
-TURNED = ("part_expansion", "clamping", "scatter", "reindexing")
-STATED = ("workpiece_heating",)
+FORCES = ("force_x_N", "force_y_N", "force_z_N")
 SETTING = "setting"  # label value of the rows in which the work offset was set
 
 
 def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]]:
     """(machine whose negative indication error moves the surface, machine whose reading does, ids that do not cut)."""
-    moves = [e for e in machine.effects if e.link != "reading" or e.name in TURNED]
-    stated = [e for e in machine.effects if e.name in STATED]
+    moves = [e for e in machine.effects if e.link != "reading" or e.on_cut_part == "turned"]
+    stated = [e for e in machine.effects if e.on_cut_part == "stated"]
     idle = tuple(e.id for e in machine.effects if e not in moves and e not in stated)
     return replace(machine, effects=tuple(moves)), replace(machine, effects=tuple(stated)), idle
+
+
+def needs_forces(effect: Effect) -> bool:
+    """Whether an effect follows the cutting force."""
+    return bool(set(effect.required()) & set(FORCES))
 
 
 @dataclass(frozen=True, eq=False)

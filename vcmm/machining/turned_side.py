@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.inputs import Input
-from vcmm.core.run import Array, Run
+from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.cutting import nose
 from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.sweeps import Sweep, position
@@ -230,7 +230,7 @@ def _with_setting(shop: Shop, turning: Turning, run: Run, phi: Array) -> tuple[R
     chosen = np.repeat(first, angles)
     tools = [shop.scenario.setup.tools[int(name)] for name in run.labels["tool"][chosen]]
     offset = -np.array([tool.offset for tool in tools])
-    rows = setting_rows(run, chosen, offset, zeros(shop, run.labels["work_offset"][chosen]), shop.pose)
+    rows = setting_rows(run, chosen, offset, zeros(shop, run.labels[OFFSET_LABEL][chosen]), shop.pose)
     turn = np.tile(2 * np.pi * np.arange(angles) / angles, len(first))
     if turning.rotary:
         rows = replace(rows, position={**rows.position, "C": turning.position_c(turn)})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vcmm.core.run import Array, Run
+from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.machining.states import HELD
 from vcmm.machining.turned import Turning
 from vcmm.motion.toolpath import CUTS, Toolpath
@@ -29,7 +29,7 @@ def states_when(turning: Turning, time: Array, move: Ints, tip: Array, phi: Arra
     columns["cut_length_mm"] = np.interp(time, path.time, chip_length(path, turning.centre))
     labels = {name: values[following] for name, values in path.labels.items()}
     labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
-    labels["work_offset"] = np.array(
+    labels[OFFSET_LABEL] = np.array(
         [timing.moves[i].offset for i in move.tolist()]
     )  # a row that ends one may name the next
     commanded = timing.state(time).position[:, :3] - offset

@@ -9,6 +9,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
+from vcmm.effects import BY_NAME
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.uncertainty import evaluate
@@ -179,13 +180,10 @@ def _notes(outcome: Placed, problems: Sequence[Hindrance]) -> list[str]:
             f"{', '.join(extremes)}: an extreme value; the search used an approximation (normal inputs, few common draws), the "
             "gain and the results at the two poses are those of the full Monte Carlo"
         )
-    if any(
-        i.effect == "residual_field" and i.scale is not None for i in objective.closed.rows.machine.inputs
-    ):
-        out.append(
-            "residual_field interpolates independent draws, whose variance shrinks between the nodes: the pose found may gain from "
-            "that and not from the machine; give correlated_field its covariance, as `vcmm place gaska2014` does"
-        )
+    drawn = {i.effect for i in objective.closed.rows.machine.inputs if i.scale is not None}
+    out += [
+        BY_NAME[e].independent_draws for e in sorted(drawn & set(BY_NAME)) if BY_NAME[e].independent_draws
+    ]
     sure = outcome.confirmation
     if sure is not None and not sure.confirmed:
         out.append(

@@ -14,10 +14,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.declaration import KnownRange
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
-from vcmm.effects.component import ComponentSpline, ComponentTable
-from vcmm.effects.residual import CorrelatedField, ResidualField
 from vcmm.measuring.fixture import six_of
 from vcmm.placing.rows import Rows
 
@@ -62,17 +61,6 @@ class Feasibility(Protocol):
     def feasible(self, poses: Array) -> npt.NDArray[np.bool_]: ...
 
 
-@dataclass(frozen=True)
-class Limit:
-    """Positions along x, y or z (0, 1, 2) that one constraint allows, mm. of: "axis" positions or "tip" positions."""
-
-    what: str
-    direction: int
-    low: float
-    high: float
-    of: str = "axis"
-
-
 @dataclass(frozen=True, eq=False)
 class Travels:
     """Travels and known ranges of a machine for a plan."""
@@ -80,18 +68,18 @@ class Travels:
     rows: Rows
 
     @cached_property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[KnownRange, ...]:
         machine = self.rows.machine
         out = [
-            Limit(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
+            KnownRange(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
             for a in machine.chain.letters
             if a in "XYZ"
         ]
         for i, letter in enumerate("XYZ"):
             if letter not in machine.chain.letters:
-                out.append(Limit(f"no axis {letter}", i, 0.0, 0.0))
+                out.append(KnownRange(f"no axis {letter}", i, 0.0, 0.0))
         for effect in machine.effects:
-            out += known_range(effect)
+            out += effect.known_range()
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:
@@ -131,20 +119,3 @@ class Travels:
                     )
                 )
         return out
-
-
-def known_range(effect: object) -> list[Limit]:
-    """Where a tabulated effect is known; outside it refuses."""
-    if isinstance(effect, ComponentTable):
-        pairs = [(a, np.asarray(g, float)) for a, g in zip(effect.arguments, effect.grids) if a in "XYZ"]
-    elif isinstance(effect, ComponentSpline) and effect.link in "XYZ":
-        pairs = [(effect.link, np.asarray(effect.nodes, float))]
-    elif isinstance(effect, ResidualField | CorrelatedField):
-        nodes = np.asarray(effect.nodes, float)
-        ends = zip(nodes.min(axis=0), nodes.max(axis=0))
-        name = f"range of {effect.name}"
-        return [Limit(name, i, float(a), float(b), "tip") for i, (a, b) in enumerate(ends)]
-    else:
-        return []
-    what = f"range of the table {effect.component}"
-    return [Limit(what, "XYZ".index(a), float(g[0]), float(g[-1])) for a, g in pairs]

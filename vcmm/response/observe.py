@@ -27,6 +27,7 @@ from vcmm.core.kinematics import Motion, tip_motion
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples, row_factor
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.effects import has_role
 from vcmm.response.influence import STEP, shifted, targets
 from vcmm.response.logs import with_logs
 from vcmm.response.nuisance import nuisance_columns
@@ -140,7 +141,7 @@ class Observer:
         """See `calibration_columns`."""
         out = []
         for one in self.machine.inputs:
-            ends = None if one.effect == "scatter" else self._input_ends(one)
+            ends = None if has_role(one.effect, "repeatability") else self._input_ends(one)
             if ends is not None:
                 columns = self._coded(one, *ends)
                 used = np.abs(columns).max(axis=0, initial=0.0) > 0
@@ -239,7 +240,7 @@ def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
 def left_out(recording: Recording, machine: Machine) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """(effect id, missing columns) of the machine's own effects that the recording cannot show; `baseline` is without them."""
     run = machine.prepare(recording.run)
-    found = ((e.id, lacking(e, run)) for e in machine.effects if e.name != "scatter")
+    found = ((e.id, lacking(e, run)) for e in machine.effects if not e.random)
     return tuple((name, columns) for name, columns in found if columns)
 
 
@@ -271,7 +272,7 @@ def noise_u(recording: Recording, machine: Machine) -> Array:
         return np.full(recording.m, _finite_u(recording.noise.u, "[noise]"))
     if recording.u is not None:
         return recording.u
-    scatter = [i for i in machine.inputs if i.effect == "scatter"]
+    scatter = [i for i in machine.inputs if has_role(i.effect, "repeatability")]
     if recording.kind == "angle" or not scatter:
         why = "an angle has no repeatability in mm" if scatter else "the machine file has no [repeatability]"
         raise ModelLimit(

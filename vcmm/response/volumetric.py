@@ -77,7 +77,7 @@ def not_mapped(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]],
     """
     out: list[tuple[str, tuple[str, ...]]] = []
     for e in machine.effects:
-        if e.name == "scatter":
+        if e.random:
             continue
         if e.link == "reading":
             out.append((e.id, ("a touch",)))
