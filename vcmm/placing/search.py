@@ -14,8 +14,8 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
+from vcmm.placing.fixture_boxes import PoseBox
 from vcmm.placing.objective import Objective
-from vcmm.placing.space import Box
 
 DIFFERENCE = 1e-4  # of the box, for gradients
 STEPS = (2e-2, 1e-5)  # first and last step of the compass
@@ -25,10 +25,10 @@ SHORT, FULL = 6, 6  # gradients of the first steps; starts that are followed to 
 
 
 @dataclass
-class Counted:
+class CountedObjective:
     """The objective over one box, in unit coordinates; remembers how often it was asked and what it was told."""
 
-    box: Box
+    box: PoseBox
     objective: Objective
     count: int = 0
     reached: int = 0  # of these, poses that nothing keeps from being used
@@ -63,7 +63,7 @@ class Counted:
 class SearchOutcome:
     """The outcome of a search: coordinates in a box, pose, value, and what it cost."""
 
-    box: Box
+    box: PoseBox
     unit: Array
     pose: Array
     value: float
@@ -73,7 +73,7 @@ class SearchOutcome:
 
 def search(
     objective: Objective,
-    boxes: Sequence[Box],
+    boxes: Sequence[PoseBox],
     *,
     evaluations: int = 5000,
     seed: int = 0,
@@ -81,7 +81,7 @@ def search(
 ) -> SearchOutcome:
     """The lowest value over all boxes with at most so many evaluations of the objective."""
     report = progress or (lambda text, share: None)
-    asked = [Counted(box, objective) for box in boxes]
+    asked = [CountedObjective(box, objective) for box in boxes]
     sample = int(np.clip(0.25 * evaluations / len(asked), 16, 1024))
     for k, one in enumerate(asked):
         one(_sobol(one.box.d, sample, seed))
@@ -96,7 +96,7 @@ def search(
     return SearchOutcome(one.box, unit, six[0], value, sum(a.count for a in asked), others)
 
 
-def _nothing(asked: Sequence[Counted]) -> ModelLimit:
+def _nothing(asked: Sequence[CountedObjective]) -> ModelLimit:
     """Why no pose of the sample has a value."""
     count, reached = sum(a.count for a in asked), sum(a.reached for a in asked)
     if not reached:
@@ -119,8 +119,8 @@ def _sobol(d: int, count: int, seed: int) -> Array:
 
 
 def _polished(
-    asked: Sequence[Counted], evaluations: int, report: Callable[[str, float], None]
-) -> list[tuple[float, Array, Counted]]:
+    asked: Sequence[CountedObjective], evaluations: int, report: Callable[[str, float], None]
+) -> list[tuple[float, Array, CountedObjective]]:
     """A few steps of descent from many starts, the rest of the way from the best of those, the compass at the end.
 
     What is left of the evaluations is shared out anew before every descent, so that starts that end early leave theirs to
@@ -144,13 +144,15 @@ def _polished(
     return kept
 
 
-def _left(asked: Sequence[Counted], evaluations: int) -> int:
+def _left(asked: Sequence[CountedObjective], evaluations: int) -> int:
     return evaluations - sum(a.count for a in asked)
 
 
-def _different(minima: Sequence[tuple[float, Array, Counted]]) -> list[tuple[float, Array, Counted]]:
+def _different(
+    minima: Sequence[tuple[float, Array, CountedObjective]],
+) -> list[tuple[float, Array, CountedObjective]]:
     """From the lowest up, without those that came to the same place."""
-    kept: list[tuple[float, Array, Counted]] = []
+    kept: list[tuple[float, Array, CountedObjective]] = []
     for value, unit, one in sorted(minima, key=lambda item: item[0]):
         if all(one is not other or np.abs(unit - at).max(initial=0.0) > 0.01 for _, at, other in kept):
             kept.append((value, unit, one))
@@ -178,7 +180,7 @@ def _forward(ask: Callable[[Array], Array], unit: Array, step: float = DIFFERENC
     return float(value[0]), np.where(np.isfinite(slope), slope, 0.0)
 
 
-def _descended(one: Counted, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
+def _descended(one: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
     from scipy.optimize import minimize
 
     if not one.box.d or evaluations < 2 * (one.box.d + 1):
@@ -197,7 +199,7 @@ def _descended(one: Counted, unit: Array, value: float, evaluations: int) -> tup
     return (float(done.fun) * scale, np.asarray(done.x)) if done.fun * scale < value else (value, unit)
 
 
-def _compass(one: Counted, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
+def _compass(one: CountedObjective, unit: Array, value: float, evaluations: int) -> tuple[float, Array]:
     d, step = one.box.d, STEPS[0]
     if not d:
         return value, unit
@@ -216,10 +218,10 @@ def _compass(one: Counted, unit: Array, value: float, evaluations: int) -> tuple
 
 
 def polished_from(
-    objective: Objective, box: Box, unit: Array, before: SearchOutcome, evaluations: int = 1000
+    objective: Objective, box: PoseBox, unit: Array, before: SearchOutcome, evaluations: int = 1000
 ) -> SearchOutcome:
     """Descent and compass from one more start; the better of its end and what was found before."""
-    one = Counted(box, objective)
+    one = CountedObjective(box, objective)
     value = float(one(unit[None])[0])
     if box.d:
         value, unit = _descended(one, unit, value, evaluations // 2)
