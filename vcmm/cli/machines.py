@@ -12,8 +12,8 @@ def choose(
     """One document: that of the best machine, and the ranking. Machines that cannot take the part are named."""
     from vcmm.console.common import document, print_json, progress, sources
     from vcmm.files.scenario import load_scenario
-    from vcmm.placing.document import place_json
-    from vcmm.placing.machines import choose_machine
+    from vcmm.placing.placement import choose_machine
+    from vcmm.placing.result import place_json
 
     loaded = {str(p): load_scenario(scenario, p) for p in machines}
     with progress() as report:
@@ -62,7 +62,7 @@ def _write(folder: Path, scenario: Path, chosen: Any, content: dict[str, Any]) -
 
 def _show(loaded: Any, chosen: Any) -> None:
     from vcmm.console.common import say, show_table
-    from vcmm.placing.words import amount, pose_text
+    from vcmm.placing.tables import amount, pose_text
 
     first = chosen.placed[chosen.order[0]].best.value
     rows = [

@@ -132,8 +132,8 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
     """Place one scenario and say what was found."""
     from vcmm.console.common import about, document, print_json, progress, sources
     from vcmm.files.scenario import load_scenario
-    from vcmm.placing.document import place_json
-    from vcmm.placing.job import place
+    from vcmm.placing.placement import place
+    from vcmm.placing.result import place_json
 
     loaded = load_scenario(scenario)
     with progress() as report, about(scenario, "placement"):
@@ -153,7 +153,7 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
 def show(found: Any) -> None:
     """Poses compared, why, certificate and flatness."""
     from vcmm.console.common import say, show_table
-    from vcmm.placing.words import change, goal_text, pose_text, poses_rows, region_text, why_rows
+    from vcmm.placing.tables import change, goal_text, pose_text, poses_rows, region_text, why_rows
 
     show_table(
         f"objective: {goal_text(found.objective.goal)}; the smaller the better",

@@ -30,7 +30,7 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 
 def _json(found: Any) -> dict[str, Any]:
     from vcmm.gps.characteristics import unit
-    from vcmm.placing.document import map_json, named, pose_json
+    from vcmm.placing.result import map_json, named, pose_json
 
     def at(one: Any) -> dict[str, Any]:
         rows = [
@@ -69,7 +69,7 @@ def show(found: Any) -> None:
     from vcmm.console.common import show_table
     from vcmm.console.quantities import deviation_text, percent_text
     from vcmm.gps.characteristics import unit
-    from vcmm.placing.words import poses, region_text
+    from vcmm.placing.tables import poses, region_text
 
     rows = [
         [name, poses(at.pose)[0], f"{at.value:.4g}", f"{at.value / found.present.value - 1:+.1%}" if found.present.value else "–"]

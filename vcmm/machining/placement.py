@@ -29,9 +29,9 @@ from vcmm.machining.world import Cutting
 from vcmm.measuring.fixture import Fixture, Freedom, pose_of, six_of
 from vcmm.part.part import Characteristic
 from vcmm.placing.certificate import Certificate, certify, scan_after
-from vcmm.placing.flat import Map, Region, region, table_map
+from vcmm.placing.fixture_boxes import PoseBox
+from vcmm.placing.near_best import Map, Region, region, table_map
 from vcmm.placing.search import search
-from vcmm.placing.space import Box
 from vcmm.placing.travels import EDGE
 
 BATCH = 64  # poses at once
@@ -242,7 +242,7 @@ def _scales(model: LinearModel) -> Array:
     return np.array(out)
 
 
-def _box(scenario: CutScenario, travels: ProgramTravels, present: Array) -> Box:
+def _box(scenario: CutScenario, travels: ProgramTravels, present: Array) -> PoseBox:
     fixture = scenario.fixture or Fixture((Freedom("x", -np.inf, np.inf), Freedom("y", -np.inf, np.inf)))
     turned = [f.name for f in fixture.freedoms if f.name.startswith("turn")]
     if turned or fixture.faces or fixture.slots:
@@ -253,7 +253,7 @@ def _box(scenario: CutScenario, travels: ProgramTravels, present: Array) -> Box:
     (_, template), *more = fixture.orientations(present)
     if more:
         raise UsageError("[placement] of a cut part takes ranges, not lists of places")
-    box = Box("", template, fixture.continuous, travels)  # type: ignore[arg-type]
+    box = PoseBox("", template, fixture.continuous, travels)  # type: ignore[arg-type]
     middle = np.full((1, box.d), 0.5)
     if not box.poses(middle)[1].any():
         low, high = travels.intervals(template[None])

@@ -12,8 +12,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.pose import Array, Pose
+from vcmm.core.pose import Array, Pose, unit
 
+TILT = 1e-6  # rad: how well a face must lie on the table, a list of turns be met
+NEAR = 1e-6  # mm
 DOFS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
 KINDS = ("U", "U/T", "risk", "cost")
 COSTS = ("accept_bad", "reject_good", "undecided")
@@ -140,6 +142,38 @@ def pose_of(six: Array) -> Pose:
     """The pose of six numbers (6,) or a batch (m, 6)."""
     six = np.asarray(six, dtype=float)
     return Pose.from_turns(six[..., :3], six[..., 3:])
+
+
+def off_fixture(fixture: Fixture, poses: Array) -> tuple[Array, Array]:
+    """Largest departure of poses (m, 6) from what the fixture allows: mm (m,) and rad (m,), 0 where it is met."""
+    shift, turn = np.zeros(len(poses)), np.zeros(len(poses))
+    for freedom in fixture.freedoms:
+        at = DOFS.index(freedom.name)
+        off = _off(freedom, poses[:, at], at >= 3)
+        if at < 3:
+            shift = np.maximum(shift, off)
+        else:
+            turn = np.maximum(turn, off)
+    if fixture.slots:
+        apart = np.linalg.norm(poses[:, None, :3] - np.array(fixture.slots, dtype=float), axis=2).min(axis=1)
+        shift = np.maximum(shift, np.where(apart > NEAR, apart, 0.0))
+    if fixture.faces:
+        down = unit(np.array(list(fixture.faces.values()), dtype=float))
+        turned = pose_of(poses).turn(down)
+        tilt = np.arctan2(np.hypot(turned[..., 0], turned[..., 1]), -turned[..., 2]).min(axis=1)
+        turn = np.maximum(turn, np.where(tilt > TILT, tilt, 0.0))
+    return shift, turn
+
+
+def _off(freedom: Freedom, value: Array, turns: bool) -> Array:
+    if freedom.values:
+        apart = value[:, None] - np.array(freedom.values)
+        if turns:
+            apart = (apart + np.pi) % (2.0 * np.pi) - np.pi
+        off = np.abs(apart).min(axis=1)
+        return np.where(off > (TILT if turns else NEAR), off, 0.0)
+    off = np.maximum(freedom.low - value, value - freedom.high)
+    return np.where(off > (TILT if turns else NEAR), off, 0.0)
 
 
 @dataclass(frozen=True)

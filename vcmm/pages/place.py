@@ -10,9 +10,9 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.measuring.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
-from vcmm.placing.flat import Map
+from vcmm.placing.near_best import Map
 from vcmm.placing.result import Placed
-from vcmm.placing.words import UNITS, change, changes, goal_text, pose_text, poses_rows, region_text
+from vcmm.placing.tables import UNITS, change, changes, goal_text, pose_text, poses_rows, region_text
 
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 

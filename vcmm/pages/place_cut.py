@@ -8,7 +8,7 @@ from vcmm.gps.characteristics import unit
 from vcmm.machining.placement import PlacedCut
 from vcmm.machining.scenario import CutScenario
 from vcmm.pages.uncertainty import small
-from vcmm.placing.words import poses, region_text
+from vcmm.placing.tables import poses, region_text
 
 
 def place_cut_page(scenario: CutScenario, found: PlacedCut) -> str:

@@ -21,14 +21,14 @@ import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Array
+from vcmm.measuring.plan import Ints
 
-Ints = npt.NDArray[np.intp]
 RANK = 1e-9  # h nearer to 1 than this: the touch cannot be dropped
 CRITERIA = ("U", "A", "D")
 
 
 @dataclass(frozen=True, eq=False)
-class Candidates:
+class TouchCandidates:
     """N possible touches. feature (N,): number of the feature; rows: its motions per feature, (N_f, p_f).
 
     shared (N, K) mm; touch, short (N,) mm: standard deviations; seconds (F,): what a touch on each feature takes.
@@ -64,7 +64,7 @@ class Target:
 class Design:
     """Counts of the candidates and what follows from them; changed by `add` and `drop`."""
 
-    def __init__(self, candidates: Candidates, target: Target, counts: npt.ArrayLike) -> None:
+    def __init__(self, candidates: TouchCandidates, target: Target, counts: npt.ArrayLike) -> None:
         self.c, self.target = candidates, target
         self.counts = np.array(counts, dtype=np.intp)
         ends = np.cumsum([0, *(r.shape[1] for r in candidates.rows)])
@@ -162,7 +162,7 @@ class Design:
         self.refresh()
 
 
-def least(c: Candidates, spare: int = 1) -> Ints:
+def least(c: TouchCandidates, spare: int = 1) -> Ints:
     """Counts (N,) of a small choice: D-optimal greedy, `spare` touches more than each fit needs (at least one)."""
     counts = np.zeros(len(c.feature), dtype=np.intp)
     for f in range(len(c.names)):

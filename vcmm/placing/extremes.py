@@ -2,7 +2,7 @@
 
 Such a value has no gradient where the part is perfect. The inputs are taken as normal with the closed-form covariance
 of the fitted elements, and the characteristic is evaluated on the same few draws at every pose (common random numbers,
-in pairs of opposite sign). Mean and standard deviation over the draws are smooth in the pose. `vcmm.placing.confirm`
+in pairs of opposite sign). Mean and standard deviation over the draws are smooth in the pose. `vcmm.placing.confirmation`
 checks the outcome with the full Monte Carlo.
 """
 
@@ -25,7 +25,7 @@ JITTER = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Extremes:
+class ExtremeValues:
     """Mean and standard deviation of the characteristics that are extreme values."""
 
     closed: Closed

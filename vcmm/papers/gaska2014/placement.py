@@ -36,8 +36,8 @@ from vcmm.papers.gaska2014.twin import (
     field_scales,
     with_field,
 )
-from vcmm.placing.job import place
 from vcmm.placing.objective import Uncertain
+from vcmm.placing.placement import place
 from vcmm.placing.result import Placed
 
 LENGTH = 150.0  # mm: correlation length of the correlated field, the distance between the nodes
@@ -225,7 +225,7 @@ def reduction(
 
 def _touch_gains(scenario: Scenario, count: int, seed: int) -> tuple[Array, Array]:
     """(poses, n, 3) squared gains of the distance per direction at every touch; (poses, n, nodes) kernel to the nodes."""
-    from vcmm.placing.space import boxes
+    from vcmm.placing.fixture_boxes import boxes
     from vcmm.placing.travels import Travels
 
     objective = Uncertain.of(scenario, goal(scenario))

@@ -46,7 +46,7 @@ def show_placement(folder: Path | None, draws: int, options: dict[str, Any], jso
 
 def body(rankings: Any, optima: Any, reductions: Any, draws: int) -> dict[str, Any]:
     """The document: that of the placement on the correlated field, and what the twin adds."""
-    from vcmm.placing.document import place_json, pose_json
+    from vcmm.placing.result import place_json, pose_json
 
     run = next(o for o in optima if o.redraw == "run")
     twin = {

@@ -11,7 +11,7 @@ from vcmm.pages.place import maps
 from vcmm.papers.gaska2014.page import overview
 from vcmm.papers.gaska2014.placement import Optimum, Ranking, Reduction
 from vcmm.papers.gaska2014.twin import PAPER_DISTANCE_U, PAPER_FORM_U
-from vcmm.placing.words import pose_text
+from vcmm.placing.tables import pose_text
 
 FIELDS = {"touch": "interpolated standard deviations", "run": "correlated field"}
 CAUTION = (

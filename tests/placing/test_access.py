@@ -2,8 +2,7 @@
 
 A face at x = 0 is touched with a stylus of 120 mm along +x, from the side. A boss of 20 mm stands between touches 2 and 3, so
 that the tool draws back in -x until the tip is 20 mm + 20 mm clearance + 2 mm before the face: x = -42. The quill is a
-square of 80 mm, 56.6 mm in its round, about the mount at tip - 120 mm.
-"""
+square of 80 mm, 56.6 mm in its round, about the mount at tip - 120 mm."""
 
 from __future__ import annotations
 
@@ -14,13 +13,14 @@ import pytest
 
 from vcmm.core.pose import Pose
 from vcmm.files.scenario import load_scenario
-from vcmm.placing.access import lacking
-from vcmm.placing.collision import rods
 from vcmm.placing.reach import CONSTRAINTS, Feasibility
-from vcmm.placing.solid import Box
 
 HERE = np.zeros((1, 6))
+
+
 POST = 'clamps.post = { centre = "-195 0 300 mm", size = "10 10 600 mm" }'
+
+
 SCENARIO = """vcmm = "scenario/1"
 [machine]
 name = "m"
@@ -61,7 +61,7 @@ def check(folder: Path, ys: tuple[float, ...], around: str = POST, low: float = 
 
 
 def places(found: Feasibility) -> set[str]:
-    return {p.where for p in found.problems(Pose.identity()) if p.constraint == "moves"}
+    return {p.point for p in found.problems(Pose.identity()) if p.constraint == "moves"}
 
 
 def test_without_a_clamp_the_tool_draws_back_and_crosses(tmp_path):
@@ -103,10 +103,3 @@ def test_drawing_back_for_a_blocked_move_needs_travel(tmp_path):
     short = check(tmp_path, (-30.0, 30.0, 120.0), "", low=-160.0)
     assert not short.feasible(HERE)[0]
     assert short.amounts(HERE)[0, CONSTRAINTS.index("moves")] == pytest.approx(2.0)
-
-
-def test_a_gap_that_cannot_be_told_is_none():
-    """A number that is not one never counts as free."""
-    cube, start = Box(Pose.identity(), np.full(3, 10.0)), np.array([[np.nan, 0.0, 0.0], [50.0, 0.0, 0.0]])
-    found = lacking(cube, [(rods(start, start + 1.0, np.ones(2)), np.zeros(2), np.full(2, 0.02))])
-    assert found.tolist() == [[np.inf, 0.0]]

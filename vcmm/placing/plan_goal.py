@@ -9,14 +9,56 @@ import numpy as np
 
 from vcmm.core.pose import Array
 from vcmm.gps import characteristics as gps
-from vcmm.placing.candidates import Problem
+from vcmm.placing.candidates import TouchProblem
 from vcmm.placing.design import Design, Target, least
-from vcmm.placing.formcheck import FormCheck
 from vcmm.placing.motions import outputs
+
+DRAWS = 200
 
 
 @dataclass(frozen=True, eq=False)
-class Goal:
+class FormCheck:
+    """Draws of one feature: errors (N_f, draws) that touches share, scatter (N_f, draws) of one touch each, true range."""
+
+    feature: int
+    shared: Array
+    scatter: Array
+    short: Array
+    true: Array
+
+    @classmethod
+    def of(cls, problem: TouchProblem, feature: str, seed: int) -> FormCheck:
+        """The true range is that of the form, less its least-squares element, over all candidates."""
+        c = problem.candidates
+        f = c.names.index(feature)
+        rows = c.of(f)
+        rng = np.random.default_rng([seed, f])
+        z = rng.normal(size=(c.shared.shape[1], DRAWS))
+        form = c.shared[rows, problem.form] @ z[problem.form]
+        jac = c.rows[f]
+        rest = form - jac @ np.linalg.lstsq(jac, form, rcond=None)[0]
+        scatter = c.touch[rows, None] * rng.normal(size=(len(rows), DRAWS))
+        short = c.short[rows, None] * rng.normal(size=(len(rows), DRAWS))
+        return cls(f, c.shared[rows] @ z, scatter, short, np.ptp(rest, axis=0))
+
+    @property
+    def typical(self) -> float:
+        """mm: the mean true range."""
+        return float(np.mean(self.true))
+
+    def square(self, design: Design) -> float:
+        """Mean square of measured - true range, mm^2."""
+        rows = design.rows_of[self.feature]
+        w = design.counts[rows]
+        used = np.flatnonzero(w)
+        jac = design.c.rows[self.feature][used]
+        error = (self.shared + self.short)[used] + self.scatter[used] / np.sqrt(w[used])[:, None]
+        fitted = design.inverse[self.feature] @ ((jac.T * w[used]) @ error)
+        return float(np.mean((np.ptp(error - jac @ fitted, axis=0) - self.true) ** 2))
+
+
+@dataclass(frozen=True, eq=False)
+class PlanGoal:
     """Outputs by characteristic: rows of `target`, and form characteristics with their weight."""
 
     target: Target
@@ -24,8 +66,8 @@ class Goal:
     forms: Mapping[str, tuple[FormCheck, float]]
 
     def variances(self, design: Design) -> dict[str, float]:
-        found = design.variances()
-        out = {name: float(found[s].sum()) for name, s in self.rows.items()}
+        square = design.variances()
+        out = {name: float(square[s].sum()) for name, s in self.rows.items()}
         return out | {name: check.square(design) for name, (check, _) in self.forms.items()}
 
     def value(self, design: Design) -> float:
@@ -34,22 +76,22 @@ class Goal:
 
 
 def goal_of(
-    problem: Problem, weights: Mapping[str, float] | None, criterion: str, seed: int, plain: bool = False
-) -> Goal:
+    problem: TouchProblem, weights: Mapping[str, float] | None, criterion: str, seed: int, plain: bool = False
+) -> PlanGoal:
     scenario = problem.scenario
-    found = outputs(
+    by_name = outputs(
         scenario.part.characteristics, scenario.part.features, problem.motions, scenario.plan.alignment
     )
-    scale = _scales(problem, {n: o.rows for n, o in found.items()})
+    scale = _scales(problem, by_name)
     share = {
         c.name: (weights or {}).get(c.name, 0.0 if weights else 1.0) for c in scenario.part.characteristics
     }
     rows, weight, where, at = [], [], {}, 0
-    for name, o in found.items():
-        rows.append(o.rows)
-        weight += [share[name] / scale[name] ** 2] * len(o.rows)
-        where[name] = slice(at, at + len(o.rows))
-        at += len(o.rows)
+    for name, one in by_name.items():
+        rows.append(one)
+        weight += [share[name] / scale[name] ** 2] * len(one)
+        where[name] = slice(at, at + len(one))
+        at += len(one)
     checks = {} if plain else _form_checks(problem, share, seed)
     total = sum(m.count for m in problem.motions.values())
     stacked = np.concatenate(rows) if rows else np.zeros((0, total))
@@ -58,15 +100,13 @@ def goal_of(
         criterion == "A"
     ):  # every motion as a length at the rim of its feature; characteristics are only reported
         lengths = np.concatenate([m.scale() for m in problem.motions.values()])
-        stacked, values = (
-            np.concatenate([stacked, np.diag(lengths)]),
-            np.concatenate([0.0 * values, np.ones(total)]),
-        )
-    return Goal(Target(stacked, values, criterion), where, checks)
+        stacked = np.concatenate([stacked, np.diag(lengths)])
+        values = np.concatenate([0.0 * values, np.ones(total)])
+    return PlanGoal(Target(stacked, values, criterion), where, checks)
 
 
 def _form_checks(
-    problem: Problem, share: Mapping[str, float], seed: int
+    problem: TouchProblem, share: Mapping[str, float], seed: int
 ) -> dict[str, tuple[FormCheck, float]]:
     out = {}
     for c in problem.scenario.part.characteristics:
@@ -76,7 +116,7 @@ def _form_checks(
     return out
 
 
-def _scales(problem: Problem, rows: Mapping[str, Array]) -> dict[str, float]:
+def _scales(problem: TouchProblem, rows: Mapping[str, Array]) -> dict[str, float]:
     """What u is measured by: the tolerance, else u of the present plan."""
     out = {}
     base = None

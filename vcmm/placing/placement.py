@@ -1,13 +1,14 @@
-"""place: the pose of a scenario that serves best, what it gains, and how sure that is."""
+"""The pose of a scenario that serves best, what it gains and how sure that is; and which of several machines suits the part."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from vcmm.core.errors import ModelLimit
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
 from vcmm.effects import BY_NAME
 from vcmm.evaluation.checks import remarks
@@ -16,15 +17,16 @@ from vcmm.evaluation.uncertainty import evaluate
 from vcmm.measuring.fixture import Fixture, Goal, Placement, pose_of, six_of
 from vcmm.measuring.scenario import Scenario
 from vcmm.placing.certificate import Scan, certify, scan_after
-from vcmm.placing.confirm import confirm
-from vcmm.placing.flat import region, table_map
+from vcmm.placing.confirmation import confirm
+from vcmm.placing.fixture_boxes import PoseBox, all_boxes, boxes, default_fixture, probed, unreachable
+from vcmm.placing.hindrances import Constraint, Hindrance
+from vcmm.placing.near_best import region, table_map
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.reach import Feasibility as Reach
 from vcmm.placing.relax import no_reachable_pose, relaxation
 from vcmm.placing.result import At, Placed
-from vcmm.placing.search import Found, search
-from vcmm.placing.space import Box, all_boxes, boxes, default_fixture, probed, unreachable
-from vcmm.placing.travels import Feasibility, Hindrance, Travels
+from vcmm.placing.search import SearchOutcome, search
+from vcmm.placing.travels import Travels
 
 EVALUATIONS, SCANNED = 5000, 4096
 TRIALS = 100_000  # of the full evaluation at the present and the best pose
@@ -36,7 +38,7 @@ def place(
     *,
     fixture: Fixture | None = None,
     goal: Goal | None = None,
-    constraints: Sequence[Feasibility] | None = None,
+    constraints: Sequence[Constraint] | None = None,
     seed: int | None = None,
     evaluations: int = EVALUATIONS,
     scanned: int = SCANNED,
@@ -59,22 +61,22 @@ def place(
     if constraints is None:
         report("room for stylus, head and part", 0.0)
         reach = Reach.of(scenario, fixture)
-    further: Sequence[Feasibility] = (reach,) if reach is not None else constraints or ()
+    further: Sequence[Constraint] = (reach,) if reach is not None else constraints or ()
     problems = _problems(scenario, travels, further)
-    found_boxes = _boxes(fixture, six, travels, further, reach)
-    left_out = unreachable(fixture, six, travels, further, found_boxes)
-    objective = _at_reference(objective, found_boxes, problems)
-    found = search(objective, found_boxes, evaluations=evaluations, seed=seed, progress=report)
-    found, seen, earlier = scan_after(objective, found_boxes, found, scanned, seed, report)
+    allowed = _boxes(fixture, six, travels, further, reach)
+    left_out = unreachable(fixture, six, travels, further, allowed)
+    objective = _at_reference(objective, allowed, problems)
+    outcome = search(objective, allowed, evaluations=evaluations, seed=seed, progress=report)
+    outcome, seen, earlier = scan_after(objective, allowed, outcome, scanned, seed, report)
     present = None if problems else _at(objective, six)
-    outcome = _outcome(objective, found_boxes, found, (seen, earlier), present, seed, report)
-    placed = _evaluated(outcome, problems, trials, report)
+    placed = _judged(objective, allowed, outcome, (seen, earlier), present=present, seed=seed, report=report)
+    placed = _evaluated(placed, problems, trials, report)
     return replace(placed, warnings=(*left_out, *placed.warnings))
 
 
 def _boxes(
-    fixture: Fixture, six: Array, travels: Travels, further: Sequence[Feasibility], reach: Reach | None
-) -> list[Box]:
+    fixture: Fixture, six: Array, travels: Travels, further: Sequence[Constraint], reach: Reach | None
+) -> list[PoseBox]:
     """The boxes of a fixture; where none can be reached, the smallest relaxation that opens one is named."""
     boxes(fixture, six, travels)  # the travels alone: their message says which end to move
     try:
@@ -88,18 +90,20 @@ def _boxes(
         raise no_reachable_pose(relaxation(reach, poses, low, high), reach, nearest) from None
 
 
-def _problems(scenario: Scenario, travels: Travels, further: Sequence[Feasibility]) -> tuple[Hindrance, ...]:
+def _problems(scenario: Scenario, travels: Travels, further: Sequence[Constraint]) -> tuple[Hindrance, ...]:
     out: list[Hindrance] = list(travels.problems(scenario.pose))
     for one in further:
         out += one.problems(scenario.pose)
     return tuple(out)
 
 
-def _at_reference(objective: Uncertain, found: Sequence[Box], problems: Sequence[Hindrance]) -> Uncertain:
+def _at_reference(
+    objective: Uncertain, allowed: Sequence[PoseBox], problems: Sequence[Hindrance]
+) -> Uncertain:
     """Coverage factors are taken at the present pose; where that cannot be used, at the first pose that can."""
     if not problems:
         return objective
-    six, ok = found[0].poses(np.random.default_rng(3).random((256, found[0].d)))
+    six, ok = allowed[0].poses(np.random.default_rng(3).random((256, allowed[0].d)))
     closed = objective.closed
     if ok.any():
         closed = replace(closed, at=six[ok][0])
@@ -111,57 +115,59 @@ def _at(objective: Uncertain, six: Array) -> At:
     return At(six, float(objective.values(six[None])[0]), spread.u[0], spread.expanded[0])
 
 
-def _outcome(
+def _judged(
     objective: Uncertain,
-    found_boxes: Sequence[Box],
-    found: Found,
+    allowed: Sequence[PoseBox],
+    outcome: SearchOutcome,
     last_scan: tuple[Scan, float],
+    *,
     present: At | None,
     seed: int,
     report: Progress,
 ) -> Placed:
+    """The outcome of the search with all that is said about it but the full evaluations."""
     seen, earlier = last_scan
     order = np.argsort(seen.values, kind="stable")
     middle, last = order[len(order) // 2], order[-1]
     report("drawing the map", 0.0)
-    chart = table_map(objective, found)
-    flat = region(objective, found, seen.values, seed)
-    best = _at(objective, found.pose)
+    chart = table_map(objective, outcome)
+    flat = region(objective, outcome, seen.values, seed)
+    best = _at(objective, outcome.pose)
     if present is not None and present.value <= best.value:
         best = present  # nothing better was found: the part stays where it is
-    certificate = certify(objective, found_boxes, best.pose, best.value, seen, earlier)
+    certificate = certify(objective, allowed, best.pose, best.value, seen, earlier)
     confirmation = None
     if present is not None and best is not present:
         confirmation = confirm(objective, present.pose, best.pose, seed, report)
     return Placed(
-        objective=objective, label=found.box.label, best=best, present=present, problems=(),
-        median=_at(objective, seen.poses[middle]), worst=_at(objective, seen.poses[last]), minima=found.local,
-        evaluations=found.evaluations, feasible_share=seen.share, certificate=certificate, map=chart, region=flat,
+        objective=objective, label=outcome.box.label, best=best, present=present, problems=(),
+        median=_at(objective, seen.poses[middle]), worst=_at(objective, seen.poses[last]), minima=outcome.local,
+        evaluations=outcome.evaluations, feasible_share=seen.share, certificate=certificate, map=chart, region=flat,
         confirmation=confirmation, before=None, after=None, seed=seed, warnings=(),  # type: ignore[arg-type]
     )  # fmt: skip
 
 
 def _evaluated(
-    outcome: Placed, problems: tuple[Hindrance, ...], trials: int | None, report: Progress
+    placed: Placed, problems: tuple[Hindrance, ...], trials: int | None, report: Progress
 ) -> Placed:
     """Full evaluations at the present and the best pose, and what a reader must know."""
-    scenario = outcome.objective.scenario
+    scenario = placed.objective.scenario
     settings = replace(
-        scenario.settings, trials=trials or min(scenario.settings.trials, TRIALS), seed=outcome.seed
+        scenario.settings, trials=trials or min(scenario.settings.trials, TRIALS), seed=placed.seed
     )
 
     def full(at: At) -> UncertaintyResult:
         return evaluate(scenario.at(pose_of(at.pose)).task(), settings, report)
 
-    after = full(outcome.best)
-    before = None if outcome.present is None else full(outcome.present)
-    notes = [*remarks(scenario), *_notes(outcome, problems), *after.warnings]
+    after = full(placed.best)
+    before = None if placed.present is None else full(placed.present)
+    notes = [*remarks(scenario), *_notes(placed, problems), *after.warnings]
     return replace(
-        outcome, problems=problems, before=before, after=after, warnings=tuple(dict.fromkeys(notes))
+        placed, problems=problems, before=before, after=after, warnings=tuple(dict.fromkeys(notes))
     )
 
 
-def _notes(outcome: Placed, problems: Sequence[Hindrance]) -> list[str]:
+def _notes(placed: Placed, problems: Sequence[Hindrance]) -> list[str]:
     out = []
     if problems:
         out.append(
@@ -169,7 +175,7 @@ def _notes(outcome: Placed, problems: Sequence[Hindrance]) -> list[str]:
             + "; ".join(p.text for p in problems[:3])
             + "; no gain over it can be stated"
         )
-    objective = outcome.objective
+    objective = placed.objective
     extremes = [
         c.name
         for i, c in enumerate(objective.characteristics)
@@ -184,13 +190,42 @@ def _notes(outcome: Placed, problems: Sequence[Hindrance]) -> list[str]:
     out += [
         BY_NAME[e].independent_draws for e in sorted(drawn & set(BY_NAME)) if BY_NAME[e].independent_draws
     ]
-    sure = outcome.confirmation
+    sure = placed.confirmation
     if sure is not None and not sure.confirmed:
         out.append(
             f"the gain of {sure.gain:.3g} is not larger than twice its standard error {sure.u_gain:.2g}: the two poses are as good"
         )
-    if outcome.certificate.better > 0:
+    if placed.certificate.better > 0:
         out.append(
-            f"a pose of the scan is better by {outcome.certificate.better:.3%}; search with more evaluations"
+            f"a pose of the scan is better by {placed.certificate.better:.3%}; search with more evaluations"
         )
     return out
+
+
+@dataclass(frozen=True, eq=False)
+class MachineChoice:
+    """placed: per machine; order: names from the best to the worst; refused: machines that cannot take the part, why."""
+
+    placed: Mapping[str, Placed]
+    order: tuple[str, ...]
+    refused: Mapping[str, str]
+
+
+def choose_machine(
+    scenarios: Mapping[str, Scenario], *, progress: Callable[[str, float], None] | None = None, **options: Any
+) -> MachineChoice:
+    """Place the part on every machine (options: those of `place`) and rank them by the objective.
+
+    Raises UsageError when no machine can take the part.
+    """
+    placed, refused = {}, {}
+    for name, scenario in scenarios.items():
+        try:
+            placed[name] = place(scenario, progress=progress, **options)
+        except ModelLimit as error:
+            refused[name] = str(error)
+    if not placed:
+        why = "; ".join(f"{n}: {w}" for n, w in refused.items())
+        raise UsageError(f"none of the machines can take the part: {why}")
+    order = tuple(sorted(placed, key=lambda n: placed[n].best.value))
+    return MachineChoice(placed, order, refused)

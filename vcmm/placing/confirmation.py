@@ -97,13 +97,16 @@ def _value(objective: Uncertain, y: Array, perfect: Array, rng: np.random.Genera
             if kind in ("U", "U/T"):
                 one = expanded[i] / (width(c) if kind == "U/T" else 1.0)
             else:
-                one = _judged(objective, i, y[:, i] - perfect[i], u[i], expanded[i], standard, kind)
+                error = y[:, i] - perfect[i]
+                one = _judged(
+                    objective, i, kind, error=error, u=u[i], expanded=expanded[i], standard=standard
+                )
             total += weight * share * float(one)
     return total
 
 
 def _judged(
-    objective: Uncertain, i: int, error: Array, u: float, expanded: float, standard: Array, kind: str
+    objective: Uncertain, i: int, kind: str, *, error: Array, u: float, expanded: float, standard: Array
 ) -> float:
     """Risk or cost by counting: parts drawn from the process, each indicated with one error."""
     from vcmm.gps import characteristics as gps

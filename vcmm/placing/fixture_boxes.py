@@ -16,7 +16,8 @@ import numpy.typing as npt
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.measuring.fixture import DOFS, Fixture, Freedom, pose_of, shown
-from vcmm.placing.travels import Feasibility, Hindrance, Travels
+from vcmm.placing.hindrances import Constraint, Hindrance
+from vcmm.placing.travels import Travels
 
 Bools = npt.NDArray[np.bool_]
 ROOM = 10.0  # mm: a range of shifts that is worth a search
@@ -29,14 +30,14 @@ def default_fixture() -> Fixture:
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class PoseBox:
     """One combination of discrete choices; d free coordinates, each 0 to 1."""
 
     label: str
     template: Array
     freedoms: tuple[Freedom, ...]
     travels: Travels
-    further: Sequence[Feasibility] = field(default=())
+    further: Sequence[Constraint] = field(default=())
 
     @property
     def d(self) -> int:
@@ -77,18 +78,18 @@ class Box:
 
 
 def boxes(
-    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Feasibility] = ()
-) -> list[Box]:
+    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Constraint] = ()
+) -> list[PoseBox]:
     """All boxes of a fixture. Raises ModelLimit when no pose of any of them can be reached."""
-    found = all_boxes(fixture, present, travels, further)
-    kept = [box for box in found if _reachable(box)]
+    every = all_boxes(fixture, present, travels, further)
+    kept = [box for box in every if _reachable(box)]
     if not kept:
-        raise ModelLimit(no_pose(found))
+        raise ModelLimit(no_pose(every))
     return kept
 
 
 def unreachable(
-    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Feasibility], kept: Sequence[Box]
+    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Constraint], kept: Sequence[PoseBox]
 ) -> list[str]:
     """One sentence on the discrete choices (slots, faces down, listed turns) that no search can use, and why."""
     labels = {box.label for box in kept}
@@ -101,7 +102,7 @@ def unreachable(
     ]
 
 
-def _why_not(box: Box) -> str:
+def _why_not(box: PoseBox) -> str:
     """Why the middle of a box cannot be used, in a few words."""
     six, _ = box.poses(np.full((1, box.d), 0.5))
     if _lacks(box, six)[0].any():
@@ -110,27 +111,28 @@ def _why_not(box: Box) -> str:
     return min(problems, key=lambda p: p.amount).text if problems else "not every touch can be reached"
 
 
-def _reachable(box: Box, batch: int = 32) -> bool:
+def _reachable(box: PoseBox, batch: int = 32) -> bool:
     """Whether some probe is feasible; the first that is ends the look."""
     unit = _probes(box)
     return any(bool(box.poses(unit[at : at + batch])[1].any()) for at in range(0, len(unit), batch))
 
 
 def all_boxes(
-    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Feasibility] = ()
-) -> list[Box]:
+    fixture: Fixture, present: Array, travels: Travels, further: Sequence[Constraint] = ()
+) -> list[PoseBox]:
     """One box per combination of discrete choices, reachable or not."""
     return [
-        Box(label, six, fixture.continuous, travels, further) for label, six in fixture.orientations(present)
+        PoseBox(label, six, fixture.continuous, travels, further)
+        for label, six in fixture.orientations(present)
     ]
 
 
-def probed(box: Box, count: int = 64) -> Array:
+def probed(box: PoseBox, count: int = 64) -> Array:
     """Poses (m, 6) that cover a box, whatever may keep them from being reached."""
     return box.poses(_probes(box, count))[0]
 
 
-def _probes(box: Box, count: int = 1024) -> Array:
+def _probes(box: PoseBox, count: int = 1024) -> Array:
     """Coordinates that cover a box, the middle and the corners of its turns among them."""
     if not box.d:
         return np.zeros((1, 0))
@@ -140,10 +142,10 @@ def _probes(box: Box, count: int = 1024) -> Array:
     return np.concatenate([points, np.full((1, box.d), 0.5)])
 
 
-def no_pose(found: Sequence[Box]) -> str:
+def no_pose(closed: Sequence[PoseBox]) -> str:
     """Why no pose can be reached: the constraint, and the smallest relaxation that opens one."""
-    best: tuple[float, Box, Array] | None = None
-    for box in found:
+    best: tuple[float, PoseBox, Array] | None = None
+    for box in closed:
         six = box.poses(_probes(box))[0]
         amounts = _lacks(box, six)[0].sum(axis=1)
         for row in np.flatnonzero(amounts > 1e-9):
@@ -152,12 +154,12 @@ def no_pose(found: Sequence[Box]) -> str:
     if best is None:
         return (
             "no pose of the fixture can be reached: the travels would allow some, but another constraint (collision, "
-            "access) refuses every one; " + _further(found)
+            "access) refuses every one; " + _further(closed)
         )
     return f"no pose of the fixture can be reached: {_missing(*best[1:])}"
 
 
-def _lacks(box: Box, six: Array) -> tuple[Array, Array, Array]:
+def _lacks(box: PoseBox, six: Array) -> tuple[Array, Array, Array]:
     """(m, 3) mm by which fixture and travels miss one another; the shifts (m, 3) that the travels leave, low and high."""
     low, high = box.travels.intervals(six)
     least, most = (np.stack(e, axis=1) for e in zip(*(_ends(box, six, i) for i in range(3))))
@@ -165,20 +167,20 @@ def _lacks(box: Box, six: Array) -> tuple[Array, Array, Array]:
     return np.where(lacks > 1e-9, lacks, 0.0), low, high
 
 
-def _ends(box: Box, six: Array, i: int) -> tuple[Array, Array]:
+def _ends(box: PoseBox, six: Array, i: int) -> tuple[Array, Array]:
     """(m,) lowest and highest shift along axis i that the fixture allows."""
     f = next((f for f in box.freedoms if DOFS.index(f.name) == i), None)
     return (six[:, i], six[:, i]) if f is None else (np.full(len(six), f.low), np.full(len(six), f.high))
 
 
-def _missing(box: Box, six: Array) -> str:
+def _missing(box: PoseBox, six: Array) -> str:
     """By how much one pose misses, and what to change."""
     lacks, low, high = (x[0] for x in _lacks(box, six[None]))
     words = [_axis_text(box, i, six, (low[i], high[i]), lacks[i]) for i in range(3) if lacks[i]]
     return " and also ".join(words) + f" (the least, found at {_at(box, six)})"
 
 
-def _axis_text(box: Box, i: int, six: Array, travel: tuple[float, float], lacks: float) -> str:
+def _axis_text(box: PoseBox, i: int, six: Array, travel: tuple[float, float], lacks: float) -> str:
     axis = "XYZ"[i]
     names = ", ".join(dict.fromkeys(x.what for x in box.travels.limits if x.direction == i))
     if travel[0] > travel[1]:
@@ -198,7 +200,7 @@ def _axis_text(box: Box, i: int, six: Array, travel: tuple[float, float], lacks:
     )
 
 
-def _usable(box: Box, i: int, upper: bool) -> str:
+def _usable(box: PoseBox, i: int, upper: bool) -> str:
     """By how much to move an end so that there is something to search: room along the axis, at half of the orientations."""
     six = box.poses(_probes(box))[0]
     _, low, high = _lacks(box, six)
@@ -214,15 +216,15 @@ def _up(amount: float) -> str:
     return f"{np.ceil(1e3 * amount - 1e-6) / 1e3:.7g}"
 
 
-def _at(box: Box, six: Array) -> str:
+def _at(box: PoseBox, six: Array) -> str:
     turns = ", ".join(shown(n, six[DOFS.index(n)]) for n in DOFS[3:])
     return (f"{box.label}, " if box.label else "") + f"turn {turns}"
 
 
-def _further(found: Sequence[Box]) -> str:
+def _further(closed: Sequence[PoseBox]) -> str:
     """The smallest problem that the other constraints name at the middle of each box."""
     problems: list[Hindrance] = []
-    for box in found:
+    for box in closed:
         six, _ = box.poses(np.full((1, box.d), 0.5))
         for one in box.further:
             problems += one.problems(pose_of(six[0]))

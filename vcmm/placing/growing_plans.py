@@ -5,16 +5,32 @@ Standard strategies are tried on every feature along the way, so that none of th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from vcmm.core.errors import ModelLimit
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Array
-from vcmm.placing.candidates import Problem, nearest
-from vcmm.placing.design import Candidates, Design, best_candidate, exchanged, least
-from vcmm.placing.goal import Goal
-from vcmm.placing.standards import standard_points
+from vcmm.measuring.strategies import (
+    Around,
+    Birdcage,
+    Even,
+    Grid,
+    Helix,
+    Iso10360,
+    Latitudes,
+    Levels,
+    Pattern,
+    Polar,
+    Ring,
+    Spiral,
+    Spread,
+    plan_points,
+)
+from vcmm.part.part import Feature
+from vcmm.placing.candidates import TouchProblem, nearest
+from vcmm.placing.design import Design, TouchCandidates, best_candidate, exchanged, least
+from vcmm.placing.plan_goal import PlanGoal
 
 Progress = Callable[[str, float], None]
 MOST = 400  # touches
@@ -22,12 +38,12 @@ SETTLED = 48  # up to so many touches every number is exchanged anew, above ever
 
 
 def growing(
-    problem: Problem, goal: Goal, budget_s: float, change_s: float, most: int, progress: Progress
+    problem: TouchProblem, goal: PlanGoal, budget_s: float, change_s: float, most: int, progress: Progress
 ) -> list[Design]:
     """Designs of growing number, each exchanged."""
     c = problem.candidates
     design = _settled(problem, goal, Design(c, goal.target, least(c)))
-    found = {design.n: design.copy()}
+    best = {design.n: design.copy()}
     fixed = change_s * (len(set(problem.styli.values())) - 1)
     spent = fixed + _touching(design)
     while spent < 1.15 * budget_s and design.n < most:
@@ -38,11 +54,11 @@ def growing(
         spent += float(c.seconds[f])
         if design.n <= SETTLED or design.n % 4 == 0:
             design = _settled(problem, goal, design)
-        _keep(found, goal, design)
+        _keep(best, goal, design)
         progress("adding points", 0.2 + 0.5 * min(1.0, spent / (1.15 * budget_s)))
-    _backward(found, goal, design)
+    _backward(best, goal, design)
     progress("ordering", 0.8)
-    return _thinned([found[n] for n in sorted(found)])
+    return _thinned([best[n] for n in sorted(best)])
 
 
 def _touching(design: Design) -> float:
@@ -50,16 +66,16 @@ def _touching(design: Design) -> float:
     return float(sum(design.c.seconds[f] * n for f, n in enumerate(design.per_feature().values())))
 
 
-def _keep(found: dict[int, Design], goal: Goal, design: Design) -> None:
+def _keep(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
     """The best design of each number."""
-    if design.n not in found or goal.value(design) < goal.value(found[design.n]):
-        found[design.n] = design.copy()
+    if design.n not in best or goal.value(design) < goal.value(best[design.n]):
+        best[design.n] = design.copy()
 
 
-def _backward(found: dict[int, Design], goal: Goal, design: Design) -> None:
+def _backward(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
     """From the largest design down, the touch that is missed least leaves; better designs take their places."""
     design = design.copy()
-    least_n = min(found)
+    least_n = min(best)
     while design.n > least_n:
         losses = [(float(change.min()), int(design.rows_of[f][int(change.argmin())])) for f in range(len(design.rows_of))
                   if len(change := design.changes(f, -1))]  # fmt: skip
@@ -69,10 +85,10 @@ def _backward(found: dict[int, Design], goal: Goal, design: Design) -> None:
         design.drop(i)
         if design.n <= SETTLED:
             design = _transferred(exchanged(design, passes=1), goal)
-        _keep(found, goal, design)
+        _keep(best, goal, design)
 
 
-def _transferred(design: Design, goal: Goal, most: int = 6) -> Design:
+def _transferred(design: Design, goal: PlanGoal, most: int = 6) -> Design:
     """Touches moved from a feature where they are missed least to another where they help most, while that is better."""
     for _ in range(most):
         best, value = None, goal.value(design)
@@ -101,28 +117,28 @@ def _transferred(design: Design, goal: Goal, most: int = 6) -> Design:
     return design
 
 
-def _settled(problem: Problem, goal: Goal, design: Design) -> Design:
+def _settled(problem: TouchProblem, goal: PlanGoal, design: Design) -> Design:
     """Exchanged from where it is, and from standard strategies of about the same number on each feature; the best of them."""
     best = _transferred(exchanged(design, passes=2), goal)
     for f, name in enumerate(problem.candidates.names):
         n = best.per_feature()[name]
         radius = problem.scenario.plan.styli[problem.styli[name]].tip_radius
         for _, points in standard_points(problem.scenario.part.features[name], n + 2, radius):
-            trial = _standing(problem, best, f, points, n) if len(points) >= n - 2 else None
+            trial = _with_standard(problem, best, f, points, n) if len(points) >= n - 2 else None
             if trial is not None and goal.value(trial) < goal.value(best) * (1.0 - 1e-9):
                 best = trial
     polished = _transferred(exchanged(best.copy(), passes=1), goal)
     return polished if goal.value(polished) <= goal.value(best) else best
 
 
-def _standing(problem: Problem, design: Design, f: int, points: Array, n: int) -> Design | None:
+def _with_standard(problem: TouchProblem, design: Design, f: int, points: Array, n: int) -> Design | None:
     """The design with a standard strategy on one feature, the number of touches kept by more or fewer elsewhere."""
-    found = nearest(problem.candidates, problem.candidates.names[f], points)
-    if (found < 0).any():
+    standard = nearest(problem.candidates, problem.candidates.names[f], points)
+    if (standard < 0).any():
         return None
     trial = design.copy()
     trial.counts[trial.rows_of[f]] = 0
-    np.add.at(trial.counts, found, 1)
+    np.add.at(trial.counts, standard, 1)
     try:
         trial.refresh()
     except ModelLimit:
@@ -145,22 +161,22 @@ def _standing(problem: Problem, design: Design, f: int, points: Array, n: int) -
     return trial
 
 
-def _next(goal: Goal, design: Design, c: Candidates) -> tuple[int, int]:
+def _next(goal: PlanGoal, design: Design, c: TouchCandidates) -> tuple[int, int]:
     """(feature, candidate) of the touch that lowers the objective most per second; -1 where none does."""
-    found: list[tuple[float, int, int]] = []
+    options: list[tuple[float, int, int]] = []
     now = goal.value(design)
     for f in range(len(c.names)):
         i = best_candidate(design, f, True)
-        options = [i] if i >= 0 else []
+        tried = [i] if i >= 0 else []
         if any(check.feature == f for check, _ in goal.forms.values()):
-            options.append(_farthest(design, f))
-        for j in options:
+            tried.append(_farthest(design, f))
+        for j in tried:
             trial = design.copy()
             trial.add(j)
-            found.append(((goal.value(trial) - now) / float(c.seconds[f]), f, j))
-    if not found:
+            options.append(((goal.value(trial) - now) / float(c.seconds[f]), f, j))
+    if not options:
         return -1, -1
-    gain, f, i = min(found)
+    gain, f, i = min(options)
     return (f, i) if gain < 0.0 else (f, i if design.n < MOST else -1)
 
 
@@ -179,3 +195,50 @@ def _thinned(designs: list[Design], most: int = 40) -> list[Design]:
         return designs
     at = np.unique(np.round(np.geomspace(1, len(designs), most)).astype(int) - 1)
     return [designs[i] for i in at]
+
+
+def standard_points(feature: Feature, most: int, margin: float) -> Iterator[tuple[str, Array]]:
+    """(name, points (n, 3)) of standard strategies with at most `most` touches, `margin` mm inside the edges."""
+    for name, pattern in _patterns(feature, most, margin):
+        try:
+            points = plan_points(feature, pattern)[0]
+        except UsageError:  # too few points for the fit, or the margin leaves nothing
+            continue
+        if len(points) <= most:
+            yield f"{name} {len(points)}", points
+
+
+def _patterns(f: Feature, most: int, margin: float) -> Iterator[tuple[str, Pattern]]:
+    if f.kind == "plane":
+        yield from (
+            ("grid", Grid((a, b), margin)) for a in range(2, most) for b in range(2, most) if a * b <= most
+        )
+        yield from (("hammersley", Spread(n, margin)) for n in range(3, most + 1))
+        yield from (("polar", Polar(r, n, margin)) for r in (1, 2, 3) for n in range(3, most) if r * n < most)
+    elif f.kind == "line":
+        yield from (("even", Even(n, margin)) for n in range(2, most + 1))
+    elif f.kind == "circle":
+        yield from (("even", Around(n)) for n in range(3, most + 1))
+    elif f.kind == "sphere":
+        yield "iso10360", Iso10360()
+        yield from (("spiral", Spiral(n)) for n in range(4, most + 1))
+        yield from (("levels", Latitudes((0.0, 0.7, 1.3), n)) for n in range(3, most // 3 + 1))
+    elif f.kind in ("cylinder", "cone"):
+        yield from _round(f, most, margin)
+    elif f.kind == "torus":
+        yield from (("grid", Ring((a, b))) for a in range(3, most) for b in range(3, most) if a * b <= most)
+
+
+def _round(f: Feature, most: int, margin: float) -> Iterator[tuple[str, Pattern]]:
+    low, high = margin, f.extent[0] - margin
+    for levels in (2, 3, 4):
+        at = tuple(float(z) for z in np.linspace(low, high, levels))
+        yield from (("levels", Levels(at, n)) for n in range(3, most // levels + 1))
+        yield from (("staggered", Levels(at, n, stagger=True)) for n in range(3, most // levels + 1))
+    yield from (("helix", Helix(n, 2.0, margin)) for n in range(6, most + 1, 2))
+    yield from (
+        ("birdcage", Birdcage(2, n, lines, 3, margin))
+        for n in range(4, most, 2)
+        for lines in (2, 4)
+        if 2 * n + 3 * lines <= most
+    )

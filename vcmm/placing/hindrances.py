@@ -1,35 +1,48 @@
-"""Problems of a pose in words: which touch, pair or feature, by how much, and what to do."""
+"""What keeps a pose from being used, in words: which touch, pair or feature, by how much, and what to do.
+
+`Hindrance` is one such thing, whichever constraint names it; `Constraint` is the interface of all constraints.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.pose import Array, Pose
-from vcmm.placing.allowed import off_fixture
+from vcmm.measuring.fixture import off_fixture, six_of
 from vcmm.placing.tool import NAMES
 
 
 @dataclass(frozen=True)
-class Problem:
-    """One thing in the way. amount > 0 in `unit` (mm, rad or kg): by how much it is violated. where: touch, pair, feature."""
+class Hindrance:
+    """One thing that keeps a pose from being used. amount > 0 in `unit` (mm, rad or kg): by how much it is missed.
 
+    name: the kind of constraint. constraint: which one of its kind. point: the touch, pair, feature or axis it is about.
+    """
+
+    name: str
     constraint: str
-    text: str
-    where: str
+    point: str
     amount: float
+    text: str
     unit: str = "mm"
 
-    @property
-    def name(self) -> str:
-        """The constraint, as other constraints of a placement call it."""
-        return self.constraint
 
-    @property
-    def point(self) -> str:
-        return self.where
+class Constraint(Protocol):
+    """A constraint on poses: which of (m, 6) can be used, and what is wrong with one."""
+
+    def problems(self, pose: Pose) -> Sequence[Hindrance]: ...
+
+    def feasible(self, poses: Array) -> npt.NDArray[np.bool_]: ...
+
+
+def _of(constraint: str, text: str, point: str, amount: float, unit: str = "mm") -> Hindrance:
+    """A constraint that is the only one of its kind."""
+    return Hindrance(constraint, constraint, point, float(amount), text, unit)
 
 
 WHAT = {
@@ -40,23 +53,22 @@ WHAT = {
 }
 
 
-def problems(check: Any, pose: Pose) -> list[Problem]:
-    """See Feasibility.problems; check is a Feasibility, which stands above this module."""
+def problems(check: Any, pose: Pose) -> list[Hindrance]:
+    """Everything that is in the way at one pose; check is a `vcmm.placing.reach.Feasibility`, which stands above this module."""
     one = Pose(pose.rotation[None], pose.shift[None])
-    found = [*_static(check, one), *_travel(check, one), *_side(check, pose)]
-    return [p for p in found if p.amount > 0.0]
+    every = [*_static(check, one), *_travel(check, one), *_of_tool(check, pose)]
+    return [p for p in every if p.amount > 0.0]
 
 
-def _static(check: Any, one: Pose) -> list[Problem]:
-    found, machine, part = [], check.scenario.machine, check.scenario.part
+def _static(check: Any, one: Pose) -> list[Hindrance]:
+    out, machine, part = [], check.scenario.machine, check.scenario.part
     if check.overload():
         text = f"the part weighs {part.mass:g} kg, the machine carries {machine.load_limit:g} kg"
-        found.append(Problem("load", text, "part", check.overload(), "kg"))
+        out.append(_of("load", text, "part", check.overload(), "kg"))
     if check.fixture is not None:
-        six = np.concatenate([one.shift, one.turns()], axis=1)
-        shift, turn = off_fixture(check.fixture, six)
-        found.append(
-            Problem(
+        shift, turn = off_fixture(check.fixture, six_of(one))
+        out.append(
+            _of(
                 "fixture",
                 f"the fixture does not allow this place: {shift[0]:.4g} mm off",
                 "part",
@@ -64,17 +76,15 @@ def _static(check: Any, one: Pose) -> list[Problem]:
             )
         )
         text = f"the fixture does not allow this turn: {np.degrees(turn[0]):.4g} deg off"
-        found.append(Problem("fixture", text, "part", float(turn[0]), "rad"))
+        out.append(_of("fixture", text, "part", float(turn[0]), "rad"))
     if check.scenario.surroundings.table is not None:
         sunk = float(check._sunk(one)[0])
-        found.append(
-            Problem("table", f"the part reaches {sunk:.4g} mm below the table; raise it", "part", sunk)
-        )
-    return found
+        out.append(_of("table", f"the part reaches {sunk:.4g} mm below the table; raise it", "part", sunk))
+    return out
 
 
-def _travel(check: Any, one: Pose) -> list[Problem]:
-    found = []
+def _travel(check: Any, one: Pose) -> list[Hindrance]:
+    out = []
     size, over = (a[0] for a in check._travel(one))
     low, high = check.limits()
     for i, letter in enumerate("XYZ"):
@@ -83,7 +93,7 @@ def _travel(check: Any, one: Pose) -> list[Problem]:
                 f"the points span {high[i] - low[i] + size[i]:.5g} mm along {letter}, its travel is {high[i] - low[i]:.5g} mm: "
                 "the part is larger than the machine in this orientation"
             )
-            found.append(Problem("size", text, letter, float(size[i])))
+            out.append(_of("size", text, letter, float(size[i])))
     n = check.rows.n
     kinds = ["touch"] * n + ["start of the approach"] * n + ["retract"] * n + ["clearance above the start"]
     worst = over.max(axis=1).reshape(-1)
@@ -96,42 +106,40 @@ def _travel(check: Any, one: Pose) -> list[Problem]:
             letter = "XYZ"[int(over[row].argmax())]
             name, stylus = check.rows.names[touch], check.rows.styli[check.rows.stylus[touch]]
             text = f'{name} with stylus "{stylus}": {kinds[row]} is {worst[row]:.4g} mm beyond the travel of {letter}'
-            found.append(Problem("travel", text, name, float(worst[row])))
-    return sorted(found, key=lambda p: -p.amount)
+            out.append(_of("travel", text, name, float(worst[row])))
+    return sorted(out, key=lambda p: -p.amount)
 
 
-def _side(check: Any, pose: Pose) -> list[Problem]:
-    names, found = check.rows.names, []
+def _of_tool(check: Any, pose: Pose) -> list[Hindrance]:
+    names, out = check.rows.names, []
     steep = check.steep(pose.rotation)
     for i in np.flatnonzero(steep):
         limit = np.degrees(check.scenario.surroundings.steepest)
         text = f"{names[i]}: the stylus leans {np.degrees(steep[i]) + limit:.4g} deg from the normal, allowed are {limit:.4g}"
-        found.append(Problem("direction", text, names[i], float(steep[i]), "rad"))
+        out.append(_of("direction", text, names[i], float(steep[i]), "rad"))
     of_part, table = check.room(pose.rotation), check.table_room(pose)
     met = _met(check, pose, of_part)
     for body in NAMES:
         what = [f"the {body} meets {name}" for name in met[body]]
-        found += _lacking(names, body, of_part.bodies[body], what, WHAT[body])
+        out += _lacking(names, body, of_part.bodies[body], what, WHAT[body])
     fix = "reduce approach, use a smaller tip, or correct the part's features"
     what = [f"the tip meets {name} on its approach" for name in met["approach"]]
-    found += _lacking(names, "approach", of_part.tip, what, fix)
+    out += _lacking(names, "approach", of_part.tip, what, fix)
     if table is not None:
         worst = np.max([*table.room.bodies.values(), table.room.tip], axis=0)
-        found += _lacking(names, "clamps", worst, "the tool meets a clamp or the table", "move clamp or part")
+        out += _lacking(names, "clamps", worst, "the tool meets a clamp or the table", "move clamp or part")
         clamps = [c.name for c in check.scenario.surroundings.clamps if c.on == "table"]
         for name, amount in zip(clamps, table.overlap):
-            found.append(
-                Problem(
-                    "clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount)
-                )
+            out.append(
+                _of("clamps", f'the part overlaps the clamp "{name}" by {amount:.4g} mm', name, float(amount))
             )
     moves, ends = check.blocked(pose, of_part, table)
     for k in np.flatnonzero(moves):
         a, b = (names[i] for i in of_part.pairs[k])
         text = f"from {a} to {b}: neither straight nor by drawing back along the shaft is the way free ({moves[k]:.4g} mm)"
-        found.append(Problem("moves", text, f"{a} - {b}", float(moves[k])))
-    found += _lacking(names, "moves", ends, "the tool cannot be drawn back along its shaft", WHAT["head"])
-    return found
+        out.append(_of("moves", text, f"{a} - {b}", float(moves[k])))
+    out += _lacking(names, "moves", ends, "the tool cannot be drawn back along its shaft", WHAT["head"])
+    return out
 
 
 def _met(check: Any, pose: Pose, of_part: Any) -> dict[str, list[str]]:
@@ -149,12 +157,12 @@ def _met(check: Any, pose: Pose, of_part: Any) -> dict[str, list[str]]:
 
 def _lacking(
     names: tuple[str, ...], constraint: str, amount: Array, what: str | list[str], fix: str
-) -> list[Problem]:
+) -> list[Hindrance]:
     said = [what] * len(amount) if isinstance(what, str) else what
     rows = np.flatnonzero(amount)
     rows = rows[np.argsort(-amount[rows], kind="stable")]
     return [
-        Problem(
+        _of(
             constraint,
             f"{names[i]}: {said[i]} ({amount[i]:.4g} mm too near); {fix}",
             names[i],
