@@ -6,7 +6,7 @@ from vcmm.diagnosis.candidates import NEVER
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.plain_words import WORDS, plain_words
 from vcmm.effects import ALL
-from vcmm.pages.diagnosis import with_interval
+from vcmm.tables.diagnosed import with_interval
 
 
 def test_every_family_has_words():

@@ -9,27 +9,17 @@ from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.response.volumetric import Field, linear_axes
+from vcmm.tables.error_field import diagonals, summary
+from vcmm.tables.table import html
 
 LINES = 5  # grid lines per axis in the picture
 
 
 def field_page(machine: Machine, found: Field) -> str:
     """One self-contained HTML file."""
-    size = found.size * 1e3
-    engine = "exact transforms" if found.exact else "first order"
-    rows = [
-        ["largest tip error", f"{size.max():.3f} µm"],
-        ["mean tip error", f"{size.mean():.3f} µm"],
-        *(
-            [f"largest in {c}", f"{v:.3f} µm"]
-            for c, v in zip("xyz", np.abs(found.tip_error).max(axis=0) * 1e3)
-        ),
-        ["points", str(found.run.n)],
-        ["engine", engine],
-    ]
-    blocks = [r.heading("Volumetric error"), r.table(["", "tip error, actual - nominal"], rows, numeric=(1,))]
+    blocks = [r.heading("Volumetric error"), html(summary(found))]
     if found.diagonals:
-        blocks += [r.heading("Body diagonals (ISO 230-6)"), diagonals_table(found)]
+        blocks += [r.heading("Body diagonals (ISO 230-6)"), html(diagonals(found))]
     blocks += [r.heading("The deformed volume"), picture(machine, found)]
     footer = f"vcmm {__version__}. Tip error = actual - nominal in workpiece axes; a CMM's indication has the opposite sign."
     return r.page(
@@ -38,15 +28,6 @@ def field_page(machine: Machine, found: Field) -> str:
         subtitle=f"structure {machine.chain.structure}",
         footer=footer,
     )
-
-
-def diagonals_table(found: Field) -> str:
-    rows = [[_place(d.start), _place(d.end), f"{d.length_error * 1e3:+.3f} µm"] for d in found.diagonals]
-    return r.table(["from", "to", "length error"], rows, numeric=(2,))
-
-
-def _place(values: tuple[float, ...]) -> str:
-    return "(" + ", ".join(f"{v:g}" for v in values) + ") mm"
 
 
 def picture(machine: Machine, found: Field) -> str:
