@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from inspect import cleandoc
 
 import numpy as np
@@ -22,7 +21,6 @@ from vcmm.response.nuisance import nuisance_columns
 from vcmm.response.observe import baseline
 from vcmm.response.recording import Recording
 from vcmm.tables.diagnosed import (
-    SCALE,
     answers,
     folds,
     micro_text,
@@ -114,7 +112,7 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
-    blocks += [r.heading("On rows never fitted"), html(replace(folds(d), caption="")), r.paragraph(SCALE)]
+    blocks += [r.heading("On rows never fitted"), html(folds(d))]
     if d.location:
         blocks += [r.heading("Where the residual departs"), html(places(d))]
     blocks += location_bars(d)

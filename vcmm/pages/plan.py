@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from vcmm import __version__
@@ -57,8 +55,7 @@ def _table(scenario: Scenario, found: PlanResult) -> str:
     """The present plan, then ten of the curve, the chosen one among them."""
     some = {int(i) for i in np.linspace(0, len(found.pareto) - 1, 10)}
     shown = [p for i, p in enumerate(found.pareto) if i in some or p is found.chosen]
-    table = curve(scenario, found, shown)
-    return html(replace(table, caption=f"U in µm (angles µrad), {table.caption}."))
+    return html(curve(scenario, found, shown))
 
 
 def _picture(scenario: Scenario, found: PlanResult) -> str:

@@ -44,7 +44,7 @@ def finished_part(found: CutResult) -> ResultTable[CharacteristicResult]:
         "in mm and µm, angles in deg and µrad."
     )
     title = f"the finished part: expected deviation from nominal and its coverage interval for p = {p:.0%}"
-    return ResultTable(title, PART, found.characteristics, caption)
+    return ResultTable(title, PART, found.characteristics, page_caption=caption)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ def owners(found: CutResult) -> ResultTable[Owned]:
         "Shares of u² by owner. What repeats is common to all parts cut with this set-up; what scatters differs from part to "
         "part."
     )
-    return ResultTable("share of u² by owner", [_NAME, u, *shares, *batch], rows, caption)
+    return ResultTable("share of u² by owner", [_NAME, u, *shares, *batch], rows, page_caption=caption)
 
 
 def largest_contributions(found: CutResult, most: int = 4) -> ResultTable[BudgetRow]:

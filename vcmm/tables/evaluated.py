@@ -105,7 +105,7 @@ def results(found: UncertaintyResult) -> ResultTable[CharacteristicResult]:
         f"U: half the {first.interval_kind} coverage interval for p = {first.p:.0%}. y: indicated value"
         f"{' ' if first.corrected else ', '}{said}. Lengths: mm and µm; angles: deg and µrad."
     )
-    return ResultTable(title, RESULTS, found.characteristics, caption)
+    return ResultTable(title, RESULTS, found.characteristics, page_caption=caption)
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,7 @@ COMPUTED: tuple[Column[CharacteristicResult], ...] = (
 def computed(found: UncertaintyResult) -> ResultTable[CharacteristicResult]:
     """Which tier answered, how many trials, and the certified error of the linear model."""
     caption = "The linear model is compared with multiplied transforms, contact and iterated fits on the same draws."
-    return ResultTable("how it was computed", COMPUTED, found.characteristics, caption)
+    return ResultTable("how it was computed", COMPUTED, found.characteristics, page_caption=caption)
 
 
 def uncertainty_json(found: UncertaintyResult) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def compared_poses(placed: Placed) -> ResultTable[ComparedPose]:
     rows = [ComparedPose(n, six, amount(v, placed), v / present - 1 if present else None) for n, six, v in tried]  # fmt: skip
     title = f"objective: {goal_text(placed.objective.goal)}; the smaller the better"
     caption = "Median and worst: of even draws over the fixture. Convenient: rounded, and within 2 % of the pose found."
-    return ResultTable(title, POSES, rows, caption)
+    return ResultTable(title, POSES, rows, page_caption=caption)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def compared_cut_poses(placed: PlacedCut) -> ResultTable[ComparedPose]:
     ]
     title = "objective: weighted deviations of the cut part as shares of half their tolerance; the smaller the better"
     caption = "Objective: weighted |deviation| as a share of half the tolerance; the smaller the better."
-    return ResultTable(title, [*CUT_POSES, CUT_AGAINST], rows, caption)
+    return ResultTable(title, [*CUT_POSES, CUT_AGAINST], rows, page_caption=caption)
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,8 @@ def gains(placed: PlacedCut) -> ResultTable[Gain]:
         )
     ]
     caption = "Deviation by the known errors, µm (angles µrad)."
-    return ResultTable("deviation by the known errors, and probability to conform", GAINS, rows, caption)
+    title = "deviation by the known errors, and probability to conform"
+    return ResultTable(title, GAINS, rows, page_caption=caption)
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,8 @@ def curve(
     ]
     columns += [Column(f"U {n}", partial(_expanded, n), _of_unit(units[n])) for n in result.chosen.expanded]
     caption = f"styli: {', '.join(f'{f} {s}' for f, s in result.styli.items())}"
-    return ResultTable("U against measuring time, form of the part included", columns, rows, caption)
+    on_page = f"U in µm (angles µrad), {caption}."
+    return ResultTable("U against measuring time, form of the part included", columns, rows, caption, on_page)
 
 
 def _expanded(name: str, row: CurvePoint) -> float:

@@ -72,6 +72,7 @@ class ResultTable(Generic[R]):
     columns: Sequence[Column[R]]
     rows: Sequence[R]
     caption: str = ""
+    page_caption: str = ""  # where the page says more, or other units
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def html(
     return html_table(
         cells.heads,
         [*cells.rows, *more],
-        caption=table.caption,
+        caption=table.page_caption or table.caption,
         numeric=numeric,
         emphasise=emphasise,
         foot=foot,

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
-
-CAPTION = (
-    "Places are drawn (the paper shows photographs only), so no agreement can be claimed. Table 3 of the paper has places 5 and 3 "
-    "in front; share: of machines that agree with the published maxima and means."
-)
 
 
 def show_placement(folder: Path | None, draws: int, options: dict[str, Any], json: bool) -> int:
@@ -84,6 +78,6 @@ def _show(rankings: Any, optima: Any, reductions: Any, draws: int) -> None:
     from vcmm.console.terminal import show_table
     from vcmm.papers.gaska2014.placement_page import node_table, optimum_table, ranking_table
 
-    show_table(replace(ranking_table(rankings, draws), caption=CAPTION))
+    show_table(ranking_table(rankings, draws))
     show_table(optimum_table(optima))
-    show_table(replace(node_table(reductions), caption=""))
+    show_table(node_table(reductions))
