@@ -66,6 +66,7 @@ HEAVY = (
     "pydantic",
     "cyclopts",
     "rich",
+    "tomlkit",
 )
 HEAVY_AT_TOP = {
     ("files", "pydantic"): "schemas are classes of pydantic; files are read only after a command has started",

@@ -76,7 +76,7 @@ def _write(folder: Path, source: Path, scenario: Any, found: Any, content: dict[
     from vcmm.console.documents import json_text
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say
-    from vcmm.files.placed_cut import placed_cut as placed_texts
+    from vcmm.files.placed import placed_cut as placed_texts
     from vcmm.pages.place_cut import place_cut_page
 
     shift = found.best.pose[:3] - found.present.pose[:3]

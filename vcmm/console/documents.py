@@ -60,13 +60,14 @@ def sources(path: Path) -> list[Path]:
 
 def _named_in(path: Path) -> list[Path]:
     """Files beside a TOML file whose names stand in it as texts; none where the file is no valid TOML."""
+    from vcmm.files.toml import file_named
+
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError):
         return []
-    names = {text for text in _texts(data) if len(text) < 200 and "\n" not in text and "\0" not in text}
-    beside = [path.parent / name for name in sorted(names)]
-    return [p for p in beside if p.suffix and p.is_file()]
+    beside = (file_named(text, path.parent) for text in sorted(set(_texts(data))))
+    return [p for p in beside if p is not None]
 
 
 def _texts(value: Any) -> Iterator[str]:

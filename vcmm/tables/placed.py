@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from vcmm.core.run import Array
 from vcmm.evaluation.result import CharacteristicResult
@@ -23,21 +23,31 @@ VALUE = Writing(lambda text, unit: text)  # the objective in the words of its un
 
 @dataclass(frozen=True, eq=False)
 class ComparedPose:
-    """A pose (6: mm, rad), the objective there in words, and its change as a share of the present value (None: no such)."""
+    """A pose (6: mm, rad), the objective there, and its change as a share of the present value (None: no such)."""
 
     name: str
     pose: Array
-    value: str
+    value: float
     against: float | None
 
 
-POSES: tuple[Column[ComparedPose], ...] = (
-    Column("pose", lambda p: p.name),
-    Column("shift mm", lambda p: poses(p.pose)[0], page_head="shift x y z / mm"),
-    Column("turn deg", lambda p: poses(p.pose)[1], page_head="turn x y z / °"),
-    Column("objective", lambda p: p.value, VALUE),
-    Column("against present", lambda p: p.against, percent(2, signed=True)),
-)
+def _four_digits(value: float, unit: str) -> str:
+    from vcmm.report.text import number
+
+    return number(value, 4)
+
+
+NAME: Column[ComparedPose] = Column("pose", lambda p: p.name)
+SHIFT: Column[ComparedPose] = Column("shift mm", lambda p: poses(p.pose)[0], page_head="shift x y z / mm")
+TURN: Column[ComparedPose] = Column("turn deg", lambda p: poses(p.pose)[1], page_head="turn x y z / °")
+
+
+def _value(writing: Writing) -> Column[ComparedPose]:
+    return Column("objective", lambda p: p.value, writing)
+
+
+def _against(decimals: int, on: Literal["both", "terminal"] = "both") -> Column[ComparedPose]:
+    return Column("against present", lambda p: p.against, percent(decimals, signed=True), on=on)
 
 
 def compared_poses(placed: Placed) -> ResultTable[ComparedPose]:
@@ -50,10 +60,12 @@ def compared_poses(placed: Placed) -> ResultTable[ComparedPose]:
         tried.append(("present", placed.present.pose, placed.present.value))
     tried += [(f"{n} of the scan", at.pose, at.value) for n, at in (("median", placed.median), ("worst", placed.worst))]  # fmt: skip
     present = placed.present.value if placed.present is not None else 0.0
-    rows = [ComparedPose(n, six, amount(v, placed), v / present - 1 if present else None) for n, six, v in tried]  # fmt: skip
+    rows = [ComparedPose(n, six, v, v / present - 1 if present else None) for n, six, v in tried]  # fmt: skip
     title = f"objective: {goal_text(placed.objective.goal)}; the smaller the better"
     caption = "Median and worst: of even draws over the fixture. Convenient: rounded, and within 2 % of the pose found."
-    return ResultTable(title, POSES, rows, page_caption=caption)
+    in_its_unit = Writing(lambda value, unit: amount(value, placed))
+    columns = [NAME, SHIFT, TURN, _value(in_its_unit), _against(2)]
+    return ResultTable(title, columns, rows, page_caption=caption)
 
 
 @dataclass(frozen=True)
@@ -99,23 +111,19 @@ def how_sure(placed: Placed) -> ResultTable[Any]:
     return listing("how sure, how flat", ["", ""], rows, words=(0, 1))
 
 
-CUT_POSES = tuple(c for c in POSES[:4] if c.head != "turn deg")
-CUT_AGAINST: Column[ComparedPose] = Column(
-    "against present", lambda p: p.against, percent(1, signed=True), on="terminal"
-)
-
-
 def compared_cut_poses(placed: PlacedCut) -> ResultTable[ComparedPose]:
     """The pose found, the present one, median and worst of the scan."""
     named = (("found", placed.best), ("present", placed.present), ("median of the scan", placed.median), ("worst of the scan", placed.worst))  # fmt: skip
     present = placed.present.value
     rows = [
-        ComparedPose(name, at.pose, f"{at.value:.4g}", at.value / present - 1 if present else None)
+        ComparedPose(name, at.pose, at.value, at.value / present - 1 if present else None)
         for name, at in named
     ]
     title = "objective: weighted deviations of the cut part as shares of half their tolerance; the smaller the better"
     caption = "Objective: weighted |deviation| as a share of half the tolerance; the smaller the better."
-    return ResultTable(title, [*CUT_POSES, CUT_AGAINST], rows, page_caption=caption)
+    bare = Writing(lambda value, unit: f"{value:.4g}", _four_digits)
+    columns = [NAME, SHIFT, _value(bare), _against(1, on="terminal")]
+    return ResultTable(title, columns, rows, page_caption=caption)
 
 
 @dataclass(frozen=True)
