@@ -152,13 +152,16 @@ def sample_blocks() -> list[str]:
             report.bars([("a<b", 1.0), ("c", NAN)], unit="µm", title="Bars & more"),
             report.stacked([("a", 1.0), ("c", NAN)], title="Shares"),
         ),
-        report.details("More", report.curve([report.Series(x, y, "s")], x_label="x", y_label="y", title="C")),
+        report.details(
+            "More", report.curve([report.PlotSeries(x, y, "s")], x_label="x", y_label="y", title="C")
+        ),
         report.histogram([0, 1, 2], [3, 4], x_label="d / mm", title="H", marks=(("n", 0.5), ("none", NAN))),
         report.zones(0.0, None, NAN, NAN, 0.1, unit="mm", title="Z"),
         report.heat_map(grid, range(4), range(3), x_label="x", y_label="y", unit="µm", title="M"),
         report.polar(np.linspace(0, 6, 30), np.sin(np.linspace(0, 6, 30)), title="P"),
         report.scene(
-            [report.Mesh(v, f, values=colour, unit="µm"), report.Label((0, 0, 0), "</script><b>")], title="S"
+            [report.SceneMesh(v, f, values=colour, unit="µm"), report.Label((0, 0, 0), "</script><b>")],
+            title="S",
         ),
     ]
 
@@ -282,7 +285,7 @@ def test_stacked_parts_fill_the_width() -> None:
 
 def test_curve_interrupts_at_nan_and_scales() -> None:
     y = [0.0, 1.0, NAN, 1.0, 0.0]
-    svg = the_svg(report.curve([report.Series(range(5), y, "s")], x_label="x", y_label="y", title="t"))
+    svg = the_svg(report.curve([report.PlotSeries(range(5), y, "s")], x_label="x", y_label="y", title="t"))
     lines = [p for p in svg.iter("path") if "s-c1" in (p.get("class") or "") and p.find("title") is not None]
     assert [len(coordinates(p)) for p in lines] == [2, 2]
     (x0, y0), (x1, y1) = coordinates(lines[0])
@@ -294,7 +297,7 @@ def test_curve_interrupts_at_nan_and_scales() -> None:
 
 
 def test_curve_band_and_limits() -> None:
-    series = report.Series([0, 1], [0, 0], "s", low=[-1, -2], high=[1, 2])
+    series = report.PlotSeries([0, 1], [0, 0], "s", low=[-1, -2], high=[1, 2])
     limit = report.Band(-4.0, 4.0, "MPE")
     svg = the_svg(report.curve([series], x_label="x", y_label="y", title="t", bands=[limit]))
     fills = [p for p in svg.iter("path") if p.get("opacity") and p.get("fill") != "none"]
@@ -304,7 +307,7 @@ def test_curve_band_and_limits() -> None:
 
 def test_curve_refuses_other_lengths() -> None:
     with pytest.raises(DataError, match='Curve "s"'):
-        report.curve([report.Series([0, 1], [0], "s")], x_label="", y_label="", title="t")
+        report.curve([report.PlotSeries([0, 1], [0], "s")], x_label="", y_label="", title="t")
 
 
 def test_runs_and_thin() -> None:
@@ -513,7 +516,7 @@ def test_band_borders_cut_triangles() -> None:
 
 # ---------------------------------------------------------------- scene
 
-CUBE = report.Box((-100, -100, -100), (100, 100, 100), opacity=0.0)
+CUBE = report.SceneBox((-100, -100, -100), (100, 100, 100), opacity=0.0)
 
 
 def test_projection_of_a_known_point() -> None:
@@ -559,22 +562,22 @@ def test_scene_refuses_what_cannot_be_drawn() -> None:
     with pytest.raises(DataError, match="negative eigenvalue"):
         report.scene([report.Ellipsoids([(0, 0, 0)], [np.diag([1.0, 1.0, -1.0])])], title="t")
     with pytest.raises(DataError, match="index base"):
-        report.scene([report.Mesh(np.eye(3), [[1, 2, 3]])], title="t")
+        report.scene([report.SceneMesh(np.eye(3), [[1, 2, 3]])], title="t")
     with pytest.raises(DataError, match="at least one item"):
         report.scene([], title="t")
     v, f = report.box_mesh((0, 0, 0), (1, 1, 1))
     with pytest.raises(ModelLimit, match="decimate"):
-        report.scene([report.Mesh(v, np.tile(f, (2501, 1)))], title="t")
+        report.scene([report.SceneMesh(v, np.tile(f, (2501, 1)))], title="t")
 
 
 def test_hidden_faces_and_edges_are_left_out() -> None:
-    box = report.Box((0, 0, 0), (1, 1, 1), "#ff0000")
+    box = report.SceneBox((0, 0, 0), (1, 1, 1), "#ff0000")
     stage = the_svg(report.scene([box], title="t", axes=False))[1]
     faces = [p for p in stage if p.get("fill") != "none"]
     assert len(faces) == 3
     assert len(stage) - len(faces) == 9  # of 12 edges, three meet in the hidden corner
     inside_out = report.box_mesh((0, 0, 0), (1, 1, 1))
-    mesh = report.Mesh(inside_out[0], inside_out[1][:, ::-1], edges=False)
+    mesh = report.SceneMesh(inside_out[0], inside_out[1][:, ::-1], edges=False)
     assert len(the_svg(report.scene([mesh], title="t", axes=False))[1]) == 3
 
 
@@ -590,7 +593,7 @@ BOXES = (  # a table, legs, a beam on them, a ram that runs through the beam, a 
 
 
 def front_item(origin: np.ndarray, towards: np.ndarray) -> tuple[int, float]:
-    """Box that a viewer at +towards sees on the line through origin (-1: none), and how clear the case is."""
+    """SceneBox that a viewer at +towards sees on the line through origin (-1: none), and how clear the case is."""
     entries = []
     for lo, hi in BOXES:
         with np.errstate(divide="ignore"):
@@ -612,7 +615,7 @@ def contains(polygon: list[tuple[float, float]], x: float, y: float) -> bool:
 
 @pytest.mark.parametrize("view", [(-60, 22), (30, 5), (140, 60), (-130, -25), (5, 85)])
 def test_painter_shows_what_a_ray_hits(view: tuple[float, float]) -> None:
-    items = [report.Box(lo, hi, c, wire=False) for (lo, hi), c in zip(BOXES, COLOURS)]
+    items = [report.SceneBox(lo, hi, c, wire=False) for (lo, hi), c in zip(BOXES, COLOURS)]
     markup = report.scene(items, title="t", view=view, axes=False)
     faces = [(p.get("fill") or "", coordinates(p)) for p in the_svg(markup)[1]]
     display, frame = display_of(markup), basis(*view)
@@ -653,8 +656,8 @@ def test_labels_do_not_touch_and_stay_inside() -> None:
 
 @pytest.mark.parametrize("view", [(-60, 22), (20, 3), (140, 60), (-130, -25)])
 def test_a_part_on_a_table_cuts_nothing(view: tuple[float, float]) -> None:
-    table = report.Box((-50, -50, -10), (50, 50, 0), "#ff0000")
-    part = report.Box((30, -45, 0), (33, -40, 1), "#00ff00")
+    table = report.SceneBox((-50, -50, -10), (50, 50, 0), "#ff0000")
+    part = report.SceneBox((30, -45, 0), (33, -40, 1), "#00ff00")
     faces = [
         p for p in the_svg(report.scene([part, table], title="t", view=view))[1] if p.get("fill") != "none"
     ]
@@ -668,8 +671,8 @@ def test_a_part_on_a_table_cuts_nothing(view: tuple[float, float]) -> None:
 def test_script_draws_what_python_draws(tmp_path: Path) -> None:
     v, f = report.tube_mesh((0, 0, 0), (1, 2, 3), 60, 40, 50)
     items: list[Item] = [
-        report.Box((-80, -80, -60), (80, 80, -40)),
-        report.Mesh(v, f, values=v[:, 0], unit="µm", symmetric=True),
+        report.SceneBox((-80, -80, -60), (80, 80, -40)),
+        report.SceneMesh(v, f, values=v[:, 0], unit="µm", symmetric=True),
         report.Lines([(0, 0, 0), (90, 0, 0), (90, 90, 90)], dashed=True),
         report.Points([(50, 60, 70)], labels=["P <1>"]),
         report.Arrows([(0, 0, 80)], [(0.01, 0.02, 0.0)], 1000),

@@ -95,7 +95,14 @@ def recorded(machine: Machine, seed: int = SEED) -> Recording:
     rng = np.random.default_rng([seed, 20261122])
     run, normal = _touched(rng)
     empty = Recording(
-        "worn_cmm", "probe", run, np.zeros(run.n), True, np.arange(run.n), normal, np.full(run.n, -1)
+        "worn_cmm",
+        "probe",
+        run,
+        value=np.zeros(run.n),
+        measuring=True,
+        row=np.arange(run.n),
+        direction=normal,
+        other=np.full(run.n, -1),
     )
     known = baseline(empty, machine)
     for _, columns in calibration_columns(

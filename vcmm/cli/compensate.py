@@ -57,7 +57,7 @@ def compensate_command(
 
         return machine_form(program, points, table, out, json)
     return _program(
-        program, setup, dialect, tolerance, decimals, set_on, carry, growth, inline, out, offset_only, diff, json
+        program, setup, dialect, tolerance=tolerance, decimals=decimals, set_on=set_on, carry=carry, growth=growth, inline=inline, out=out, offset_only=offset_only, diff=diff, json=json
     )  # fmt: skip
 
 
@@ -99,7 +99,16 @@ def _program(
     if target.exists() and program.exists() and target.samefile(program):
         raise UsageError(f"{target} is the program itself; choose another file with --out")
     if offset_only:
-        return _offsets(program, given, machine, dialect, here, constants, files, json)
+        return _offsets(
+            program,
+            given,
+            machine,
+            dialect=dialect,
+            set_here=here,
+            constants=constants,
+            files=files,
+            json=json,
+        )
     with progress() as report:
         found = compensate(
             program, given, machine, dialect=dialect, tolerance=limit, decimals=decimals, set_here=here,

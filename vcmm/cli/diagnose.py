@@ -57,7 +57,7 @@ def diagnose_command(
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
     content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
-    _write(folder, report, found, known, diagnosis, content, improved)
+    _write(folder, report, found, known=known, diagnosis=diagnosis, content=content, improved=improved)
     if json:
         print_json(content)
     else:

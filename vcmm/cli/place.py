@@ -99,7 +99,7 @@ def _any(
         _refuse("a program is cut on the machine that its set-up was made for", {"--machines": machines})
         return placed_cut(scenario, options, json, folder)
     if machines:
-        from vcmm.cli.machines import choose
+        from vcmm.cli.place_machines import choose
 
         return choose(scenario, machines, options, json, folder)
     return _placed(scenario, options, json, folder)

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
-
-if TYPE_CHECKING:
-    from vcmm.evaluation.result import UncertaintyResult
-    from vcmm.measuring.scenario import Scenario
 
 
 def uncertainty_command(
@@ -74,7 +70,7 @@ def uncertainty_command(
     )
 
 
-def show(result: UncertaintyResult) -> None:
+def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.console.terminal import say, show_table
     from vcmm.tables.evaluated import computed, largest, results
@@ -85,7 +81,7 @@ def show(result: UncertaintyResult) -> None:
         say(f"note: {warning}")
 
 
-def _write(folder: Path, scenario: Scenario, result: UncertaintyResult, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) -> None:
     from vcmm.console.documents import json_text
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say

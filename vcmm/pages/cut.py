@@ -48,7 +48,7 @@ def picture(result: CutResult) -> str:
     for patch in result.patches:
         height = patch.height * 1e3
         items.append(
-            r.Mesh(
+            r.SceneMesh(
                 patch.net.points,
                 patch.net.faces,
                 values=height,
@@ -79,14 +79,18 @@ def stock_picture(result: CutResult) -> list[str]:
     vertices, faces = stock_mesh(result.blank.after, MOST_FACES)
     removed = f"{result.blank.removed / 1e3:.1f} cm³ removed; kept as {result.blank.kept_as}, workpiece axes of the machine."
     return [
-        r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed)
+        r.scene(
+            [r.SceneMesh(vertices, faces, edges=False)], title="What is left of the stock", caption=removed
+        )
     ]
 
 
 def _turned_picture(blank: TurnedBlank) -> str:
     vertices, faces = mesh(blank.after, max(1, len(blank.after.z) // 300))
     removed = f"{blank.removed / 1e3:.1f} cm³ removed; machine axes."
-    return r.scene([r.Mesh(vertices, faces, edges=False)], title="What is left of the bar", caption=removed)
+    return r.scene(
+        [r.SceneMesh(vertices, faces, edges=False)], title="What is left of the bar", caption=removed
+    )
 
 
 def maps(result: CutResult) -> list[str]:

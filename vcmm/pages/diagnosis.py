@@ -200,9 +200,9 @@ def _covariate(recording: Recording, name: str) -> Array | None:
 
 
 def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, found: bool) -> str:
-    series = [r.Series(x, before, "before", marker=True, line=False)]
+    series = [r.PlotSeries(x, before, "before", marker=True, line=False)]
     if found:
-        series.append(r.Series(x, after, "after", marker=True, line=False))
+        series.append(r.PlotSeries(x, after, "after", marker=True, line=False))
     return r.curve(
         series, x_label=label, y_label=f"residual / {unit}", title=f"Residual over {label.split(',')[0]}"
     )

@@ -111,7 +111,7 @@ def _line(found: Placed) -> str:
     word, scale = UNITS.get(found.objective.unit, ("", 1.0))
     name = found.map.names[0]
     good = np.isfinite(found.map.values[0])
-    series = [r.Series(_axis(found.map, 0)[good], found.map.values[0][good] * scale, "objective")]
+    series = [r.PlotSeries(_axis(found.map, 0)[good], found.map.values[0][good] * scale, "objective")]
     return r.curve(
         series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective"
     )

@@ -38,9 +38,9 @@ def _curves(scenario: Scenario, found: PlanResult) -> list[str]:
 
         def dots(
             points: list[PlanPoint], title: str, line: bool, name: str = name, scale: float = scale
-        ) -> r.Series:
+        ) -> r.PlotSeries:
             x, y = [p.minutes for p in points], [p.expanded[name] * scale for p in points]
-            return r.Series(x, y, title, marker=not line, line=line)
+            return r.PlotSeries(x, y, title, marker=not line, line=line)
 
         series = [
             dots(list(found.pareto), "best plans", True),

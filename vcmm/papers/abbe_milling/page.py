@@ -74,7 +74,7 @@ def _reductions(result: AbbeTwin) -> ResultTable[Reduction]:
 
 
 @dataclass(frozen=True, eq=False)
-class CutSurface:
+class SlotSurface:
     """Walls or floor of a slot: departures (n,) um in both models."""
 
     slot: SlotCut
@@ -87,7 +87,7 @@ def _rms_and_largest(values: Array) -> str:
     return f"{rms(values):.1f} / {np.abs(values).max():.1f}"
 
 
-SLOTS: tuple[Column[CutSurface], ...] = (
+SLOTS: tuple[Column[SlotSurface], ...] = (
     Column("slot", lambda s: s.slot.place),
     Column("work zero set", lambda s: ZERO_SET[s.slot.zero_set_here]),
     Column("surface", lambda s: s.name),
@@ -97,8 +97,8 @@ SLOTS: tuple[Column[CutSurface], ...] = (
 )
 
 
-def _slots(result: AbbeTwin) -> ResultTable[CutSurface]:
-    rows = [CutSurface(slot, *surface) for slot in result.slots for surface in _surfaces(slot)]
+def _slots(result: AbbeTwin) -> ResultTable[SlotSurface]:
+    rows = [SlotSurface(slot, *surface) for slot in result.slots for surface in _surfaces(slot)]
     caption = "rms / largest departure from the drawing, machine of the scenario, work zero as stated."
     return ResultTable("The slots, virtually milled", SLOTS, rows, caption)
 
@@ -179,7 +179,7 @@ def _profiles(result: AbbeTwin) -> list[str]:
             net = result.seen[place][0].net
             middle = slice(len(net.first), 2 * len(net.first))
             both = (("conventional", slot.conventional), ("Abbe-consistent", slot.consistent))
-            series = [r.Series(net.first, found[net.feature][middle], name) for name, found in both]
+            series = [r.PlotSeries(net.first, found[net.feature][middle], name) for name, found in both]
             title = f"{place}, work zero set {ZERO_SET[slot.zero_set_here]}"
             charts.append(
                 r.curve(
@@ -196,7 +196,7 @@ def _profiles(result: AbbeTwin) -> list[str]:
 def _scene(result: AbbeTwin) -> str:
     slot = next(s for s in result.slots if s.place == FAR and not s.zero_set_here)
     items = [
-        r.Mesh(v.net.points, v.net.faces, values=slot.conventional[v.net.feature] - slot.consistent[v.net.feature],
+        r.SceneMesh(v.net.points, v.net.faces, values=slot.conventional[v.net.feature] - slot.consistent[v.net.feature],
                unit="µm", symmetric=True, edges=False, cull=False)
         for v in result.seen[FAR]
     ]  # fmt: skip

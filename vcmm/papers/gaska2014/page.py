@@ -125,10 +125,10 @@ def overview(scenario: Scenario) -> str:
     return r.scene(items, title="Places of the part among the reference nodes", view=(-74.0, 36.0))
 
 
-def body(pose: Pose) -> r.Mesh:
+def body(pose: Pose) -> r.SceneMesh:
     """The drawn body around the bore and between the faces."""
     vertices, faces = r.box_mesh([-94.0, -40.0, 10.0], [94.0, 40.0, 99.0])
-    return r.Mesh(pose.apply(vertices), faces, "#b9c3cf", 0.55)
+    return r.SceneMesh(pose.apply(vertices), faces, "#b9c3cf", 0.55)
 
 
 def charts(rows: Sequence[Row]) -> list[str]:

@@ -198,7 +198,7 @@ def twin_page(scenario: CutScenario, result: MarinTwin) -> str:
 def _day(result: MarinTwin) -> str:
     """Sensors, and the first parameter as it is and as the regression says."""
     today, minute = result.today, result.today.minute
-    sensors = [r.Series(minute, today.sensors[:, i], name) for i, name in enumerate(SENSORS)]
+    sensors = [r.PlotSeries(minute, today.sensors[:, i], name) for i, name in enumerate(SENSORS)]
     one = r.curve(
         sensors,
         x_label="minute of the day",
@@ -207,7 +207,10 @@ def _day(result: MarinTwin) -> str:
         zero_line=False,
     )
     said = result.model.at(today.sensors)
-    both = [r.Series(minute, today.parameters[:, 0], "true"), r.Series(minute, said[:, 0], "regression")]
+    both = [
+        r.PlotSeries(minute, today.parameters[:, 0], "true"),
+        r.PlotSeries(minute, said[:, 0], "regression"),
+    ]
     return r.columns(
         one,
         r.curve(
@@ -225,7 +228,7 @@ def _scenes(result: MarinTwin) -> str:
     for model in (MODELS[0], MODELS[2]):
         cut = _of(result, WARM, model)
         items = [
-            r.Mesh(
+            r.SceneMesh(
                 v.net.points,
                 v.net.faces,
                 values=cut.departure[v.net.feature],

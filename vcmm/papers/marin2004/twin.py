@@ -210,7 +210,15 @@ def run(scenario: CutScenario, progress: Progress | None = None) -> MarinTwin:
         report(f"cutting at minute {minute}", 0.2 + 0.4 * number)
         some, views = cuts_at(scenario, geometry, today, model, minute)
         cuts += some
-    return MarinTwin(largest, found, fits(model, today), tuple(cuts), today, model, views)
+    return MarinTwin(
+        largest_um=largest,
+        agreements=found,
+        fits=fits(model, today),
+        cuts=tuple(cuts),
+        today=today,
+        model=model,
+        seen=views,
+    )
 
 
 def kept(machine: Machine) -> Machine:
