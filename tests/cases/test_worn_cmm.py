@@ -17,7 +17,7 @@ from vcmm.effects.backlash import Backlash
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.files.machine import load_machine
 from vcmm.library import companions, folder, path
-from vcmm.pages.tables import text
+from vcmm.tables.table import text
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs"
 

@@ -99,9 +99,10 @@ def test_placed_text_keeps_everything_else(tmp_path):
     inner.mkdir()
     machine = tmp_path / "m.csv"
     machine.write_text("x")
-    text = source.read_text() + '# names "m.csv" and "other.csv"\n'
+    text = source.read_text() + '[extra]\nnames = ["m.csv", "other.csv"]  # "m.csv" was here\n'
     source.write_text(text)
-    assert '"../m.csv" and "other.csv"' in placed_text(source, inner / "placed.toml", six)
+    moved = placed_text(source, inner / "placed.toml", six)
+    assert 'names = ["../m.csv", "other.csv"]  # "m.csv" was here' in moved
 
 
 def machine_file(folder, name, u, travel=600):

@@ -10,7 +10,7 @@ import pytest
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
 from vcmm.diagnosis.accepted import notes, written
-from vcmm.diagnosis.machine_file import _moved_tables, effect_toml, improved_machine
+from vcmm.diagnosis.machine_file import effect_toml, improved_machine
 from vcmm.diagnosis.result import Answer
 from vcmm.effects import ALL
 from vcmm.effects.abbe import AbbeOffset
@@ -73,14 +73,6 @@ def test_travels_and_tables_of_found_effects_are_written(effect):
     run = Run({"X": np.array([150.0]), "C": np.array([0.3])}, np.zeros((1, 3)))
     assert again.error_motion(run) == pytest.approx(effect.error_motion(run), abs=1e-12)
     assert np.any(effect.error_motion(run))
-
-
-def test_tables_are_found_from_the_new_folder(tmp_path):
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a" / "errors.csv").write_text("C0Y\n0\n")
-    for quote in "\"'":
-        text = _moved_tables(f"table = {quote}errors.csv{quote}\n", tmp_path / "a", tmp_path / "b")
-        assert text == 'table = "../a/errors.csv"\n'
 
 
 def _answer(effect, probability, **where):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.effects import ALL, BY_NAME
-from vcmm.pages.diagnosis import with_interval
+from vcmm.tables.diagnosed import with_interval
 
 
 def test_every_family_has_words():

@@ -28,7 +28,7 @@ from vcmm.machining.preparation import Shop, set_up
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
-from vcmm.papers.virtual_cut import Seen, departure, seen
+from vcmm.papers.virtual_cut import SeenNet, departure, seen
 from vcmm.part.part import Feature, normal, surface_point
 
 UM, URAD = 1e-3, 1e-6
@@ -60,7 +60,7 @@ SINGLE: tuple[tuple[str, Effect], ...] = (
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class PieceTwin:
     """um (errors, features): rows as `errors`, columns as `features`; circle (errors, angles) departures of the circle."""
 
     errors: tuple[str, ...]
@@ -77,7 +77,7 @@ class Ready:
     shop: Shop
     task: Task
     world: Cutting
-    circle: Seen
+    circle: SeenNet
 
 
 def prepared(scenario: CutScenario) -> Ready:
@@ -118,7 +118,7 @@ def harmonics(angle: Array, height: Array) -> Array:
     return np.array([np.ptp(centred), *waves[1]])
 
 
-def run(scenario: CutScenario, progress: Callable[[str, float], None] | None = None) -> Result:
+def run(scenario: CutScenario, progress: Callable[[str, float], None] | None = None) -> PieceTwin:
     """The table. Columns are the characteristics of the scenario and CIRCLE."""
     report = progress or (lambda text, share: None)
     report("cutting", 0.0)
@@ -132,10 +132,10 @@ def run(scenario: CutScenario, progress: Callable[[str, float], None] | None = N
         circles.append(circle)
     names = tuple(c.name for c in scenario.part.characteristics)
     errors = tuple(name for name, _ in SINGLE)
-    return Result(errors, (*names, *CIRCLE), np.array(rows), ready.circle.net.first, np.array(circles))
+    return PieceTwin(errors, (*names, *CIRCLE), np.array(rows), ready.circle.net.first, np.array(circles))
 
 
-def figures(result: Result) -> dict[str, object]:
+def figures(result: PieceTwin) -> dict[str, object]:
     """Plain numbers for JSON."""
     return {
         "errors": list(result.errors),

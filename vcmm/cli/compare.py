@@ -31,9 +31,10 @@ def compare_command(
     out
         Folder for report.html and compare.json.
     """
-    import json as _json
 
-    from vcmm.console.common import document, output_folder, print_json, say, sources, write_files
+    from vcmm.console.documents import document, json_text, print_json, sources
+    from vcmm.console.files import output_folder, write_files
+    from vcmm.console.terminal import say
     from vcmm.diagnosis.comparison import comparison_json
     from vcmm.files.machine import load_machine
 
@@ -48,7 +49,7 @@ def compare_command(
     if folder:
         from vcmm.pages.compare import compare_page
 
-        text = _json.dumps(content, indent=1, allow_nan=False)
+        text = json_text(content)
         write_files(folder, {"compare.json": text, "report.html": compare_page(rows)})
         say(f"wrote {folder}/compare.json, report.html")
     if json:
@@ -64,7 +65,7 @@ def _compared(recordings: list[Path], file: Path | None, machine: Any, seed: int
     """One machine (None: the one that each recording names) against all recordings."""
     from dataclasses import replace
 
-    from vcmm.console.common import about
+    from vcmm.console.complaints import about
     from vcmm.diagnosis.comparison import compared
     from vcmm.files.recording import load_recording
 
@@ -95,8 +96,8 @@ def _own(recordings: list[Path]) -> str:
 
 
 def _show(rows: list[Any]) -> None:
-    from vcmm.console.common import show_table
-    from vcmm.pages.compare import tables
+    from vcmm.console.terminal import show_table
+    from vcmm.tables.compared import tables
 
-    for shown in tables(rows):
-        show_table(shown.title, shown.columns, shown.rows, left=shown.left, caption=shown.caption)
+    for table in tables(rows):
+        show_table(table)

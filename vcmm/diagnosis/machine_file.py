@@ -5,7 +5,6 @@ Everything the owner wrote stays as it is; what is added stands at the end, with
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,6 +26,7 @@ from vcmm.diagnosis.result import Answer
 from vcmm.files.effects import unit_of
 from vcmm.files.isg_writer import isg_text, with_values
 from vcmm.files.knowledge import addable
+from vcmm.files.toml_edits import editable, move_names
 
 TABLE = "errors_corrected.csv"
 
@@ -39,8 +39,9 @@ def improved_machine(
     Of an effect that the machine has already only the departure is added: effects of one name and place are joined when
     the file is read. A quantity that has an Input keeps it. Candidates and errors of the instrument are named in a comment.
     """
-    text = original.read_text(encoding="utf-8").rstrip() + "\n"
-    text = _moved_tables(text, original.parent, target.parent)
+    document = editable(original)
+    move_names(document, original.parent, target.parent)
+    text = str(document.as_string())
     known = {i.id for i in machine.inputs}
     blocks = [f"# {note}\n" for note in notes(answers)]
     for answer in written(answers):
@@ -81,8 +82,11 @@ def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: s
 
 def with_table(text: str) -> str:
     """Text of a machine file whose [errors] name the corrected table."""
-    head, mark, rest = text.partition("[errors]")
-    return head + mark + re.sub(r"""(\btable\s*=\s*)["'][^"']+["']""", rf'\g<1>"{TABLE}"', rest, count=1)
+    import tomlkit
+
+    document: Any = tomlkit.parse(text)
+    document["errors"]["table"] = TABLE
+    return str(document.as_string())
 
 
 def _departure(effect: Effect, machine: Machine) -> Effect:
@@ -92,17 +96,6 @@ def _departure(effect: Effect, machine: Machine) -> Effect:
         return effect
     linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
     return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
-
-
-def _moved_tables(text: str, old: Path, new: Path) -> str:
-    """File names in the text, seen from the new folder."""
-
-    def moved(match: re.Match[str]) -> str:
-        return (
-            f'{match[1]}"{os.path.relpath(old / match[2], new)}"' if (old / match[2]).is_file() else match[0]
-        )
-
-    return re.sub(r"""(\btable\s*=\s*)["']([^"']+)["']""", moved, text)
 
 
 def effect_toml(effect: Effect, comment: str = "") -> str:

@@ -148,7 +148,9 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         )
     if model is None or setup is None:
         return None
-    known = _known(document, machine, setup, model.cut, part, environment, problems)
+    known = _known(
+        document, machine, setup, cut=model.cut, part=part, environment=environment, problems=problems
+    )
     inspection = _inspection(document, model.inspection, problems)
     placement = placement_from(document, part.part if part else None, model, problems)
     if model.placement.objective not in ("", "deviation"):

@@ -102,13 +102,13 @@ def _effect_input(
     if law is None:
         return None
     return Input(
-        kind.name,
-        EVERY if _everywhere(kind, table) else target.where,
-        spec.name,
-        law,
-        _redraw(table),
-        str(table.get("evidence", "")),
-        scale,
+        effect=kind.name,
+        where=EVERY if _everywhere(kind, table) else target.where,
+        parameter=spec.name,
+        law=law,
+        redraw=_redraw(table),
+        evidence=str(table.get("evidence", "")),
+        scale=scale,
     )
 
 

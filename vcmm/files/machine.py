@@ -67,15 +67,15 @@ def _checked_machine(
     return problems.attempt(
         (*at, "structure"),
         lambda: Machine(
-            name,
-            model.kind,
-            chain,  # type: ignore[arg-type]
-            axes,  # type: ignore[arg-type]
-            tuple(effects),
-            tuple(inputs),
-            state,
-            active,
-            model.load_limit,
+            name=name,
+            kind=model.kind,
+            chain=chain,  # type: ignore[arg-type]
+            axes=axes,  # type: ignore[arg-type]
+            effects=tuple(effects),
+            inputs=tuple(inputs),
+            state=state,
+            compensation=active,
+            load_limit=model.load_limit,
         ),
     )
 

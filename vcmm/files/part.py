@@ -249,7 +249,14 @@ def _feature(
     if kind == "line":
         axis, u = np.array(t.direction), t.normal
     return Feature(
-        name, kind, point, axis, np.array(sizes), inside, extent, None if u is None else np.array(u)
+        name=name,
+        kind=kind,
+        point=point,
+        axis=axis,
+        sizes=np.array(sizes),
+        inside=inside,
+        extent=extent,
+        u=None if u is None else np.array(u),
     ), lobes
 
 
@@ -293,4 +300,13 @@ def _characteristic(t: CharacteristicTable) -> Characteristic:
     if found:
         raise TableProblems(found)
     of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
-    return Characteristic(t.name, t.type, of, tuple(t.between), tuple(t.datums), t.criterion, limits, zone)
+    return Characteristic(
+        name=t.name,
+        type=t.type,
+        of=of,
+        between=tuple(t.between),
+        datums=tuple(t.datums),
+        criterion=t.criterion,
+        limits=limits,
+        zone=zone,
+    )

@@ -133,7 +133,7 @@ def _read(model: RecordingFile, path: Path, machine: Machine | None, problems: P
         stylus = model.stylus or StylusTable()
         pose = model.pose and Pose.from_turns(np.array(model.pose.shift), np.array(model.pose.turn))
         radius = stylus.tip_diameter / 2
-        return read_points(path, machine, pose or Pose.identity(), np.array(stylus.offset), radius, model.kind, model.measuring)  # fmt: skip
+        return read_points(path, machine, pose or Pose.identity(), offset=np.array(stylus.offset), tip_radius=radius, kind=model.kind, measuring=model.measuring)  # fmt: skip
     if model.shape == "scope":
         return _read_scope(model, path, machine, problems)
     runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)

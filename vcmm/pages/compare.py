@@ -11,56 +11,13 @@ from vcmm import report as r
 from vcmm.core.run import Array
 from vcmm.diagnosis.comparison import Compared, Misfit
 from vcmm.diagnosis.locate import short
-from vcmm.pages.tables import Shown, html
-
-CAPTION = (
-    "rows as they are: nuisance refitted by weighted least squares, nothing clipped; chi-square counts the stated noise "
-    "alone, not the uncertainty of the calibration"
-)
-
-
-def short_names(paths: Sequence[str]) -> list[str]:
-    """Each path by as few of its last parts as tell it from the others."""
-    out = []
-    for path in paths:
-        parts = path.replace("\\", "/").split("/")
-        for k in range(1, len(parts) + 1):
-            ending = "/".join(parts[-k:])
-            if sum(("/" + other.replace("\\", "/")).endswith("/" + ending) for other in paths) == 1:
-                break
-        out.append(ending)
-    return out
-
-
-def tables(rows: Sequence[Compared]) -> list[Shown]:
-    """The figures, the folds, and on what the residuals depend."""
-    unit, scale = ("urad", 1e6) if rows[0].angle else ("um", 1e3)
-    files = short_names([c.file for c in rows])
-    figures = [
-        (file, *(f"{scale * v:.4g}" for v in (c.rms, c.weighted_rms, c.noise)), f"{c.chi2:.5g}", str(c.dof))
-        for file, c in zip(files, rows)
-    ]
-    names = [name for name, _ in rows[0].folds]
-    folds = [(n, *(f"{scale * dict(c.folds)[n]:.4g}" for c in rows)) for n in names]
-    places = [
-        (file, p.recording.name, place.covariate, place.direction, f"{place.p:.2g}")
-        for file, c in zip(files, rows)
-        for p in c.parts
-        for place in p.depends_on
-    ]
-    heads = ("machine file", f"rms / {unit}", f"weighted / {unit}", f"noise / {unit}", "chi-square", "dof")
-    out = [Shown("simulation against recording", heads, tuple(figures), CAPTION)]
-    if folds:
-        out.append(Shown(f"rms fold by fold / {unit}", ("rows", *files), tuple(folds)))
-    if places:
-        columns = ("machine file", "recording", "depends on", "direction", "p")
-        out.append(Shown("where they still differ", columns, tuple(places), "", (0, 1, 2, 3)))
-    return out
+from vcmm.tables.compared import short_names, tables
+from vcmm.tables.table import html
 
 
 def compare_page(rows: Sequence[Compared]) -> str:
     """One self-contained HTML file."""
-    blocks = [block for shown in tables(rows) for block in html(shown)]
+    blocks = [block for table in tables(rows) for block in (r.heading(table.title), html(table))]
     for k, part in enumerate(rows[0].parts):
         blocks += [r.heading(f"Residuals of {part.recording.name}"), r.columns(*_pictures(rows, k))]
     title = "Simulation against recording"
@@ -80,7 +37,7 @@ def _pictures(rows: Sequence[Compared], k: int) -> list[str]:
             (np.arange(first.recording.m) + 1.0, "order") if name == "order" else _values(first, name)
         )
         lines = [
-            r.Series(x, scale * c.parts[k].residual, file, marker=True, line=False)
+            r.PlotSeries(x, scale * c.parts[k].residual, file, marker=True, line=False)
             for file, c in zip(short_names([c.file for c in rows]), rows)
             if len(c.parts[k].residual) == len(x)
         ]

@@ -1,4 +1,4 @@
-"""A placement as text and rows of tables; the same in the terminal and the report."""
+"""A placement in words; the same in the terminal and the report."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.measuring.fixture import shown
-from vcmm.placing.result import At, Placed
+from vcmm.placing.result import Placed
 
 UNITS = {"mm": ("um", 1e3), "rad": ("urad", 1e6)}
 
@@ -38,57 +38,6 @@ def poses(six: Array) -> tuple[str, str]:
 def _short(value: float, digits: int) -> str:
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
-
-
-def poses_rows(placed: Placed) -> list[list[str]]:
-    """One row per pose: best of those tried, convenient, present, median, worst."""
-    flat = placed.region
-    rows = [_row("found", placed.best, placed)]
-    if flat.convenient is not None:
-        rows.append(
-            [
-                "convenient",
-                *poses(flat.convenient),
-                amount(flat.convenient_value, placed),
-                _against(flat.convenient_value, placed),
-            ]
-        )
-    if placed.present is not None:
-        rows.append(_row("present", placed.present, placed))
-    rows += [
-        _row("median of the scan", placed.median, placed),
-        _row("worst of the scan", placed.worst, placed),
-    ]
-    return rows
-
-
-def _row(name: str, at: At, placed: Placed) -> list[str]:
-    return [name, *poses(at.pose), amount(at.value, placed), _against(at.value, placed)]
-
-
-def _against(value: float, placed: Placed) -> str:
-    if placed.present is None or not placed.present.value:
-        return "–"
-    return f"{value / placed.present.value - 1:+.2%}"
-
-
-def why_rows(placed: Placed, most: int = 4) -> list[list[str]]:
-    """characteristic | influence | present | best | change as a share of the present u^2, largest changes first."""
-    rows: list[list[str]] = []
-    for name, unit, lines, total in changes(placed):
-        word, scale = UNITS[unit]
-        for k, (what, before, after) in enumerate(lines[:most]):
-            moved = (after**2 - before**2) / total if total else 0.0
-            rows.append(
-                [
-                    name if k == 0 else "",
-                    what,
-                    f"{before * scale:.4g} {word}",
-                    f"{after * scale:.4g} {word}",
-                    f"{moved:+.1%}",
-                ]
-            )
-    return rows
 
 
 def changes(placed: Placed) -> list[tuple[str, str, list[tuple[str, float, float]], float]]:
