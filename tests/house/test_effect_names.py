@@ -24,7 +24,7 @@ CONTRACT = {
         "work_offset",
     ): "label of the rows: which work offset they were cut under; a word of `redraw`",
     ("motion.toolpath", "work_offset"): "the same label",
-    ("files.placed_cut", "work_offset"): "key of the table [cut] of a scenario",
+    ("files.placed", "work_offset"): "key of the table [cut] of a scenario",
     ("files.iso230", "dead_path"): "beginning of a column name of recordings",
     ("response.recording", "dead_path"): "word of the table [nuisance] of a recording",
 }
