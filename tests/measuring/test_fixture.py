@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.measuring.fixture import DOWN, pose_of, turned_down
+from vcmm.measuring.fixture import DOWN, Fixture, Freedom, off_fixture, pose_of, turned_down
 
 
 @pytest.mark.parametrize("direction", [*DOWN.values(), (0.6, 0.0, -0.8), (0.36, 0.48, 0.8)])
@@ -21,3 +21,20 @@ def test_plus_x_down_by_hand():
     assert turned_down((1, 0, 0)) == pytest.approx((0.0, np.pi / 2)) or turned_down((1, 0, 0))[
         1
     ] == pytest.approx(np.pi / 2)
+
+
+def test_departures_by_hand():
+    """Ranges, lists (turns go round), slots, faces: mm and rad by which a pose misses them."""
+    fixture = Fixture((Freedom("x", 10.0, 20.0), Freedom("turn_z", values=(0.0, np.pi / 2))))
+    six = np.array(
+        [[7.0, 0, 0, 0, 0, -0.1], [21.5, 0, 0, 0, 0, 2 * np.pi - 0.2], [15.0, 9, 9, 0, 0, np.pi / 2]]
+    )
+    shift, turn = off_fixture(fixture, six)
+    assert shift == pytest.approx([3.0, 1.5, 0.0])
+    assert turn == pytest.approx([0.1, 0.2, 0.0])
+    slots = Fixture(slots=((0.0, 0.0, 0.0), (100.0, 0.0, 0.0)))
+    assert off_fixture(slots, np.array([[97.0, 4.0, 0, 0, 0, 0]]))[0] == pytest.approx([5.0])
+    down = Fixture(faces={"bottom": (0.0, 0.0, -1.0), "side": (1.0, 0.0, 0.0)})
+    assert off_fixture(down, np.array([[0, 0, 0, 0.3, 0, 1.0]]))[1] == pytest.approx([0.3])
+    fixed = Fixture((Freedom("y", values=(5.0, 9.0)),))
+    assert off_fixture(fixed, np.array([[0, 6.5, 0, 0, 0, 0.0]]))[0] == pytest.approx([1.5])

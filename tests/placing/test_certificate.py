@@ -10,7 +10,7 @@ import pytest
 
 from tests.placing.cases import plate, with_field
 from vcmm.measuring.fixture import Fixture, Freedom, Goal, six_of
-from vcmm.placing.certificate import _floor, certify, scan, scan_after
+from vcmm.placing.certificate import _even, _floor, _hidden, _spacing, certify, scan, scan_after
 from vcmm.placing.fixture_boxes import boxes
 from vcmm.placing.objective import Uncertain
 from vcmm.placing.rows import Rows
@@ -101,3 +101,20 @@ def test_least_influences_are_an_estimate_that_counts_the_pose_found(tmp_path):
         assert least <= min(found.value, seen.values.min())
     alone = _floor(objective, seen.poses[:0], found.pose, found.value)
     assert alone == pytest.approx(0.0, abs=1e-9)  # of the pose found alone: nothing to save
+
+
+def test_what_the_slopes_leave_by_hand():
+    """A slope of 3 per unit: the lowest pose of the scan, 2.75, may hide 3 x 0.1 = 0.3 beside it: 2.45, 10.9 % below 2.75."""
+    rising = SimpleNamespace(values=lambda p: 2.0 + 3.0 * p[:, 0])
+    box = SimpleNamespace(poses=lambda u: (np.tile(u, (1, 6)), np.ones(len(u), dtype=bool)))
+    unit, values = np.array([[0.5], [0.25]]), np.array([3.5, 2.75])
+    assert _hidden(rising, box, unit, values, 2.75, 0.1) == pytest.approx(0.3 / 2.75)  # type: ignore[arg-type]
+    assert _hidden(rising, box, unit, values, 2.0, 0.1) == 0.0  # type: ignore[arg-type]
+
+
+def test_an_even_scan_leaves_no_large_gap():
+    """Sixteen poses in one freedom lie within a sixteenth of the range, each draw no farther than that."""
+    unit = _even(1, 16, [1, 7, 0])
+    assert sorted((unit[:, 0] * 16).astype(int).tolist()) == list(range(16))
+    assert 0.03 < _spacing(unit).max() <= 1 / 16
+    assert _even(0, 16, [1]).shape == (1, 0)

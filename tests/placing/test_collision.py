@@ -7,7 +7,7 @@ import pytest
 
 from vcmm.core.pose import Pose
 from vcmm.part.part import Feature, Part
-from vcmm.placing.collision import Bodies, lacking, rods, slack
+from vcmm.placing.collision import Bodies, _half_diagonal, lacking, rods, slack
 from vcmm.placing.material import analytic_solid
 from vcmm.placing.solid import Cuboid
 
@@ -85,3 +85,23 @@ def test_a_gap_that_cannot_be_told_is_none():
     cube, start = Cuboid(Pose.identity(), np.full(3, 10.0)), np.array([[np.nan, 0.0, 0.0], [50.0, 0.0, 0.0]])
     found = lacking(cube, [(rods(start, start + 1.0, np.ones(2)), np.zeros(2), np.full(2, 0.02))])
     assert found.tolist() == [[np.inf, 0.0]]
+
+
+def test_half_diagonal_by_hand():
+    """Half-edges of 1, 2 and 2 mm at right angles: sqrt(1 + 4 + 4) = 3; a fourth along the first makes it sqrt(9 + 4 + 4)."""
+    edges = np.zeros((2, 4, 3))
+    edges[:, 0, 0], edges[:, 1, 1], edges[:, 2, 2] = 1.0, 2.0, 2.0
+    edges[1, 3, 0] = 2.0
+    assert _half_diagonal(edges) == pytest.approx([3.0, np.sqrt(17.0)])
+    edges[1, 3, 0] = -2.0
+    assert _half_diagonal(edges)[1] == pytest.approx(np.sqrt(17.0))
+
+
+def test_a_swept_body_by_hand():
+    rod = rods(np.zeros((1, 3)), np.array([[0.0, 0.0, 10.0]]), np.array([1.0]))
+    swept = rod.swept(np.array([[1.0, 0, 0]]), np.array([[5.0, 0, 0]]))
+    assert swept.centre[0].tolist() == [3.0, 0.0, 5.0]
+    assert swept.edges[0, 3].tolist() == [2.0, 0.0, 0.0]
+    turned = rod.moved(np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), np.array([0.0, 0.0, 7.0]))
+    assert turned.centre[0].tolist() == [5.0, 0.0, 7.0]
+    assert turned.edges[0, 0].tolist() == [5.0, 0.0, 0.0]

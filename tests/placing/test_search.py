@@ -16,7 +16,15 @@ from vcmm.measuring.fixture import Fixture, Freedom, six_of
 from vcmm.placing.fixture_boxes import boxes
 from vcmm.placing.hindrances import Hindrance
 from vcmm.placing.rows import Rows
-from vcmm.placing.search import CountedObjective, search
+from vcmm.placing.search import (
+    CountedObjective,
+    SearchOutcome,
+    _compass,
+    _forward,
+    differences,
+    polished_from,
+    search,
+)
 from vcmm.placing.travels import Travels
 
 
@@ -110,3 +118,51 @@ def test_a_range_moved_as_advised_can_be_searched(tmp_path):
     nowhere = SimpleNamespace(unit="mm", values=lambda p: np.full(len(p), np.inf))
     with pytest.raises(ModelLimit, match="can be reached, but each of them lies where an error"):
         search(nowhere, many, evaluations=100)
+
+
+def test_differences_by_hand():
+    """x^2 + 3 y at (0.5, 1): slopes 1 and 3, the second one-sided at the face."""
+
+    def ask(at):
+        return at[:, 0] ** 2 + 3 * at[:, 1]
+
+    for made in (differences, _forward):
+        value, slope = made(ask, np.array([0.5, 1.0]))
+        assert value == pytest.approx(3.25)
+        assert slope == pytest.approx([1.0, 3.0], abs=2e-4)
+
+    def walled(at):
+        return np.where(at[:, 0] > 0.5, np.inf, ask(at))
+
+    assert differences(walled, np.array([0.5, 1.0]))[1] == pytest.approx([0.0, 3.0])
+
+
+def test_the_best_lie_apart(tmp_path):
+    ask = CountedObjective(found_boxes(plate(tmp_path))[0], Bowl())
+    ask.seen.append(
+        (np.array([[0.5, 0.5], [0.52, 0.5], [0.9, 0.5], [0.1, 0.1]]), np.array([1.0, 1.1, 2.0, np.inf]))
+    )
+    assert [(v, u.tolist()) for v, u in ask.best(9)] == [(1.0, [0.5, 0.5]), (2.0, [0.9, 0.5])]
+    assert len(ask.best(1)) == 1
+
+
+def test_the_compass_ends_at_a_kink(tmp_path):
+    """|x - a| + |y - b| has no gradient where it is least; the steps are halved down to 1e-5 of the range."""
+    kink = SimpleNamespace(unit="", values=lambda p: np.abs(p[:, 0] - 301.7) + np.abs(p[:, 1] - 222.2))
+    ask = CountedObjective(found_boxes(plate(tmp_path))[0], kink)
+    start = np.array([0.5, 0.5])
+    value, unit = _compass(ask, start, float(ask(start[None])[0]), 2000)
+    assert value < 0.02  # 1e-5 of some 500 mm, twice
+    assert ask.box.poses(unit[None])[0][0, :2] == pytest.approx([301.7, 222.2], abs=0.01)
+
+
+def test_going_on_from_a_better_start(tmp_path):
+    box = found_boxes(plate(tmp_path))[0]
+    before = SearchOutcome(box, np.zeros(2), np.zeros(6), 1.02, 100, ())
+    better = polished_from(Bowl(), box, box.unit(np.array([[400.0, 150, -300, 0, 0, 0.0]]))[0], before)
+    assert better.value == pytest.approx(1.0, abs=1e-6)
+    assert 100 < better.evaluations <= 1101
+    worse = polished_from(
+        Bowl(), box, np.array([0.9, 0.9]), SearchOutcome(box, np.zeros(2), np.zeros(6), 0.5, 7, ())
+    )
+    assert worse.value == 0.5

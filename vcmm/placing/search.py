@@ -20,8 +20,8 @@ from vcmm.placing.objective import Objective
 DIFFERENCE = 1e-4  # of the box, for gradients
 STEPS = (2e-2, 1e-5)  # first and last step of the compass
 KEPT = 4  # boxes that are searched beyond the sample
-STARTS = 20  # first steps of descent from so many
-SHORT, FULL = 6, 6  # gradients of the first steps; starts that are followed to the end
+STARTS = 40  # first steps of descent from so many
+SHORT, FULL = 6, 12  # gradients of the first steps; starts that are followed to the end
 
 
 @dataclass
