@@ -119,7 +119,7 @@ def test_sensed_is_the_transpose_of_tip_motion(structure):
             six[:, :3] *= link in ("tip", "tool")
             six[:, 3:] *= place == "travel"
         moved = tip_motion(chain, axes, run, [Motion(link, place, six)])[:, :3]
-        seen = sensed(link_frames(chain, axes, run), axes, run, link, place, direction)
+        seen = sensed(link_frames(chain, axes, run), axes, run, (link, place), direction)
         assert np.allclose((moved * direction).sum(axis=1), (seen * six).sum(axis=1), rtol=1e-12), (
             link,
             place,

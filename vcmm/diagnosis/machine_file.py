@@ -17,6 +17,7 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import addable
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.units import in_unit
@@ -26,7 +27,6 @@ from vcmm.diagnosis.repair import NUMBERS, repaired_effects
 from vcmm.diagnosis.result import Answer
 from vcmm.files.effects import unit_of
 from vcmm.files.isg_writer import isg_text, with_values
-from vcmm.files.knowledge import addable
 
 TABLE = "errors_corrected.csv"
 

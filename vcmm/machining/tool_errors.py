@@ -19,10 +19,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import targets
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.machining.zero_setting import Ints, less_errors, less_response, without_setting
-from vcmm.response.influence import Influence, Product, influences, products, targets
+from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
 
 TURNED = ("part_expansion", "clamping", "scatter", "reindexing")

@@ -163,10 +163,7 @@ def _check_reach(machine: Machine, run: Run, feature: Array) -> None:
     try:
         machine.prepare(run)
     except ModelLimit as error:
-        row = (
-            int(str(error).split(":")[0].removeprefix("row ")) - 1 if str(error).startswith("row ") else None
-        )
-        where = f" (a point on {feature[row]})" if row is not None else ""
+        where = f" (a point on {feature[error.row]})" if error.row is not None else ""
         raise ModelLimit(f"the plan leaves the machine{where}: {error}") from None
 
 
