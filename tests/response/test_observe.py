@@ -149,7 +149,9 @@ def test_the_observer_agrees_with_the_machine(kind, measuring):
     run = machine.prepare(rec.run)
     motion, reading = machine.tip_motion(run)[:, :, None], machine.reading(run)[:, :, None]
     eye = Observer(rec, machine)
-    assert sum(eye.of_effect(e) for e in EFFECTS) == pytest.approx(observe(rec, motion, reading)[:, 0])
+    assert sum(eye.through(e, e.error_motion(eye.run)) for e in EFFECTS) == pytest.approx(
+        observe(rec, motion, reading)[:, 0]
+    )
     assert baseline(rec, machine) == pytest.approx(observe(rec, motion, reading)[:, 0])
 
 

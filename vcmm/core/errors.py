@@ -6,12 +6,6 @@
     Environment   the computer cannot do it (a folder that cannot be written, a missing library)
 
 Every message is one plain sentence that ends with the fix. Nothing is clipped, nothing becomes NaN in silence.
-
-An exception carries where the fault lies as data, so that whoever knows more of the place (a feature, a line of a file)
-says it without reading the message:
-
-    row           number of the row of a run, from 0; the message begins with "row 3: " (from 1), `text` is without it
-    line, column  of a file or an NC program, from 1; the message says them itself where it wants to
 """
 
 from __future__ import annotations
@@ -21,15 +15,18 @@ from collections.abc import Iterable
 
 
 class VcmmError(Exception):
-    """Base of all errors that vcmm raises on purpose. `exit_code` is what the command line returns."""
+    """Base of all errors that vcmm raises on purpose. `exit_code` is what the command line returns.
+
+    row: of a run, from 0; line, column: of a file, from 1; each where it is known.
+    """
 
     exit_code = 2
 
     def __init__(
-        self, text: str = "", *, row: int | None = None, line: int | None = None, column: int | None = None
+        self, *args: object, row: int | None = None, line: int | None = None, column: int | None = None
     ) -> None:
-        self.text, self.row, self.line, self.column = text, row, line, column
-        super().__init__(text if row is None else f"row {row + 1}: {text}")
+        super().__init__(*args)
+        self.row, self.line, self.column = row, line, column
 
 
 class UsageError(VcmmError):
@@ -40,10 +37,15 @@ class DataError(VcmmError):
     """A file is wrong. `problems` holds every problem found in it, one sentence each."""
 
     def __init__(
-        self, problems: str | Iterable[str], *, line: int | None = None, column: int | None = None
+        self,
+        problems: str | Iterable[str],
+        *,
+        row: int | None = None,
+        line: int | None = None,
+        column: int | None = None,
     ) -> None:
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
-        super().__init__("\n".join(self.problems), line=line, column=column)
+        super().__init__("\n".join(self.problems), row=row, line=line, column=column)
 
 
 class ModelLimit(VcmmError):

@@ -148,7 +148,7 @@ def check_travel(axis: Axis, q: Array) -> None:
         row = int(outside[0])
         scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
         raise ModelLimit(
-            f"axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel {low * scale:.6g} to {high * scale:.6g} "
-            f"{unit} ({len(outside)} of {len(q)} rows are); move the part or the pose",
+            f"row {row + 1}: axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel "
+            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose",
             row=row,
         )

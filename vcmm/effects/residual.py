@@ -210,7 +210,7 @@ def _refuse_beyond(column: Array, tip: Array, used: npt.NDArray[np.bool_]) -> No
 def _outside(point: Array, what: str, row: int) -> ModelLimit:
     at = " ".join(f"{v:.6g}" for v in point)
     return ModelLimit(
-        f"the tip at ({at}) mm lies outside the hull of {what}; the residual field is not known there: "
+        f"row {row + 1}: the tip at ({at}) mm lies outside the hull of {what}; the residual field is not known there: "
         "move the part or measure more nodes",
         row=row,
     )

@@ -179,8 +179,13 @@ def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool)
         table, end = read_csv(data), ""
         if error.row >= len(table.rows):
             end = '; this is the second end, from_x_mm ...: for a fixed station write [nuisance] station = ""'
-        raise DataError(f"{table.at(error.row % len(table.rows))}: {error.text}{end}") from None
+        raise DataError(f"{table.at(error.row % len(table.rows))}: {_without_row(error)}{end}") from None
     return recording
+
+
+def _without_row(error: ModelLimit) -> str:
+    """The complaint without its number of the row of the run, where the line of a file is said instead."""
+    return str(error) if error.row is None else str(error).removeprefix(f"row {error.row + 1}: ")
 
 
 def _with_nuisance(recording: Recording, machine: Machine) -> Recording:

@@ -156,9 +156,9 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
 def noting(make: Any, document: Document, data: dict[str, Any], at: Location) -> Any:
     """Run a reader that notes its problems, with a list of its own: its document may be another file."""
     problems = Problems(document)
-    found = make(document, data, at, problems)
+    made = make(document, data, at, problems)
     problems.raise_if_any()
-    return found
+    return made
 
 
 def _plan(

@@ -126,7 +126,10 @@ def touches(
     run = Run(position, offset, columns, labels)
     _check_reach(machine, run, feature)
     rows = {name: np.flatnonzero(feature == name) for name in dict.fromkeys(feature)}
-    return Touches(machine.prepare(run), points, normals, approach, radius, rows, pose)
+    return Touches(
+        run=machine.prepare(run), points=points, normals=normals, approach=approach, tip_radius=radius, rows=rows,
+        pose=pose,
+    )  # fmt: skip
 
 
 def axis_positions(chain: Chain, axes: Mapping[str, Axis], tip: Array, offset: Array) -> dict[str, Array]:

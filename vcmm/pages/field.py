@@ -8,12 +8,12 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.response.volumetric import Field, linear_axes
+from vcmm.response.volumetric import ErrorField, linear_axes
 
 LINES = 5  # grid lines per axis in the picture
 
 
-def field_page(machine: Machine, found: Field) -> str:
+def field_page(machine: Machine, found: ErrorField) -> str:
     """One self-contained HTML file."""
     size = found.size * 1e3
     engine = "exact transforms" if found.exact else "first order"
@@ -40,7 +40,7 @@ def field_page(machine: Machine, found: Field) -> str:
     )
 
 
-def diagonals_table(found: Field) -> str:
+def diagonals_table(found: ErrorField) -> str:
     rows = [[_place(d.start), _place(d.end), f"{d.length_error * 1e3:+.3f} µm"] for d in found.diagonals]
     return r.table(["from", "to", "length error"], rows, numeric=(2,))
 
@@ -49,7 +49,7 @@ def _place(values: tuple[float, ...]) -> str:
     return "(" + ", ".join(f"{v:g}" for v in values) + ") mm"
 
 
-def picture(machine: Machine, found: Field) -> str:
+def picture(machine: Machine, found: ErrorField) -> str:
     """A grid of the travels, ideal and deformed; for given positions, arrows at them."""
     axes = linear_axes(machine)
     if len(axes) == 3 and not _is_grid(found):
@@ -71,7 +71,7 @@ def picture(machine: Machine, found: Field) -> str:
     )
 
 
-def _is_grid(found: Field) -> bool:
+def _is_grid(found: ErrorField) -> bool:
     n = round(found.run.n ** (1 / 3))
     return (
         n > 1
@@ -80,7 +80,7 @@ def _is_grid(found: Field) -> bool:
     )
 
 
-def _arrows(found: Field) -> str:
+def _arrows(found: ErrorField) -> str:
     points = (
         np.column_stack([found.run.position.get(a, np.zeros(found.run.n)) for a in "XYZ"]) + found.run.offset
     )

@@ -72,10 +72,6 @@ class Observer:
         self.run = _counted(recording, machine.prepare(recording.run))
         self.ends = tuple(Carrier(machine, self.run, sight) for sight in sights(recording))
 
-    def of_effect(self, effect: Effect) -> Array:
-        """What an effect with its present numbers adds to the observations (m,), mm or rad."""
-        return self.through(effect, self.machine.asked(effect, self.run))
-
     def of_parameter(self, effect: Effect, name: str) -> Array:
         """Derivative (m, k) of the observations with respect to each element of a parameter of an effect."""
         self.machine.check_columns(effect, self.run)
