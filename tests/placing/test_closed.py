@@ -74,7 +74,7 @@ def test_variances_are_those_of_the_task_at_each_pose(tmp_path, name):
                 )
                 for i in (p.first, p.second)
             ]
-            for _, _, gain in model.meetings(p):
+            for _, _, gain in model.product_gains(p):
                 product += (gradient @ gain * u[0] * u[1]) ** 2
         assert np.abs(np.sqrt(second[j, smooth]) - np.sqrt(product)).max() < 1e-4 * scale.max()
 

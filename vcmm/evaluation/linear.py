@@ -101,7 +101,7 @@ class LinearModel:
         kept = {i for p in self.products for i in (p.first, p.second)}
         return tuple(self.term(influence, i in kept) for i, influence in enumerate(self.influences))
 
-    def meetings(self, product: Product) -> list[tuple[int, int, Array]]:
+    def product_gains(self, product: Product) -> list[tuple[int, int, Array]]:
         """(copy of the first, copy of the second, gain (K,) of q per product of their departures)."""
         along = np.einsum("ni,ni->n", product.response, self.task.touches.run.normal)
         first, second = (self.influences[i].codes for i in (product.first, product.second))

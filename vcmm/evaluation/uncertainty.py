@@ -128,7 +128,7 @@ class _Evaluation:
         second = 0.0
         for product in self.model.products:
             u = [self._scalar_u(j) for j in (product.first, product.second)]
-            for _, _, gain in self.model.meetings(product):
+            for _, _, gain in self.model.product_gains(product):
                 second += (float(self.gradient[i] @ gain) * u[0] * u[1]) ** 2
         return float(closed_form_u(self._projected(i))[0]) ** 2, second
 

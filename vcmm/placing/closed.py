@@ -90,7 +90,7 @@ class Closed:
         run = self.rows.run(six)
         touches = self._carrier(run)
         moved = [(k, self._moved(k, along, len(six))) for k, along in self._along(touches)]
-        return AtPoses(self, touches, len(six), moved, list(self._meetings(touches, len(six))))
+        return AtPoses(self, touches, len(six), moved, list(self._product_moves(touches, len(six))))
 
     def _carrier(self, run: Run) -> Carrier:
         """indicated - true along the normal of every touch."""
@@ -126,7 +126,7 @@ class Closed:
         moved = along * spread if spread.ndim == 1 else along @ spread
         return np.asarray(moved.reshape(m, self.rows.n, -1))
 
-    def _meetings(self, touches: Carrier, m: int) -> Iterator[Array]:
+    def _product_moves(self, touches: Carrier, m: int) -> Iterator[Array]:
         """(m, n) per pair of draws that meet in a product: displacements times both standard uncertainties."""
         for first, second, effects in self._pairs:
             one, other = self.known[first], self.known[second]
@@ -166,7 +166,7 @@ class AtPoses:
     touches: Carrier
     m: int
     moved: list[tuple[KnownInput, Array]]
-    meetings: list[Array]
+    product_moves: list[Array]
 
     def variances(self, weights: Array) -> tuple[Array, Array]:
         """Of q = weights (C, n) . displacements: per influence (m, C, I), and of products (m, C)."""
@@ -176,7 +176,7 @@ class AtPoses:
                 out.append((moved**2).sum(axis=2) @ (weights**2).T)
             else:
                 out.append((self._lanes(known, moved, weights) ** 2).sum(axis=2))
-        second = sum(((g @ weights.T) ** 2 for g in self.meetings), np.zeros((self.m, len(weights))))
+        second = sum(((g @ weights.T) ** 2 for g in self.product_moves), np.zeros((self.m, len(weights))))
         return np.stack(out, axis=2), np.asarray(second)
 
     def covariances(self, weights: Array) -> Array:
@@ -188,8 +188,8 @@ class AtPoses:
             else:
                 lanes = self._lanes(known, moved, weights)
                 total += lanes @ lanes.swapaxes(1, 2)
-        for meeting in self.meetings:
-            g = meeting @ weights.T
+        for moves in self.product_moves:
+            g = moves @ weights.T
             total += g[:, :, None] * g[:, None, :]
         return total
 
