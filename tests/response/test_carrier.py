@@ -77,21 +77,20 @@ def test_observations_may_name_rows():
 
 
 def test_an_input_on_a_column_by_its_difference():
-    # alpha = 1e-5 /K, X = 200 mm: a scale that is 1 K warmer is 2 um longer, the machine indicates 2 um too little ... seen
-    # through the effect itself, whatever its sign: the slope equals that of the baseline
+    # alpha = 1e-5 /K, X = 200 mm: a scale that is 1 K warmer is 2 um longer, and the machine indicates 2 um too little
     effect = ScaleExpansion("X", 1e-5)
     run = run_at((200.0, 0.0, 0.0), temp_scale_x_C=23.0, reading_scale_x_C=20.0)
     eye = carrier(X, effect, run=run)
     one = Input("channel", "", "temp_scale_x_C", Normal(0.1))
     slope = eye.of_input(one, [effect])[0, 0]
-    assert abs(slope) == pytest.approx(200.0 * 1e-5)
+    assert slope == pytest.approx(-200.0 * 1e-5)
     higher, lower, step = beside(eye.run, "temp_scale_x_C")
     ends = [build.machine(effect).indication_error(r)[0, 0] for r in (higher, lower)]
     assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step))
     assert eye.of_input(one, []).tolist() == [[0.0]]
-    # what both do together: 200 mm per (1/K) K
+    # what both do together: minus 200 mm per (1/K) K
     both = eye.product(Input("scale_expansion", "X", "alpha", Normal(1e-6)), one, [effect])
-    assert abs(both[0]) == pytest.approx(200.0)
+    assert both[0] == pytest.approx(-200.0)
     assert both == pytest.approx(
         eye.product(one, Input("scale_expansion", "X", "alpha", Normal(1e-6)), [effect])
     )
@@ -103,9 +102,8 @@ def test_several_carriers_share_the_unit_motions():
     first = carrier(X, *effects, run=run)
     every = Input("backlash", "*", "gap", Normal(1e-3))
     along_x, along_y = responses([first, first.along(Y[None])], every, effects)
-    # half the gap, against the sense of the last motion; indicated - true is the opposite of where the tip stands
-    assert along_x[0, 0] == pytest.approx(-along_y[0, 0])
-    assert abs(along_x[0, 0]) == pytest.approx(0.5)
+    # the tip stays half the gap behind: -0.5 after going up in X, +0.5 after going down in Y; indicated - true is the opposite
+    assert (along_x[0, 0], along_y[0, 0]) == (pytest.approx(0.5), pytest.approx(-0.5))
 
 
 def test_a_shifted_column_takes_its_log_along():
@@ -143,12 +141,9 @@ def test_turns_are_the_transpose_of_tip_motion(structure):
 
 
 def test_squareness_turns_the_travel_only():
-    # C0Y of 1 mrad at Y = 50: the way of Y turns towards -x by 50 x 1e-3; a turn of the tip is not seen
-    eye = carrier(X, Squareness("C0Y", 1e-3))
-    assert abs(
-        eye.through(eye.machine.effects[0], eye.machine.effects[0].error_motion(eye.run))[0]
-    ) == pytest.approx(0.05)
-    turned = carrier(Z, Squareness("C0Y", 1e-3), motion=1.0, turning=True)
-    assert turned.through(turned.machine.effects[0], turned.machine.effects[0].error_motion(turned.run)) == [
-        0.0
-    ]
+    # C0Y of +1 mrad at Y = 50 takes the tip by -50 x 1e-3 along x: indicated - true = +0.05 mm; a turn of the tip is not seen
+    square = Squareness("C0Y", 1e-3)
+    eye = carrier(X, square)
+    assert eye.through(square, square.error_motion(eye.run)) == pytest.approx([0.05])
+    turned = carrier(Z, square, motion=1.0, turning=True)
+    assert turned.through(square, square.error_motion(turned.run)).tolist() == [0.0]

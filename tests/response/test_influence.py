@@ -54,11 +54,11 @@ def test_a_law_fits_its_parameter():
 
 
 def test_a_column_moves_the_whole_machine():
-    # two scales of 1e-5 /K on one sensor: 200 mm x 1e-5 = 2 um/K each
+    # a scale of 1e-5 /K that is 1 K warmer takes the tip 2 um too far at 200 mm: it indicates 2 um too little
     machine = build.machine(ScaleExpansion("X", 1e-5))
     run = prepared(machine, temp_scale_x_C=20.0, reading_scale_x_C=20.0)
     (one,) = influences(machine, run, [WARM])
-    assert np.abs(one.response[:, 0, 0]) == pytest.approx([2e-3, 4e-3])
+    assert one.response[:, 0, 0] == pytest.approx([-2e-3, -4e-3])
     with pytest.raises(UsageError, match="not a column"):
         influences(
             machine, prepared(machine, temp_scale_x_C=20.0), [Input("channel", "", "temp_air_C", Normal(1.0))]
@@ -66,12 +66,12 @@ def test_a_column_moves_the_whole_machine():
 
 
 def test_a_coefficient_and_its_temperature_meet():
-    # d2 / dalpha dT = length, GUM H.1
+    # d2 / dalpha dT = minus the length, GUM H.1
     machine = build.machine(ScaleExpansion("X", 1e-5))
     run = prepared(machine, temp_scale_x_C=23.0, reading_scale_x_C=20.0)
     (product,) = products(machine, run, influences(machine, run, [ALPHA, WARM]))
     assert (product.first, product.second) == (0, 1)
-    assert np.abs(product.response[:, 0]) == pytest.approx([200.0, 400.0])
+    assert product.response[:, 0] == pytest.approx([-200.0, -400.0])
     assert shared(machine, run, WARM, WARM) == []
 
 

@@ -47,7 +47,7 @@ def test_two_inputs_of_one_effect_multiply():
     run = prepared(machine, temp_scale_x_C=20.0, reading_scale_x_C=20.0)
     alpha = draws(machine, run, Input("scale_expansion", "X", "alpha", Normal(1e-6)), [[[1e-5]]])
     warm = draws(machine, run, Input("channel", "", "temp_scale_x_C", Normal(0.1)), [[[1.0]]])
-    assert np.abs(exact_errors(machine, run, [alpha, warm])[0, :, 0]) == pytest.approx([4e-3, 8e-3])
+    assert exact_errors(machine, run, [alpha, warm])[0, :, 0] == pytest.approx([-4e-3, -8e-3])
 
 
 def test_an_effect_that_nobody_draws_stays():
