@@ -73,7 +73,7 @@ def test_variances_are_those_of_the_task_at_each_pose(tmp_path, name):
                 )
                 for i in (p.first, p.second)
             ]
-            for _, _, gain in model.meetings(p):
+            for _, _, gain in model.product_gains(p):
                 product += (gradient @ gain * u[0] * u[1]) ** 2
         assert np.abs(np.sqrt(second[j, smooth]) - np.sqrt(product)).max() < 1e-4 * scale.max()
 
@@ -118,7 +118,7 @@ def test_sensed_is_the_transpose_of_tip_motion(structure):
             six[:, :3] *= link in ("tip", "tool")
             six[:, 3:] *= place == "travel"
         moved = tip_motion(chain, axes, run, [Motion(link, place, six)])[:, :3]
-        seen = sensed(link_frames(chain, axes, run), axes, run, link, place, direction)
+        seen = sensed(link_frames(chain, axes, run), axes, run, (link, place), direction)
         assert np.allclose((moved * direction).sum(axis=1), (seen * six).sum(axis=1), rtol=1e-12), (
             link,
             place,

@@ -5,8 +5,6 @@ from __future__ import annotations
 from types import SimpleNamespace as Made
 
 import numpy as np
-
-from vcmm.measuring.fixture import Goal
 from vcmm.placing.tables import (
     amount,
     change,
@@ -17,6 +15,8 @@ from vcmm.placing.tables import (
     region_text,
     why_rows,
 )
+
+from vcmm.measuring.fixture import Goal
 
 SIX = np.array([100.0, 20.5, -0.0001, 0.0, 0.0, np.pi / 2])
 

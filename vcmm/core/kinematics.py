@@ -163,7 +163,10 @@ class Pose6:
     after: Frame
 
 
-def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> tuple[dict[str, Pose6], Frame, Frame]:
+LinkFrames = tuple[dict[str, Pose6], Frame, Frame]  # of every link; the ends of the tool and workpiece chains
+
+
+def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> LinkFrames:
     """Frames of every link, and the ends of the tool and workpiece chains."""
     still = Frame(None, np.zeros((run.n, 3)))
     frames: dict[str, Pose6] = {}
@@ -189,17 +192,18 @@ def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequen
 
     `motions` are in tip sense. A motion (t, r) of a link about its pivot m moves the tip by t + r x (p - m).
     """
-    frames, tool, work = link_frames(chain, axes, run)
+    frames_of = link_frames(chain, axes, run)
+    _, tool, work = frames_of
     tip = tool.apply(run.offset)
     total = np.zeros((run.n, 6))
     for motion in motions:
-        frame, shift, turn = _carried(motion, frames, axes, tool, work, tip, run)
+        frame, shift, turn = _carried(motion, frames_of, axes, tip, run)
         total[:, :3] += work.turn_back(frame.turn(shift))
         total[:, 3:] += work.turn_back(frame.turn(turn))
     return total
 
 
-def commanded_directions(ends: tuple[dict[str, Pose6], Frame, Frame], n: int) -> Array:
+def commanded_directions(ends: LinkFrames, n: int) -> Array:
     """Way of the tip in workpiece axes per mm that X, Y and Z are commanded to go, as columns (n, 3, 3).
 
     ends: `link_frames` of a run of n rows. The identity while all rotary axes stand at zero; a direction in which no axis
@@ -214,22 +218,17 @@ def commanded_directions(ends: tuple[dict[str, Pose6], Frame, Frame], n: int) ->
 
 
 def _carried(
-    motion: Motion,
-    frames: Mapping[str, Pose6],
-    axes: Mapping[str, Axis],
-    tool: Frame,
-    work: Frame,
-    tip: Array,
-    run: Run,
+    motion: Motion, frames_of: LinkFrames, axes: Mapping[str, Axis], tip: Array, run: Run
 ) -> tuple[Frame, Array, Array]:
     """(frame in which the motion is expressed, tip shift, turn), both (n, 3) in that frame."""
+    frames, tool, work = frames_of
     shift, turn = motion.six[:, :3], motion.six[:, 3:]
     if motion.link == "tip":
         return work, shift, turn
     if motion.link == "tool":
         return tool, shift, turn
     if motion.link == "command":
-        ways = commanded_directions((dict(frames), tool, work), run.n)
+        ways = commanded_directions(frames_of, run.n)
         return work, np.einsum("nij,nj->ni", ways, shift), np.zeros_like(turn)
     axis, pose = axes[motion.link], frames[motion.link]
     if motion.place == "travel":
@@ -239,48 +238,62 @@ def _carried(
             run.q(motion.link)[:, None] * np.cross(turn, UNIT[motion.link]),
             np.zeros_like(turn),
         )
-    fixed = motion.place == "location" or axis.error_frame == "fixed"
-    frame = pose.before if fixed else pose.after
-    pivot = np.array(axis.centre) if motion.place == "location" else axis.pivot
+    frame, pivot = _frame_and_pivot(axis, pose, motion.place)
     if turn.any():
         shift = shift + np.cross(turn, frame.undo(tip) - pivot)
     return frame, shift, turn
 
 
 def sensed(
-    frames_of: tuple[dict[str, Pose6], Frame, Frame],
-    axes: Mapping[str, Axis],
-    run: Run,
-    link: str,
-    place: str,
-    direction: Array,
+    frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
 ) -> Array:
     """How far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
 
     The transpose of `tip_motion`: n . (t + r x d) = n . t + r . (d x n), with d from the pivot to the tip.
-    frames_of: `link_frames` of the run, made once for all links.
+    frames_of: `link_frames` of the run, made once for all links. link: its letter or word, and the place of the motion.
     """
-    frames, tool, work = frames_of
-    seen = work.turn(direction)
+    (name, place), (frames, tool, work) = link, frames_of
     out = np.zeros((run.n, 6))
-    if link in ("tip", "tool"):
-        out[:, :3] = direction if link == "tip" else tool.turn_back(seen)
-        out[:, 3:] = 0.0
-        return out
-    if link == "command":
+    if name == "tip":
+        out[:, :3] = direction
+    elif name == "tool":
+        out[:, :3] = tool.turn_back(work.turn(direction))
+    elif name == "command":
         out[:, :3] = np.einsum("nij,ni->nj", commanded_directions(frames_of, run.n), direction)
-        return out
-    axis, pose = axes[link], frames[link]
-    fixed = place in ("travel", "location") or axis.error_frame == "fixed"
-    frame = pose.before if fixed else pose.after
-    local = frame.turn_back(seen)
-    if place == "travel":
-        out[:, 3:] = run.q(link)[:, None] * np.cross(UNIT[link], local)
-        return out
-    pivot = np.array(axis.centre) if place == "location" else axis.pivot
-    out[:, :3] = local
-    out[:, 3:] = np.cross(frame.undo(tool.apply(run.offset)) - pivot, local)
+    elif place == "travel":
+        local = frames[name].before.turn_back(work.turn(direction))
+        out[:, 3:] = run.q(name)[:, None] * np.cross(UNIT[name], local)
+    else:
+        frame, pivot = _frame_and_pivot(axes[name], frames[name], place)
+        out[:, :3] = local = frame.turn_back(work.turn(direction))
+        out[:, 3:] = np.cross(frame.undo(tool.apply(run.offset)) - pivot, local)
     return out
+
+
+def turn_sensed(
+    frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
+) -> Array:
+    """How far the tip turns about `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
+
+    Arguments as in `sensed`. A direction of travel that turns, and a moved command, do not turn the tip.
+    """
+    (name, place), (frames, tool, work) = link, frames_of
+    out = np.zeros((run.n, 6))
+    if name == "tip":
+        out[:, 3:] = direction
+    elif name == "tool":
+        out[:, 3:] = tool.turn_back(work.turn(direction))
+    elif name != "command" and place != "travel":
+        frame, _ = _frame_and_pivot(axes[name], frames[name], place)
+        out[:, 3:] = frame.turn_back(work.turn(direction))
+    return out
+
+
+def _frame_and_pivot(axis: Axis, pose: Pose6, place: str) -> tuple[Frame, Array]:
+    """The frame in which a motion of an axis is expressed, and the point (3,) about which it turns."""
+    if place == "location":
+        return pose.before, np.array(axis.centre)
+    return (pose.before if axis.error_frame == "fixed" else pose.after), axis.pivot
 
 
 def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:

@@ -92,6 +92,11 @@ class Machine:
 
     def asked(self, effect: Effect, run: Run) -> Array:
         """error_motion, after checking that the run has the columns the effect needs."""
+        self.check_columns(effect, run)
+        return effect.error_motion(run)
+
+    def check_columns(self, effect: Effect, run: Run) -> None:
+        """Raises ModelLimit naming a column that an effect needs and the run has neither as a column nor as a log."""
         for column in effect.required():
             if (
                 column not in run.columns
@@ -100,7 +105,6 @@ class Machine:
                 raise ModelLimit(
                     f"{effect.id} needs the column {column}, which this run lacks; add it or remove the effect"
                 )
-        return effect.error_motion(run)
 
     def tip_motion(self, run: Run, exact: bool = False) -> Array:
         """Motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad; of first order unless exact.
@@ -147,7 +151,7 @@ class Machine:
 
 
 def check_travel(axis: Axis, q: Array) -> None:
-    """Raises ModelLimit for the first row outside the travel (1 nm or 1 nrad of rounding is allowed)."""
+    """Raises ModelLimit, with its row, for the first row outside the travel (1 nm or 1 nrad of rounding is allowed)."""
     low, high = axis.travel
     outside = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
     if len(outside):
@@ -155,5 +159,6 @@ def check_travel(axis: Axis, q: Array) -> None:
         scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
         raise ModelLimit(
             f"row {row + 1}: axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel "
-            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose"
+            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose",
+            row=row,
         )

@@ -16,6 +16,7 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import addable
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.units import in_unit
@@ -25,7 +26,6 @@ from vcmm.diagnosis.repair import repaired_effects
 from vcmm.diagnosis.result import Answer
 from vcmm.files.effects import unit_of
 from vcmm.files.isg_writer import isg_text, with_values
-from vcmm.files.knowledge import addable
 from vcmm.files.toml_edits import editable, move_names
 
 TABLE = "errors_corrected.csv"

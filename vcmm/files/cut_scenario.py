@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,13 +11,14 @@ from pydantic import Field
 from vcmm.core.effect import Effect
 from vcmm.core.errors import VcmmError, choose_from
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import OFFSET_LABEL
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
-from vcmm.files.knowledge import tables_in
+from vcmm.files.knowledge import note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, placement_from
@@ -223,9 +223,13 @@ def _known(
     if not any(has_role(name, "tool bending") for name in (*stated, *(e.name for e in own))):
         bends, known_bends = bending_knowledge(setup, cut)
         effects, inputs = [*effects, *bends], [*inputs, *known_bends]
-    full = None if machine is None else replace(machine, effects=(*machine.effects, *effects))
-    found = with_knowledge(document, full, part, environment, None, problems)
-    return None if found is None else (found[0], (*found[1], *inputs))
+    full = None if machine is None else informed(machine, effects)
+    whole = with_knowledge(document, full, part, environment, None, problems)
+    if whole is None:
+        return None
+    for one in inputs:
+        note_second(one, [*whole[0].inputs, *whole[1]], problems, ("cut",))
+    return whole[0], (*whole[1], *inputs)
 
 
 def _turned(setup: Setup, cut: CutTable, program: Path) -> bool:

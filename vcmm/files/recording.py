@@ -174,16 +174,18 @@ def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool)
     try:
         machine.prepare(recording.run)
     except ModelLimit as error:
-        row = re.match(r"row (\d+): ", str(error))
-        if not row or not sheet:
+        if error.row is None or not sheet:
             raise DataError(f"{data}: {error}") from None
-        table, number = read_csv(data), int(row[1]) - 1
-        end = ""
-        if number >= len(table.rows):
+        table, end = read_csv(data), ""
+        if error.row >= len(table.rows):
             end = '; this is the second end, from_x_mm ...: for a fixed station write [nuisance] station = ""'
-        place = table.at(number % len(table.rows))
-        raise DataError(f"{place}: {str(error)[row.end() :]}{end}") from None
+        raise DataError(f"{table.at(error.row % len(table.rows))}: {_without_row(error)}{end}") from None
     return recording
+
+
+def _without_row(error: ModelLimit) -> str:
+    """The complaint without its number of the row of the run, where the line of a file is said instead."""
+    return str(error) if error.row is None else str(error).removeprefix(f"row {error.row + 1}: ")
 
 
 def _with_nuisance(recording: Recording, machine: Machine) -> Recording:

@@ -20,10 +20,11 @@ import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import targets
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.machining.zero_setting import Ints, less_errors, less_response, without_setting
-from vcmm.response.influence import Influence, Product, influences, products, targets
+from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
 
 FORCES = ("force_x_N", "force_y_N", "force_z_N")

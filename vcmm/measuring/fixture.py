@@ -79,27 +79,29 @@ class Fixture:
 
     def orientations(self, present: Array) -> list[tuple[str, Array]]:
         """(label, six numbers) of every combination of the discrete choices; free ranges at the present value."""
-        found: list[tuple[str, Array]] = [("", np.array(present, dtype=float))]
+        choices: list[tuple[str, Array]] = [("", np.array(present, dtype=float))]
         if self.slots:
-            found = [
-                (f"slot {i + 1}", _with(p, (0, 1, 2), s)) for _, p in found for i, s in enumerate(self.slots)
+            choices = [
+                (f"slot {i + 1}", _with(p, (0, 1, 2), s))
+                for _, p in choices
+                for i, s in enumerate(self.slots)
             ]
         if self.faces:
-            found = [
+            choices = [
                 (_join(label, f"{name} down"), _with(p, (3, 4), turned_down(direction)))
-                for label, p in found
+                for label, p in choices
                 for name, direction in self.faces.items()
             ]
         for f in self.freedoms:
             if f.continuous:
                 continue
             at = DOFS.index(f.name)
-            found = [
+            choices = [
                 (_join(label, f"{f.name} {shown(f.name, v)}"), _with(p, (at,), (v,)))
-                for label, p in found
+                for label, p in choices
                 for v in f.values
             ]
-        return found
+        return choices
 
     @property
     def continuous(self) -> tuple[Freedom, ...]:

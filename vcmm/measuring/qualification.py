@@ -15,6 +15,7 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -59,13 +60,14 @@ def qualified_machine(
     left = made_for("qualified stylus", "the qualification of a stylus")
     groups = _spheres(how)
     together = [",".join(names) for names in groups if len(names) > 1 and how[names[0]].u_diameter > 0]
-    effects += [left(name) for name in (*how, *together)]
+    ready = replace(machine, effects=tuple(effects))
     shared = {name for names in groups if len(names) > 1 for name in names}
     inputs = [
         _remaining(left.name, machine, name, one, spheres[name], name in shared) for name, one in how.items()
     ]
     inputs += [_shared_sphere(left.name, names, how[names.split(",")[0]]) for names in together]
-    return replace(machine, effects=tuple(effects)), tuple(i for i in inputs if i is not None)
+    qualified = informed(ready, [left(name) for name in (*how, *together)])
+    return qualified, tuple(i for i in inputs if i is not None)
 
 
 def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
@@ -116,8 +118,8 @@ def _sphere(stylus: Stylus, how: Qualification) -> tuple[Array, Array, Array]:
 
 def _scatter_u(machine: Machine) -> float:
     """Standard deviation of one touch from the machine's repeatability."""
-    found = [i for i in machine.inputs if has_role(i.effect, "repeatability")]
-    spreads = [(np.max(i.law.u), np.max(i.spread(1)[1])) for i in found]
+    scatter = [i for i in machine.inputs if has_role(i.effect, "repeatability")]
+    spreads = [(np.max(i.law.u), np.max(i.spread(1)[1])) for i in scatter]
     u = float(np.sqrt(sum((u * factor) ** 2 for u, factor in spreads)))
     if not np.isfinite(u):
         raise UsageError(

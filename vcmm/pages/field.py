@@ -8,14 +8,14 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.response.volumetric import Field, linear_axes
+from vcmm.response.volumetric import ErrorField, linear_axes
 from vcmm.tables.error_field import diagonals, summary
 from vcmm.tables.table import html
 
 LINES = 5  # grid lines per axis in the picture
 
 
-def field_page(machine: Machine, found: Field) -> str:
+def field_page(machine: Machine, found: ErrorField) -> str:
     """One self-contained HTML file."""
     blocks = [r.heading("Volumetric error"), html(summary(found))]
     if found.diagonals:
@@ -30,7 +30,7 @@ def field_page(machine: Machine, found: Field) -> str:
     )
 
 
-def picture(machine: Machine, found: Field) -> str:
+def picture(machine: Machine, found: ErrorField) -> str:
     """A grid of the travels, ideal and deformed; for given positions, arrows at them."""
     axes = linear_axes(machine)
     n = round(found.run.n ** (1 / max(1, len(axes))))
@@ -52,19 +52,19 @@ def picture(machine: Machine, found: Field) -> str:
     )
 
 
-def _is_grid(found: Field, axes: list[str], n: int) -> bool:
+def _is_grid(found: ErrorField, axes: list[str], n: int) -> bool:
     """Whether the positions are n values of each linear axis, as `volumetric.grid` lays them."""
     values = (np.unique(found.run.position[a]) for a in axes if a in found.run.position)
     return n > 1 and found.run.n == n ** len(axes) and all(len(q) == n for q in values)
 
 
-def _points(found: Field) -> Array:
+def _points(found: ErrorField) -> Array:
     """Positions of the linear axes (n, 3) mm; an axis that the machine lacks stays at zero."""
     zero = np.zeros(found.run.n)
     return np.column_stack([found.run.position.get(a, zero) for a in "XYZ"])
 
 
-def _arrows(found: Field) -> str:
+def _arrows(found: ErrorField) -> str:
     points = _points(found) + found.run.offset
     factor = _magnification(points, found.tip_error)
     dots, arrows = r.Points(points, "muted", 1.5), r.Arrows(points, found.tip_error, factor, name="tip error")

@@ -22,7 +22,7 @@ from vcmm.measuring.plan import Ints
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import CORRECTED
 from vcmm.part.part import Characteristic
-from vcmm.placing.closed import Closed, Look
+from vcmm.placing.closed import AtPoses, Closed
 from vcmm.placing.extremes import ExtremeValues
 from vcmm.placing.risk import WrongDecisions, guard_band, wrong_decisions
 from vcmm.placing.rows import Rows
@@ -136,25 +136,25 @@ class Uncertain:
     def spread(self, poses: Array) -> PoseSpread:
         """u, U and bias of all characteristics at poses (m, 6); extreme values of weight 0 are NaN."""
         parts = [
-            self._seen(look) for look in self.closed.looks(np.atleast_2d(np.asarray(poses, dtype=float)))
+            self._seen(batch) for batch in self.closed.batches(np.atleast_2d(np.asarray(poses, dtype=float)))
         ]
         return PoseSpread(
             *(np.concatenate([getattr(p, n) for p in parts]) for n in ("u", "expanded", "bias"))
         )
 
-    def _seen(self, look: Look) -> PoseSpread:
-        shape = look.m, len(self.characteristics)
+    def _seen(self, batch: AtPoses) -> PoseSpread:
+        shape = batch.m, len(self.characteristics)
         u, bias = np.full(shape, np.nan), np.zeros(shape)
         smooth = list(self.smooth)
         if smooth:
             weights = self.gradient_rows[smooth]
-            first, second = look.variances(weights)
+            first, second = batch.variances(weights)
             u[:, smooth] = np.sqrt(first.sum(axis=2) + second)
             if self.needs_bias:
-                bias[:, smooth] = look.systematic @ weights.T
+                bias[:, smooth] = batch.systematic @ weights.T
         which, extremes = self._extremes
         if extremes is not None:
-            bias[:, list(which)], u[:, list(which)] = extremes.moments(look)
+            bias[:, list(which)], u[:, list(which)] = extremes.moments(batch)
         return PoseSpread(u, u * self.factors, bias)
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.response.volumetric import Diagonal, Field
+from vcmm.response.volumetric import Diagonal, ErrorField
 from vcmm.tables.quantities import fixed
 from vcmm.tables.table import Column, ResultTable, csv_text, entry, listing, records
 
@@ -29,15 +29,15 @@ DIAGONALS: tuple[Column[Diagonal], ...] = (
 )
 
 
-def diagonals(found: Field) -> ResultTable[Diagonal]:
+def diagonals(found: ErrorField) -> ResultTable[Diagonal]:
     return ResultTable("body diagonals (ISO 230-6)", DIAGONALS, found.diagonals)
 
 
-def engine_text(found: Field) -> str:
+def engine_text(found: ErrorField) -> str:
     return "exact transforms" if found.exact else "first order"
 
 
-def maxima(machine: Machine, found: Field) -> ResultTable[Any]:
+def maxima(machine: Machine, found: ErrorField) -> ResultTable[Any]:
     """Largest and mean tip error with the place of the largest, and the body diagonals: all on one screen."""
     size, worst = found.size, int(found.size.argmax())
     place = ", ".join(f"{a} {_shown(a, found.run.q(a)[worst]):.4g} {_unit(a)}" for a in machine.chain.letters)
@@ -53,7 +53,7 @@ def maxima(machine: Machine, found: Field) -> ResultTable[Any]:
     return listing(title, ["", "value", "where"], rows, words=(0, 2))
 
 
-def summary(found: Field) -> ResultTable[Any]:
+def summary(found: ErrorField) -> ResultTable[Any]:
     """The same for the page, which has the diagonals apart."""
     size = found.size * 1e3
     rows = [
@@ -66,7 +66,7 @@ def summary(found: Field) -> ResultTable[Any]:
     return listing("Volumetric error", ["", "tip error, actual - nominal"], rows)
 
 
-def _largest(found: Field) -> Array:
+def _largest(found: ErrorField) -> Array:
     """(3,) um."""
     return np.asarray(np.abs(found.tip_error).max(axis=0) * 1e3)
 
@@ -80,7 +80,7 @@ def _shown(axis: str, position: float) -> float:
     return math.degrees(position) if axis in "ABC" else float(position)
 
 
-def field_json(found: Field) -> dict[str, Any]:
+def field_json(found: ErrorField) -> dict[str, Any]:
     """The body of the JSON document."""
     size = found.size
     return {
@@ -96,7 +96,7 @@ def field_json(found: Field) -> dict[str, Any]:
     }
 
 
-def field_csv(machine: Machine, found: Field) -> str:
+def field_csv(machine: Machine, found: ErrorField) -> str:
     """Axis positions in mm and deg, tip errors in um, nine significant digits."""
 
     def position(axis: str, row: int) -> float:
