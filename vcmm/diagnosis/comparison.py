@@ -55,7 +55,7 @@ class Misfit:
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class Comparison:
     """One machine file against all recordings; figures over all their rows, mm or rad."""
 
     file: str
@@ -111,14 +111,14 @@ class Compared:
         return tuple(out)
 
 
-def compared(file: str, pairs: Sequence[tuple[Recording, Machine]], seed: int = 0) -> Compared:
+def compared(file: str, pairs: Sequence[tuple[Recording, Machine]], seed: int = 0) -> Comparison:
     """What machines of one file leave of recordings. Raises ModelLimit: rows outside the travels, noise not known, fewer
     rows than nuisance parameters, angles beside lengths.
     """
     kinds = {recording.kind == "angle" for recording, _ in pairs}
     if len(kinds) > 1:
         raise ModelLimit("recordings of angles and of lengths have no common rms; compare them one by one")
-    return Compared(file, tuple(misfit(recording, machine, seed) for recording, machine in pairs))
+    return Comparison(file, tuple(misfit(recording, machine, seed) for recording, machine in pairs))
 
 
 def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
@@ -178,12 +178,12 @@ def _places(problem: Problem, seed: int) -> tuple[Place, ...]:
     return locate(seen, rest / scale, seen.scores(null).max(axis=0))
 
 
-def comparison_json(rows: Sequence[Compared]) -> dict[str, object]:
+def comparison_json(rows: Sequence[Comparison]) -> dict[str, object]:
     """Body of the document vcmm.compare/1; um, or urad for angles."""
     return {"machines": [_machine_json(row) for row in rows]}
 
 
-def _machine_json(row: Compared) -> dict[str, object]:
+def _machine_json(row: Comparison) -> dict[str, object]:
     unit, scale = ("urad", 1e6) if row.angle else ("um", 1e3)
     several = len(row.parts) > 1
     return {

@@ -9,13 +9,13 @@ import numpy as np
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.core.run import Array
-from vcmm.diagnosis.comparison import Compared, Misfit
+from vcmm.diagnosis.comparison import Comparison, Misfit
 from vcmm.diagnosis.locate import short
 from vcmm.tables.compared import short_names, tables
 from vcmm.tables.table import html
 
 
-def compare_page(rows: Sequence[Compared]) -> str:
+def compare_page(rows: Sequence[Comparison]) -> str:
     """One self-contained HTML file."""
     blocks = [block for table in tables(rows) for block in (r.heading(table.title), html(table))]
     for k, part in enumerate(rows[0].parts):
@@ -26,7 +26,7 @@ def compare_page(rows: Sequence[Compared]) -> str:
     )
 
 
-def _pictures(rows: Sequence[Compared], k: int) -> list[str]:
+def _pictures(rows: Sequence[Comparison], k: int) -> list[str]:
     """Residuals of recording k under every machine, over the covariates on which the first of them depends."""
     first = rows[0].parts[k]
     unit, scale = ("µrad", 1e6) if rows[0].angle else ("µm", 1e3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vcmm.diagnosis.comparison import Compared
+from vcmm.diagnosis.comparison import Comparison
 from vcmm.tables.table import ResultTable, listing
 
 CAPTION = (
@@ -26,7 +26,7 @@ def short_names(paths: Sequence[str]) -> list[str]:
     return out
 
 
-def tables(rows: Sequence[Compared]) -> list[ResultTable[Sequence[str]]]:
+def tables(rows: Sequence[Comparison]) -> list[ResultTable[Sequence[str]]]:
     """The figures, the folds, and on what the residuals depend."""
     unit, scale = ("urad", 1e6) if rows[0].angle else ("um", 1e3)
     files = short_names([c.file for c in rows])

@@ -72,7 +72,7 @@ def answers(d: Diagnosis) -> list[ResultTable[Answer]]:
 
 
 @dataclass(frozen=True)
-class Fold:
+class FoldRow:
     """Rows that were left out of the fit, or all of them: rms before and after in words, shares as numbers."""
 
     name: str
@@ -82,7 +82,7 @@ class Fold:
     gain: str
 
 
-FOLDS: tuple[Column[Fold], ...] = (
+FOLDS: tuple[Column[FoldRow], ...] = (
     Column("fold", lambda f: f.name),
     Column("rms before", lambda f: f.before, NUMBER_TEXT),
     Column("rms after", lambda f: f.after, NUMBER_TEXT),
@@ -91,15 +91,15 @@ FOLDS: tuple[Column[Fold], ...] = (
 )
 
 
-def folds(d: Diagnosis) -> ResultTable[Fold]:
+def folds(d: Diagnosis) -> ResultTable[FoldRow]:
     """All rows, fitted; then each part of them as the others predict it."""
     fit = d.fit
     noise = f"noise {micro_text(d, fit.noise)}"
-    rows = [Fold("all rows, fitted", micro_text(d, fit.before), micro_text(d, fit.after), noise, "–")]
+    rows = [FoldRow("all rows, fitted", micro_text(d, fit.before), micro_text(d, fit.after), noise, "–")]
     for h in fit.held_out:
         left = f"{h.effect_energy_left:.3f}" if np.isfinite(h.effect_energy_left) else "–"
         before, after = micro_text(d, h.rms_before), micro_text(d, h.rms_after)
-        rows.append(Fold(h.fold, before, after, left, f"{h.gain:+.1f} nats"))
+        rows.append(FoldRow(h.fold, before, after, left, f"{h.gain:+.1f} nats"))
     return ResultTable("how the prediction improves on rows never fitted", FOLDS, rows, SCALE)
 
 
