@@ -1,4 +1,4 @@
-"""Offset curves in a plane: pieces (line, arc), their parallel curves, and how two parallel curves meet at a corner.
+"""Offset curves in a plane: pieces (line, arc) of moves, their parallel curves, and how two parallel curves meet at a corner.
 
 Offsets are signed, h > 0 to the left of the direction of travel. The parallel curve of a line lies at h along its left
 normal; that of an arc is the arc about the same centre with radius R - h (counterclockwise) or R + h (clockwise).
@@ -9,11 +9,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from vcmm.nc.moves import PLANES, Move, Point
+
 Vec = tuple[float, float]
 ROUNDED = (
     1e-5  # mm: how near to both parallel curves the middle of a corner must be that is one by rounding alone
 )
 FAR = 10.0  # times the width of such a corner: a meeting further away is none
+STILL = 1e-12  # mm: shorter is no motion in the plane
 TINY = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
 
 
@@ -176,14 +179,14 @@ def _meeting(a: Piece, b: Piece, h: float) -> Vec:
         scale = h / (1 + dot(n, m))
         return a.end[0] + scale * (n[0] + m[0]), a.end[1] + scale * (n[1] + m[1])
     if a.centre is None:
-        found = _line_circle(a, b, h)
+        crossings = _line_circle(a, b, h)
     elif b.centre is None:
-        found = _line_circle(b, a, h)
+        crossings = _line_circle(b, a, h)
     else:
-        found = _circle_circle(a, b, h)
-    if not found:
+        crossings = _circle_circle(a, b, h)
+    if not crossings:
         raise NoMeeting
-    return min(found, key=lambda p: math.dist(p, a.end))
+    return min(crossings, key=lambda p: math.dist(p, a.end))
 
 
 def _line_circle(line: Piece, arc: Piece, h: float) -> list[Vec]:
@@ -237,3 +240,29 @@ def sweep_of(start: Vec, end: Vec, centre: Vec, clockwise: bool, turns: int) -> 
     if math.dist(start, end) < 1e-9 or angle == 0.0:
         angle = 2 * math.pi
     return sign * (angle + 2 * math.pi * (turns - 1))
+
+
+# -- moves and pieces ---------------------------------------------------------------------------------------------------
+def planar(move: Move) -> bool:
+    """True for a move with motion in its plane."""
+    one, two, _ = PLANES[move.plane]
+    moved = math.hypot(move.end[one] - move.start[one], move.end[two] - move.start[two]) > STILL
+    return move.kind == "arc" or (move.kind != "dwell" and moved)
+
+
+def piece_of(move: Move) -> Piece:
+    """A move as a piece of its plane."""
+    one, two, _ = PLANES[move.plane]
+    start, end = (move.start[one], move.start[two]), (move.end[one], move.end[two])
+    if move.centre is None:
+        return Piece(start, end)
+    centre = (move.centre[one], move.centre[two])
+    return Piece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
+
+
+def in_space(plane: str, point: Vec, height: float) -> Point:
+    """A point of the plane at a height along its normal."""
+    one, two, normal = PLANES[plane]
+    out = [0.0, 0.0, 0.0]
+    out[one], out[two], out[normal] = point[0], point[1], height
+    return out[0], out[1], out[2]

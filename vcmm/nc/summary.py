@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vcmm.nc.moves import NO_ROTARY, PLANES, Move, Point, Program
+from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program
 from vcmm.nc.setup import Setup
 
 
@@ -122,7 +122,7 @@ def _extents(moves: Sequence[Move], setup: Setup | None) -> tuple[tuple[Point, P
     for i, move in enumerate(moves):
         points = list(_points(move))[1 if i == 0 else 0 :]
         everything += points
-        zero = offsets.get(move.offset, NO_ROTARY)
+        zero = offsets.get(move.offset, ORIGIN)
         if move.rewritable:
             work += [(p[0] - zero[0], p[1] - zero[1], p[2] - zero[2]) for p in points]
         if move.kind in ("line", "arc", "thread"):

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from vcmm.nc.control import Affine, Compensation, Modal
+from vcmm.nc.frames import AffineMap
 from vcmm.nc.moves import Move
+from vcmm.nc.radius import RadiusCompensation
+from vcmm.nc.state import Modal
 
 
 class WordAt(NamedTuple):
@@ -48,12 +50,12 @@ class Trace(NamedTuple):
     before: Modal
     after: Modal
     programmed: tuple[tuple[float, float, float], tuple[float, float, float]]
-    transformation: Affine
+    transformation: AffineMap
     runs: int
     cycle: str
     call: int
     contour: Move
-    compensation: Compensation | None
+    compensation: RadiusCompensation | None
     guard: tuple[float, float] = (0.0, 0.0)  # mm at start and end that a rounding or chamfer takes away
 
 
@@ -64,6 +66,14 @@ class Cut(NamedTuple):
     first: int
     last: int
     text: str
+
+
+class Place(NamedTuple):
+    """Where a block stands, and how many calls are under way."""
+
+    file: str
+    line: int
+    call: int
 
 
 class Step(NamedTuple):
@@ -77,15 +87,13 @@ class Step(NamedTuple):
 
 
 class Tracing(Protocol):
-    """Who notes what every block does (vcmm.nc.tracing.Tracer), as the recorder and the front-ends see it. r: the recorder."""
+    """Who notes what every block does (vcmm.nc.tracing.Tracer), as the recorder and the readers see it. r: the recorder."""
 
     lines: Sequence[str]
     cycle: Mapping[str, WordAt]
 
-    def step(self, line: int, last: int, call: int, cuts: Sequence[Cut]) -> None: ...
+    def step(self, step: Step) -> None: ...
 
-    def note(
-        self, r: Any, made: int, before: Modal, after: Modal, words: Mapping[str, WordAt], line: int, call: int
-    ) -> None: ...  # fmt: skip
+    def note(self, r: Any, made: int, before: Modal, words: Mapping[str, WordAt], place: Place) -> None: ...
 
     def result(self, r: Any) -> tuple[tuple[Trace, ...], tuple[Step, ...]]: ...

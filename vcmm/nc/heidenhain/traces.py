@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from vcmm.nc.heidenhain.text import Reader
+from vcmm.nc.heidenhain.text import KlartextReader
 from vcmm.nc.trace import Cut, Tracing, WordAt
 from vcmm.nc.tracing import word_at, written_out
 
 FLOW = ("LBL", "CALL", "FN")
 
 
-def words_of(reader: Reader, tracer: Tracing) -> dict[str, WordAt]:
-    """Words by address: IX is "X" with the mode IC; "path" is the word that the block begins with."""
+def words_of(reader: KlartextReader, tracer: Tracing) -> dict[str, WordAt]:
+    """KlartextWords by address: IX is "X" with the mode IC; "path" is the word that the block begins with."""
     out: dict[str, WordAt] = {}
     if not reader.tokens:
         return out
@@ -30,7 +30,7 @@ def words_of(reader: Reader, tracer: Tracing) -> dict[str, WordAt]:
     return out
 
 
-def cuts_of(reader: Reader) -> list[Cut]:
+def cuts_of(reader: KlartextReader) -> list[Cut]:
     """What changes when the block is written out where it is executed."""
     tokens = reader.tokens
     word = tokens[0].text.upper() if tokens else ""
