@@ -23,7 +23,7 @@ from vcmm.core.run import Array, Run
 from vcmm.motion.curves import Ints
 from vcmm.motion.knots import knots_of, rest_points
 from vcmm.motion.servo import contour_deviation
-from vcmm.motion.timing import State, Timing, plan_motion
+from vcmm.motion.timing import AxisState, Timing, plan_motion
 from vcmm.nc.limits import AXES, Control
 from vcmm.nc.moves import Move, Program
 
@@ -139,7 +139,7 @@ def toolpath(
 
 def _state_at_knots(
     timing: Timing, s: Array, time: Array, stretch: Ints, rest: np.typing.NDArray[np.bool_]
-) -> State:
+) -> AxisState:
     """State at the knots, exactly at rest at the ends of each stretch."""
     row = np.clip(np.searchsorted(timing.start, time, side="right") - 1, 0, max(len(timing.start) - 1, 0))
     _, v0, a0, jerk, length = timing.phase[row].T
@@ -149,16 +149,16 @@ def _state_at_knots(
     return timing.state_on_path(s, v, a, np.where(rest, 0.0, jerk), stretch)
 
 
-def _taken(state: State, rows: Ints) -> State:
+def _taken(state: AxisState, rows: Ints) -> AxisState:
     motion = (state.position, state.speed, state.acceleration, state.jerk)
     position, speed, acceleration, jerk = (part[rows] for part in motion)
-    return State(
+    return AxisState(
         position, speed, acceleration, jerk, state.s[rows], state.path_speed[rows], state.element[rows]
     )
 
 
 def _assembled(
-    timing: Timing, machine: Machine, plays: Sequence[float], time: Array, state: State, move: Ints,
+    timing: Timing, machine: Machine, plays: Sequence[float], time: Array, state: AxisState, move: Ints,
     deviation: Array, begins: np.typing.NDArray[np.bool_],
 ) -> Toolpath:  # fmt: skip
     axes = {letter: state.position[:, AXES.index(letter)] for letter in machine.axes}
@@ -176,7 +176,7 @@ def _assembled(
     return Toolpath(timing, time, axes, tip, offset, move, deviation, columns, labels)
 
 
-def _motion_columns(axes: Mapping[str, Array], state: State) -> dict[str, Array]:
+def _motion_columns(axes: Mapping[str, Array], state: AxisState) -> dict[str, Array]:
     out: dict[str, Array] = {}
     for letter in axes:
         unit, i = axis_unit(letter), AXES.index(letter)
@@ -202,7 +202,7 @@ def _since_acceleration(time: Array, size: Array) -> Array:
     return np.where(active, 0.0, time - ended[latest])
 
 
-def _move_columns(timing: Timing, time: Array, state: State, move: Ints) -> dict[str, Array]:
+def _move_columns(timing: Timing, time: Array, state: AxisState, move: Ints) -> dict[str, Array]:
     """Columns that follow from the moves: feed, spindle, tool, line, cut length."""
     moves = timing.moves
     rpm = np.array([m.spindle for m in moves], dtype=float)[move]

@@ -200,7 +200,8 @@ class ExpressionReader(Cursor):
         levels = self.grammar.levels
         while (operator := self.upper()) in levels and levels[operator] > lowest:
             column = self.next().column
-            left = binary(self.grammar, operator, left, self.expression(levels[operator]), column)
+            right = self.expression(levels[operator])
+            left = self.kept(binary(self.grammar, operator, left, right, column))
         return left
 
     def operand(self) -> Value:
@@ -220,6 +221,10 @@ class ExpressionReader(Cursor):
         inside = self.expression()
         self.expect(self.grammar.brackets[1], "after the expression")
         return inside
+
+    def kept(self, value: Computed) -> Value:
+        """What is kept of an expression: a function, for those who work out later what they read."""
+        return value
 
     def atom(self) -> Value:
         """A number, a variable or a call of a function."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-from vcmm.core.errors import DataError, ModelLimit, VcmmError
+from vcmm.core.errors import DataError, ModelLimit
 from vcmm.nc.moves import Source
 
 
@@ -17,27 +17,20 @@ class BlockFault(DataError):
         self.column, self.text = column, text
 
 
-class _Placed(VcmmError):
-    """A sentence and its place in a program: 'part.nc:12:7: ...', 'part.nc:12: ...' without a column, 'line 12: ...' without
-    a file."""
+class ProgramFault(DataError):
+    """The same with its place: 'part.nc:12:7: ...'."""
 
-    def __init__(self, file: str, line: int, column: int | None, reason: str) -> None:
-        where = f"{file}:{line}" + ("" if column is None else f":{column}") if file else f"line {line}"
-        super().__init__(f"{where}: {reason}")
+    def __init__(self, file: str, line: int, column: int, reason: str) -> None:
+        super().__init__(f"{file}:{line}:{column}: {reason}")
         self.file, self.line, self.column, self.reason = file, line, column, reason
 
 
-class ProgramFault(_Placed, DataError):
-    """A program cannot be understood, or what it says cannot be done."""
+class ProgramLimit(ModelLimit):
+    """Tool or machine cannot follow a program there: 'part.nc:12:7: ...', 'line 12: ...' where the file is not known."""
 
-
-class ProgramLimit(_Placed, ModelLimit):
-    """Tool or machine cannot follow a program, or the model does not hold there."""
-
-
-def moved(error: ProgramFault | ProgramLimit, line: int) -> ProgramFault | ProgramLimit:
-    """The same at another line."""
-    return type(error)(error.file, line, error.column, error.reason)
+    def __init__(self, file: str, line: int, column: int, reason: str) -> None:
+        super().__init__(f"{file}:{line}:{column}: {reason}" if file else f"line {line}: {reason}")
+        self.file, self.line, self.column, self.reason = file, line, column, reason
 
 
 def refuse(file: str, source: Source, what: str, fix: str) -> NoReturn:

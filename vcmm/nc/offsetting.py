@@ -20,7 +20,7 @@ STILL = 1e-12  # mm: shorter is no motion in the plane
 TINY = 1e-10  # mm: corners whose rounding would be smaller than this are joined in one point
 
 
-class Piece(NamedTuple):
+class ContourPiece(NamedTuple):
     """A programmed line (centre None) or arc in the plane; sweep in rad, positive counterclockwise, 0 for a line."""
 
     start: Vec
@@ -68,31 +68,31 @@ def unit(a: Vec) -> Vec:
     return a[0] / length, a[1] / length
 
 
-def tangent(piece: Piece, at: Vec) -> Vec:
+def tangent(piece: ContourPiece, at: Vec) -> Vec:
     """Unit direction of travel at the start or the end of a piece."""
     if piece.centre is None:
         return unit(minus(piece.end, piece.start))
     return left(unit(minus(at, piece.centre))) if piece.sweep > 0 else left(unit(minus(piece.centre, at)))
 
 
-def beside(piece: Piece, at: Vec, h: float) -> Vec:
+def beside(piece: ContourPiece, at: Vec, h: float) -> Vec:
     """The point of the parallel curve that belongs to the start or end `at`."""
     return along(at, left(tangent(piece, at)), h)
 
 
-def parallel_radius(piece: Piece, h: float) -> float:
+def parallel_radius(piece: ContourPiece, h: float) -> float:
     """Radius of the parallel curve of an arc; zero or below: the tool is too big for the arc."""
     assert piece.centre is not None
     return math.dist(piece.start, piece.centre) - math.copysign(h, h * piece.sweep)
 
 
-def turn_between(a: Piece, b: Piece) -> float:
+def turn_between(a: ContourPiece, b: ContourPiece) -> float:
     """Change of direction at the corner, rad in (-pi, pi], positive to the left."""
     before, after = tangent(a, a.end), tangent(b, b.start)
     return math.atan2(cross(before, after), dot(before, after))
 
 
-def corner(a: Piece, b: Piece, h: float, rounding: str) -> Joint:
+def corner(a: ContourPiece, b: ContourPiece, h: float, rounding: str) -> Joint:
     """Joint of the parallel curves of a and b, which follow one another in a.end.
 
     rounding of outside corners: "arc" about the programmed corner, or "lines" along the tangents (the intersection up to
@@ -111,7 +111,7 @@ def corner(a: Piece, b: Piece, h: float, rounding: str) -> Joint:
     return _square_corner(a, b, h, ends, turn)
 
 
-def _inside_point(a: Piece, b: Piece, h: float, turn: float) -> Vec:
+def _inside_point(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> Vec:
     """Where the parallel curves meet. Tangents that differ by rounding alone need not meet at all, or meet far away, where one
     piece is an arc: then the point between their ends serves, which is within ROUNDED of both."""
     one, two = beside(a, a.end, h), beside(b, b.start, h)
@@ -126,7 +126,7 @@ def _inside_point(a: Piece, b: Piece, h: float, turn: float) -> Vec:
     return middle if rounded and math.dist(point, middle) > FAR * abs(h * turn) else point
 
 
-def is_inside(a: Piece, b: Piece, h: float) -> bool:
+def is_inside(a: ContourPiece, b: ContourPiece, h: float) -> bool:
     """True for an inside corner. Where the path turns straight back the curvatures decide on which side it closes."""
     turn = turn_between(a, b)
     if math.pi - abs(turn) > 1e-9:
@@ -134,13 +134,13 @@ def is_inside(a: Piece, b: Piece, h: float) -> bool:
     return (_curvature(a) + _curvature(b)) * h < -1e-12
 
 
-def _curvature(piece: Piece) -> float:
+def _curvature(piece: ContourPiece) -> float:
     return (
         0.0 if piece.centre is None else math.copysign(1 / math.dist(piece.start, piece.centre), piece.sweep)
     )
 
 
-def _smooth(a: Piece, b: Piece, h: float, turn: float) -> bool:
+def _smooth(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> bool:
     """True where one shared point is within TINY of both parallel curves, so that neither arc nor cut is needed.
 
     The middle of two points |h turn| apart lies h turn^2 / 8 inside the rounding and (h turn / 2)^2 / (2 R) off a
@@ -149,12 +149,12 @@ def _smooth(a: Piece, b: Piece, h: float, turn: float) -> bool:
     return _beside_both(a, b, h, turn) < TINY
 
 
-def _beside_both(a: Piece, b: Piece, h: float, turn: float) -> float:
+def _beside_both(a: ContourPiece, b: ContourPiece, h: float, turn: float) -> float:
     radii = [parallel_radius(p, h) for p in (a, b) if p.centre is not None]
     return abs(h) * turn**2 / 8 + sum((h * turn) ** 2 / (8 * max(radius, 1e-12)) for radius in radii)
 
 
-def _square_corner(a: Piece, b: Piece, h: float, ends: tuple[Vec, Vec], turn: float) -> Joint:
+def _square_corner(a: ContourPiece, b: ContourPiece, h: float, ends: tuple[Vec, Vec], turn: float) -> Joint:
     before, after = tangent(a, a.end), tangent(b, b.start)
     if abs(turn) <= math.pi / 2 + 1e-12:
         reach = abs(h) * math.tan(abs(turn) / 2)
@@ -172,7 +172,7 @@ def _square_corner(a: Piece, b: Piece, h: float, ends: tuple[Vec, Vec], turn: fl
     return Joint(end, start, via, turn=turn)
 
 
-def _meeting(a: Piece, b: Piece, h: float) -> Vec:
+def _meeting(a: ContourPiece, b: ContourPiece, h: float) -> Vec:
     """Intersection of the parallel curves nearest to the programmed corner."""
     if a.centre is None and b.centre is None:
         n, m = left(tangent(a, a.end)), left(tangent(b, b.start))
@@ -189,7 +189,7 @@ def _meeting(a: Piece, b: Piece, h: float) -> Vec:
     return min(crossings, key=lambda p: math.dist(p, a.end))
 
 
-def _line_circle(line: Piece, arc: Piece, h: float) -> list[Vec]:
+def _line_circle(line: ContourPiece, arc: ContourPiece, h: float) -> list[Vec]:
     assert arc.centre is not None
     direction = tangent(line, line.start)
     foot = along(line.start, left(direction), h)
@@ -201,7 +201,7 @@ def _line_circle(line: Piece, arc: Piece, h: float) -> list[Vec]:
     return [along(middle, direction, half), along(middle, direction, -half)]
 
 
-def _circle_circle(a: Piece, b: Piece, h: float) -> list[Vec]:
+def _circle_circle(a: ContourPiece, b: ContourPiece, h: float) -> list[Vec]:
     assert a.centre is not None
     assert b.centre is not None
     apart = math.dist(a.centre, b.centre)
@@ -217,7 +217,7 @@ def _circle_circle(a: Piece, b: Piece, h: float) -> list[Vec]:
     return [along(foot, left(direction), half), along(foot, left(direction), -half)]
 
 
-def trimmed_sweep(piece: Piece, start: Vec, end: Vec) -> float:
+def trimmed_sweep(piece: ContourPiece, start: Vec, end: Vec) -> float:
     """Signed sweep of the parallel arc between its joints; of the opposite sign or zero where nothing is left of it."""
     assert piece.centre is not None
     sign = math.copysign(1.0, piece.sweep)
@@ -250,14 +250,14 @@ def planar(move: Move) -> bool:
     return move.kind == "arc" or (move.kind != "dwell" and moved)
 
 
-def piece_of(move: Move) -> Piece:
+def piece_of(move: Move) -> ContourPiece:
     """A move as a piece of its plane."""
     one, two, _ = PLANES[move.plane]
     start, end = (move.start[one], move.start[two]), (move.end[one], move.end[two])
     if move.centre is None:
-        return Piece(start, end)
+        return ContourPiece(start, end)
     centre = (move.centre[one], move.centre[two])
-    return Piece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
+    return ContourPiece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
 
 
 def in_space(plane: str, point: Vec, height: float) -> Point:

@@ -26,9 +26,9 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.nc.faults import refuse
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point
 from vcmm.nc.offsetting import (
+    ContourPiece,
     Joint,
     NoMeeting,
-    Piece,
     Vec,
     beside,
     corner,
@@ -204,7 +204,7 @@ class _Walker:
             if not move.rewritable:
                 self.refuse(move, "a move in machine coordinates while radius compensation is on", fix)
 
-    def engaged(self, move: Move, piece: Piece, h: float) -> bool:
+    def engaged(self, move: Move, piece: ContourPiece, h: float) -> bool:
         """True where the path already ends beside the start of the contour: an approach written for the centre itself."""
         if not self.path or _near(self.path[-1].end, move.start):
             return False
@@ -212,7 +212,7 @@ class _Walker:
         end = self.path[-1].end
         return math.dist((end[one], end[two]), beside(piece, piece.start, h)) < 1e-9
 
-    def entry_piece(self, move: Move, piece: Piece, here: Point, h: float) -> Piece:
+    def entry_piece(self, move: Move, piece: ContourPiece, here: Point, h: float) -> ContourPiece:
         """The entry from where the tool really stands, as a piece that ends on the contour."""
         one, two, _ = PLANES[move.plane]
         start = (here[one], here[two])
@@ -227,7 +227,7 @@ class _Walker:
             )
         return piece._replace(start=start)
 
-    def joint(self, move: Move, a: Piece, b: Piece, h: float, first: bool) -> Joint:
+    def joint(self, move: Move, a: ContourPiece, b: ContourPiece, h: float, first: bool) -> Joint:
         for piece in (a, b):
             self.check_arc(move, piece, h)
         inside = is_inside(a, b, h)
@@ -239,7 +239,7 @@ class _Walker:
         except NoMeeting:
             self.gouge(move, h)
 
-    def check_arc(self, move: Move, piece: Piece, h: float) -> None:
+    def check_arc(self, move: Move, piece: ContourPiece, h: float) -> None:
         if piece.centre is not None and parallel_radius(piece, h) < 1e-9:
             self.refuse(
                 move,
@@ -247,7 +247,7 @@ class _Walker:
                 "use a smaller tool or a bigger arc",
             )
 
-    def exit_joint(self, pieces: list[Piece], h: float, leaving: Move | None) -> Joint:
+    def exit_joint(self, pieces: list[ContourPiece], h: float, leaving: Move | None) -> Joint:
         """How the last compensated move ends: beside its end, or for type B around an outside corner to the exit line."""
         if not pieces:
             return Joint((0.0, 0.0), (0.0, 0.0))
@@ -299,7 +299,7 @@ class _Maker:
         end = tuple(move.end[k] - self.shift[k] if k == normal else self.here[k] for k in range(3))
         self.put(move, (end[0], end[1], end[2]))
 
-    def offset(self, move: Move, piece: Piece, h: float, end: Vec, entry: bool) -> None:
+    def offset(self, move: Move, piece: ContourPiece, h: float, end: Vec, entry: bool) -> None:
         """The parallel curve of one programmed move, up to its joint with the next."""
         one, two, normal = PLANES[move.plane]
         start = (self.here[one], self.here[two])

@@ -18,7 +18,7 @@ from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
-from vcmm.nc.rounding import Corner, round_corners
+from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool
 from vcmm.nc.state import ModalState
 from vcmm.nc.trace import Tracing
@@ -56,7 +56,7 @@ class Recorder(ModalState):
     tool_axis: int = 2
     moves: list[Move] = field(default_factory=list)
     sides: Sides = field(default_factory=list)
-    corners: list[Corner] = field(default_factory=list)
+    corners: list[RoundedCorner] = field(default_factory=list)
     finishes: list[Finish] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
     remarked: set[str] = field(default_factory=set)
@@ -297,7 +297,7 @@ class Recorder(ModalState):
         """Round ("round", radius) or cut ("chamfer", mm along each side; "width", mm across) the corner after the last move."""
         if not self.moves:
             self.fault("there is no move before this rounding or chamfer; place it between two moves")
-        self.corners.append(Corner(len(self.moves) - 1, kind, size, self.source, feed))
+        self.corners.append(RoundedCorner(len(self.moves) - 1, kind, size, self.source, feed))
 
     # -- result --
     def program(self, file: str = "") -> Program:

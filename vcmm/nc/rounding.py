@@ -13,8 +13,8 @@ from typing import NamedTuple, TypeVar
 from vcmm.nc.faults import refuse
 from vcmm.nc.moves import PLANES, Move, Source
 from vcmm.nc.offsetting import (
+    ContourPiece,
     NoMeeting,
-    Piece,
     Vec,
     along,
     corner,
@@ -32,7 +32,7 @@ from vcmm.nc.offsetting import (
 State = TypeVar("State")
 
 
-class Corner(NamedTuple):
+class RoundedCorner(NamedTuple):
     """Rounding or chamfer at the end of the move with number `after`. kind: "round" (size: radius, mm), "chamfer" (mm cut
     off each side), "width" (mm across the chamfer). feed: its own, None = that of the move that follows."""
 
@@ -44,7 +44,7 @@ class Corner(NamedTuple):
 
 
 def round_corners(
-    moves: Sequence[Move], states: Sequence[State], corners: Sequence[Corner], file: str = ""
+    moves: Sequence[Move], states: Sequence[State], corners: Sequence[RoundedCorner], file: str = ""
 ) -> tuple[list[Move], list[State]]:
     """The moves with all corners worked in; states[i] belongs to move i and is carried along.
 
@@ -75,7 +75,7 @@ def round_corners(
     return out, kept
 
 
-def _worked(first: Move, second: Move, rounded: Corner, file: str) -> tuple[Move, Move, Move | None]:
+def _worked(first: Move, second: Move, rounded: RoundedCorner, file: str) -> tuple[Move, Move, Move | None]:
     a, b = piece_of(first), piece_of(second)
     turn = turn_between(a, b)
     if abs(turn) < 1e-9 or rounded.size == 0.0:
@@ -106,7 +106,7 @@ def _worked(first: Move, second: Move, rounded: Corner, file: str) -> tuple[Move
     return first._replace(end=start), second._replace(start=end), made
 
 
-def _rounded(a: Piece, b: Piece, turn: float, radius: float) -> tuple[Vec, Vec, Vec] | None:
+def _rounded(a: ContourPiece, b: ContourPiece, turn: float, radius: float) -> tuple[Vec, Vec, Vec] | None:
     h = math.copysign(radius, turn)
     if math.pi - abs(turn) < 1e-9:
         return None
@@ -119,7 +119,7 @@ def _rounded(a: Piece, b: Piece, turn: float, radius: float) -> tuple[Vec, Vec, 
     return _foot(a, centre), _foot(b, centre), centre
 
 
-def _foot(piece: Piece, centre: Vec) -> Vec:
+def _foot(piece: ContourPiece, centre: Vec) -> Vec:
     """The point of a piece that is nearest to a point beside it."""
     if piece.centre is None:
         direction = tangent(piece, piece.start)
@@ -128,7 +128,9 @@ def _foot(piece: Piece, centre: Vec) -> Vec:
     return along(piece.centre, unit(minus(centre, piece.centre)), math.dist(piece.start, piece.centre))
 
 
-def _chamfered(a: Piece, b: Piece, turn: float, rounded: Corner, file: str) -> tuple[Vec, Vec, Vec]:
+def _chamfered(
+    a: ContourPiece, b: ContourPiece, turn: float, rounded: RoundedCorner, file: str
+) -> tuple[Vec, Vec, Vec]:
     if a.centre is not None or b.centre is not None:
         refuse(
             file,
@@ -142,7 +144,7 @@ def _chamfered(a: Piece, b: Piece, turn: float, rounded: Corner, file: str) -> t
     return along(a.end, tangent(a, a.end), -size), along(b.start, tangent(b, b.start), size), a.end
 
 
-def _fits(piece: Piece, start: Vec, end: Vec) -> bool:
+def _fits(piece: ContourPiece, start: Vec, end: Vec) -> bool:
     """True where the trimmed piece still runs forwards and lies within the programmed rounded."""
     if piece.centre is not None:
         return trimmed_sweep(piece, start, end) * piece.sweep > 0

@@ -12,7 +12,7 @@ from vcmm.nc.setup import Setup
 
 
 @dataclass(frozen=True)
-class Summary:
+class ProgramSummary:
     """Lengths mm, times s. Extents are of the tip: lowest and highest corner; None without a move."""
 
     counts: dict[str, int]
@@ -99,7 +99,7 @@ def extent(points: Sequence[Point]) -> tuple[Point, Point] | None:
     )
 
 
-def summary(moves: Sequence[Move], setup: Setup | None = None) -> Summary:
+def summary(moves: Sequence[Move], setup: Setup | None = None) -> ProgramSummary:
     """Totals of a program."""
     counts: dict[str, int] = {}
     lengths: dict[str, float] = {}
@@ -112,7 +112,7 @@ def summary(moves: Sequence[Move], setup: Setup | None = None) -> Summary:
         if move.feed:
             turned = 0.0 if size else math.degrees(math.dist(move.rotary_start, move.rotary_end))
             cutting += (size or turned) / move.feed * 60.0
-    return Summary(counts, lengths, cutting, dwells, *_extents(moves, setup))
+    return ProgramSummary(counts, lengths, cutting, dwells, *_extents(moves, setup))
 
 
 def _extents(moves: Sequence[Move], setup: Setup | None) -> tuple[tuple[Point, Point] | None, ...]:

@@ -59,7 +59,7 @@ class Trace(NamedTuple):
     guard: tuple[float, float] = (0.0, 0.0)  # mm at start and end that a rounding or chamfer takes away
 
 
-class Cut(NamedTuple):
+class TextCut(NamedTuple):
     """A place of a line that changes when the program is written out: columns from 1, `text` instead of what stands there."""
 
     line: int
@@ -68,7 +68,7 @@ class Cut(NamedTuple):
     text: str
 
 
-class Place(NamedTuple):
+class BlockPlace(NamedTuple):
     """Where a block stands, and how many calls are under way."""
 
     file: str
@@ -76,14 +76,14 @@ class Place(NamedTuple):
     call: int
 
 
-class Step(NamedTuple):
+class ExecutedBlock(NamedTuple):
     """One executed block: its lines, how deep in calls it stands, and how it reads without expressions and flow control."""
 
     file: str
     line: int
     last: int
     call: int
-    cuts: tuple[Cut, ...]
+    cuts: tuple[TextCut, ...]
 
 
 class Tracing(Protocol):
@@ -92,8 +92,10 @@ class Tracing(Protocol):
     lines: Sequence[str]
     cycle: Mapping[str, WordAt]
 
-    def step(self, step: Step) -> None: ...
+    def step(self, step: ExecutedBlock) -> None: ...
 
-    def note(self, r: Any, made: int, before: Modal, words: Mapping[str, WordAt], place: Place) -> None: ...
+    def note(
+        self, r: Any, made: int, before: Modal, words: Mapping[str, WordAt], place: BlockPlace
+    ) -> None: ...
 
-    def result(self, r: Any) -> tuple[tuple[Trace, ...], tuple[Step, ...]]: ...
+    def result(self, r: Any) -> tuple[tuple[Trace, ...], tuple[ExecutedBlock, ...]]: ...

@@ -14,7 +14,7 @@ from vcmm.nc.moves import Move
 from vcmm.nc.offsetting import piece_of, planar, turn_between
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.state import Modal
-from vcmm.nc.trace import Place, Step, Trace, WordAt
+from vcmm.nc.trace import BlockPlace, ExecutedBlock, Trace, WordAt
 
 NUMBER = re.compile(r"[-+]?[ \t]*(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:EX[-+]?\d+)?\Z", re.IGNORECASE)
 SPARE = 1.2  # times the length that a rounding takes away stays unsplit
@@ -63,17 +63,19 @@ class Tracer:
 
     lines: Sequence[str] = ()
     traces: dict[int, Trace] = field(default_factory=dict)
-    steps: list[Step] = field(default_factory=list)
+    steps: list[ExecutedBlock] = field(default_factory=list)
     runs: dict[tuple[str, int], int] = field(default_factory=dict)
     cycle: Mapping[str, WordAt] = field(default_factory=dict)
 
-    def step(self, step: Step) -> None:
+    def step(self, step: ExecutedBlock) -> None:
         """A block is executed."""
         at = step.file, step.line
         self.runs[at] = self.runs.get(at, 0) + 1
         self.steps.append(step)
 
-    def note(self, r: Recorder, made: int, before: Modal, words: Mapping[str, WordAt], place: Place) -> None:
+    def note(
+        self, r: Recorder, made: int, before: Modal, words: Mapping[str, WordAt], place: BlockPlace
+    ) -> None:
         """Traces of the moves from `made` on that no inner block has noted."""
         after, world = r.modal(), r.world
         for i in range(made, len(r.moves)):
@@ -86,7 +88,7 @@ class Tracer:
                 cycle=marker, call=place.call, contour=move, compensation=r.sides[i],
             )  # fmt: skip
 
-    def result(self, r: Recorder) -> tuple[tuple[Trace, ...], tuple[Step, ...]]:
+    def result(self, r: Recorder) -> tuple[tuple[Trace, ...], tuple[ExecutedBlock, ...]]:
         """All traces in order of the moves, with what roundings take away."""
         guards = _guards(r)
         traces = [

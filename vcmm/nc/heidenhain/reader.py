@@ -20,7 +20,7 @@ from vcmm.nc.heidenhain.words import read_words
 from vcmm.nc.moves import Program, Source
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
-from vcmm.nc.trace import Place, Step, WordAt
+from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
 from vcmm.nc.tracing import Tracer, lines_with_ends
 
 __all__ = ["read", "tokenize"]
@@ -90,11 +90,11 @@ class _Runner:
         before = self.recorder.modal()
         over = self.block(reader)
         file = self.recorder.file
-        tracer.step(Step(file, line.number, line.tokens[-1].line, call, tuple(cuts_of(reader))))
+        tracer.step(ExecutedBlock(file, line.number, line.tokens[-1].line, call, tuple(cuts_of(reader))))
         words = words_of(reader, tracer)
         if words["path"].text == "CC":
             self.pole = {f"CC {k}": w for k, w in words.items()}
-        tracer.note(self.recorder, made, before, {**words, **self.pole}, Place(file, line.number, call))
+        tracer.note(self.recorder, made, before, {**words, **self.pole}, BlockPlace(file, line.number, call))
         return over
 
     def unset(self, name: str) -> None:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from vcmm.core.errors import choose_from
 from vcmm.nc.expressions import (
     TIGHT,
+    Computed,
     ExpressionReader,
     Grammar,
     Value,
@@ -175,6 +176,10 @@ class KlartextReader(ExpressionReader):
         """+ - * / % ^ with brackets and functions; ^ binds strongest, equal ones from the left."""
         return number(self.expression(), self)
 
+    def kept(self, value: Computed) -> float:
+        """Worked out at once."""
+        return number(value, self)
+
     def single(self) -> float:
         """One value of a formula."""
         return number(self.operand(), self)
@@ -190,4 +195,4 @@ class KlartextReader(ExpressionReader):
         if name not in FUNCTIONS:
             raise self.fault(f"{token.text} is no function of a formula.{choose_from(name, FUNCTIONS)}")
         self.at += 1
-        return called(GRAMMAR, name, [self.operand()], token.column)
+        return self.kept(called(GRAMMAR, name, [self.operand()], token.column))

@@ -25,7 +25,7 @@ from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.moves import Move, Program, Remark, Source
 from vcmm.nc.setup import Setup
-from vcmm.nc.trace import Place
+from vcmm.nc.trace import BlockPlace
 from vcmm.nc.tracing import Tracer
 
 _N = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)"  # no number that could overflow
@@ -182,7 +182,7 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
         w.used |= {"P", "L"}
     execute(c, w)
     if c.tracer is not None and before is not None and len(c.moves) > made:
-        c.tracer.note(c, made, before, words_of(w), Place(r.text.name, index + 1, len(r.calls)))
+        c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if call == 98:
         call_program(r, w, index, w.m_columns["call"])
     elif call == 99:

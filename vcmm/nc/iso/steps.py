@@ -7,7 +7,7 @@ import re
 from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.flow import IsoRunner
-from vcmm.nc.trace import Cut, Step, WordAt
+from vcmm.nc.trace import ExecutedBlock, TextCut, WordAt
 from vcmm.nc.tracing import written_out
 
 _NUMBERED = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
@@ -28,14 +28,14 @@ def _decimals(text: str) -> int | None:
     return len(text.rstrip().partition(".")[2].replace(" ", "")) if "." in text else None
 
 
-def step_of(r: IsoRunner, block: IsoBlock, index: int) -> Step:
+def step_of(r: IsoRunner, block: IsoBlock, index: int) -> ExecutedBlock:
     """The block as it is executed now."""
     call = len(r.calls)
     computed = any(callable(w.value) for w in block.words)
     called = _codes(block)
     if not computed and not called and not block.assigns and block.flow is None:
-        return Step(r.text.name, index + 1, index + 1, call, ())
-    return Step(r.text.name, index + 1, index + 1, call, tuple(_cuts(r, block, index + 1, called)))
+        return ExecutedBlock(r.text.name, index + 1, index + 1, call, ())
+    return ExecutedBlock(r.text.name, index + 1, index + 1, call, tuple(_cuts(r, block, index + 1, called)))
 
 
 def _codes(block: IsoBlock) -> set[str]:
@@ -44,28 +44,28 @@ def _codes(block: IsoBlock) -> set[str]:
     return codes & {"M98", "M99", "G65", "G66", "G67"}
 
 
-def _cuts(r: IsoRunner, block: IsoBlock, line: int, called: set[str]) -> list[Cut]:
+def _cuts(r: IsoRunner, block: IsoBlock, line: int, called: set[str]) -> list[TextCut]:
     end = len(_code(block.text)) + 1
     flow = block.flow
     if flow is not None and flow.kind != "program":
         head = _NUMBERED.match(block.text)
-        return [Cut(line, head.end() + 1 if head else 1, end, "")]
+        return [TextCut(line, head.end() + 1 if head else 1, end, "")]
     out = [_assignment(block, a.column, line, end) for a in block.assigns]
     if flow is not None and r.calls:
         number = _PROGRAM.search(block.text)
         if number:
-            out.append(Cut(line, number.start() + 1, number.end() + 1, ""))
+            out.append(TextCut(line, number.start() + 1, number.end() + 1, ""))
     gone = _gone(r, called)
     for word in block.words:
         name = (
             word.letter if word.letter not in "GM" or callable(word.value) else f"{word.letter}{word.value:g}"
         )
         if gone == "all" or name in gone:
-            out.append(Cut(line, word.first, word.last, ""))
+            out.append(TextCut(line, word.first, word.last, ""))
         elif callable(word.value):
             value = r.compute(word.value, word.first)
             out.append(
-                Cut(
+                TextCut(
                     line,
                     word.first,
                     word.last,
@@ -92,10 +92,10 @@ def _gone(r: IsoRunner, called: set[str]) -> str | frozenset[str]:
     return frozenset()
 
 
-def _assignment(block: IsoBlock, column: int, line: int, end: int) -> Cut:
+def _assignment(block: IsoBlock, column: int, line: int, end: int) -> TextCut:
     """#1=... up to what follows it."""
     starts = [w.first for w in block.words] + [a.column for a in block.assigns]
-    return Cut(line, column, min([s for s in starts if s > column], default=end), "")
+    return TextCut(line, column, min([s for s in starts if s > column], default=end), "")
 
 
 def _code(text: str) -> str:

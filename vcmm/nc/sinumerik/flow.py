@@ -14,7 +14,7 @@ from vcmm.nc.recorder import Recorder
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock, SinumerikFlow, parse_block
 from vcmm.nc.sinumerik.text import lines_of
 from vcmm.nc.sinumerik.traces import cuts_of
-from vcmm.nc.trace import Step, Tracing
+from vcmm.nc.trace import ExecutedBlock, Tracing
 
 LONGEST = 5_000_000  # blocks executed before a program counts as endless
 DEEPEST = 16  # nested subprograms, as on the control
@@ -139,7 +139,7 @@ class SinumerikRunner:
         """The block as it is executed now, for whoever writes the program out."""
         call = len(self.scopes) - 1
         cuts = cuts_of(self, block, tracer.lines[block.line - 1], call)
-        tracer.step(Step(self.recorder.file, block.line, block.line, call, tuple(cuts)))
+        tracer.step(ExecutedBlock(self.recorder.file, block.line, block.line, call, tuple(cuts)))
 
     def _flow(self, section: Section, at: int, flow: SinumerikFlow) -> int:
         kind, data, partner = flow.kind, flow.data, section.partner.get(at, at)

@@ -18,7 +18,7 @@ from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords, point
 from vcmm.nc.sinumerik.text import FUNCTIONS
 from vcmm.nc.sinumerik.traces import words_of
 from vcmm.nc.state import Modal
-from vcmm.nc.trace import Place
+from vcmm.nc.trace import BlockPlace
 
 FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 
@@ -54,7 +54,7 @@ class SinumerikInterpreter(SinumerikPaths):
         tracer = self.r.tracer
         if tracer is not None and before is not None and len(self.r.moves) > made:
             words = words_of(block, tracer.lines[block.line - 1])
-            place = Place(self.r.file, block.line, len(runner.scopes) - 1)
+            place = BlockPlace(self.r.file, block.line, len(runner.scopes) - 1)
             tracer.note(self.r, made, before, words, place)
 
     # -- sorting --

@@ -12,7 +12,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.text import SinumerikReader, lines_of
 from vcmm.nc.tokens import Token
-from vcmm.nc.trace import Cut, WordAt
+from vcmm.nc.trace import TextCut, WordAt
 from vcmm.nc.tracing import plain, word_at, written_out
 
 _HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
@@ -93,21 +93,21 @@ def cycle_words(item: Item, line: str, at: int) -> dict[str, WordAt]:
     return arguments | {"cycle": WordAt("cycle", item.first, item.last, item.name, False, None, line=at)}
 
 
-def cuts_of(runner: Running, block: SinumerikBlock, line: str, call: int) -> list[Cut]:
+def cuts_of(runner: Running, block: SinumerikBlock, line: str, call: int) -> list[TextCut]:
     """What changes when the block is written out where it is executed."""
-    out: list[Cut] = []
+    out: list[TextCut] = []
     for item in block.items:
         text = _written(runner, item, line, call)
         if text is not None:
-            out.append(Cut(block.line, *text))
+            out.append(TextCut(block.line, *text))
     head = _HEAD.match(line)
     begin = head.end() + 1 if head else 1
     if block.label:
         end = line.index(":", begin - 1) + 2
-        out.append(Cut(block.line, begin, end, ""))
+        out.append(TextCut(block.line, begin, end, ""))
         begin = end
     if block.flow is not None:
-        out.append(Cut(block.line, max([begin, *(i.last for i in block.items)]), block.last, ""))
+        out.append(TextCut(block.line, max([begin, *(i.last for i in block.items)]), block.last, ""))
     return out
 
 
