@@ -112,7 +112,8 @@ class Timing:
         q, q1, q2, q3 = (self.curves.at(e.curve[element], along, order) for order in range(4))
         v_, a_, j_ = v[:, None], a[:, None], jerk[:, None]
         acceleration = q1 * a_ + q2 * v_**2
-        return AxisState(q, q1 * v_, acceleration, q1 * j_ + 3 * q2 * v_ * a_ + q3 * v_**3, s, v, element)
+        out = q, q1 * v_, acceleration, q1 * j_ + 3 * q2 * v_ * a_ + q3 * v_**3
+        return AxisState(*out, s=s, path_speed=v, element=element)
 
     def move_at(self, s: Array, element: Ints) -> Ints:
         """Index in `moves` of the move at s (k,); a rounded corner belongs half to either."""
@@ -143,8 +144,9 @@ def plan_motion(
     start += np.cumsum(held)[stretch]
     ends = np.cumsum(own.length)
     return Timing(
-        moves, moving, ends, all_curves, elements, joints, first, last, phase, stretch, start, limits, control
-    )
+        moves=moves, moving=moving, ends=ends, curves=all_curves, elements=elements, joints=joints, first=first, last=last,
+        phase=phase, stretch=stretch, start=start, limits=limits, control=control,
+    )  # fmt: skip
 
 
 def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:

@@ -11,7 +11,7 @@ path changes its law or an axis turns back. What a row holds does not depend on 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -123,8 +123,8 @@ def toolpath(
     """
     if not step > 0 or not chord > 0:
         raise UsageError(f"toolpath: step = {step:g} and chord = {chord:g} must be positive lengths in mm")
-    found = control if control is not None else getattr(setup, "control", None)
-    timing = plan_motion(program, machine, found)
+    stated = control if control is not None else getattr(setup, "control", None)
+    timing = plan_motion(program, machine, stated)
     s, time, stretch = knots_of(timing, step, chord)
     first, last = rest_points(stretch)
     state = _state_at_knots(timing, s, time, stretch, first | last)
@@ -132,9 +132,8 @@ def toolpath(
     move = timing.move_at(s, state.element)
     shared = first & np.append(False, np.diff(time) <= 1e-9)  # a stretch that starts where and when one ends
     rows = np.flatnonzero(~shared)
-    return _assembled(
-        timing, machine, plays, time[rows], _taken(state, rows), move[rows], deviation[rows], first[rows]
-    )
+    knots = Knots(time[rows], _taken(state, rows), move[rows], deviation[rows], first[rows])
+    return _assembled(timing, machine, plays, knots)
 
 
 def _state_at_knots(
@@ -150,17 +149,22 @@ def _state_at_knots(
 
 
 def _taken(state: AxisState, rows: Ints) -> AxisState:
-    motion = (state.position, state.speed, state.acceleration, state.jerk)
-    position, speed, acceleration, jerk = (part[rows] for part in motion)
-    return AxisState(
-        position, speed, acceleration, jerk, state.s[rows], state.path_speed[rows], state.element[rows]
-    )
+    return AxisState(**{f.name: getattr(state, f.name)[rows] for f in fields(state)})
 
 
-def _assembled(
-    timing: Timing, machine: Machine, plays: Sequence[float], time: Array, state: AxisState, move: Ints,
-    deviation: Array, begins: np.typing.NDArray[np.bool_],
-) -> Toolpath:  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class Knots:
+    """The rows before they are a toolpath: time (n,) s, axes, move, deviation (n, 3) mm, begins: first of a stretch."""
+
+    time: Array
+    state: AxisState
+    move: Ints
+    deviation: Array
+    begins: np.typing.NDArray[np.bool_]
+
+
+def _assembled(timing: Timing, machine: Machine, plays: Sequence[float], knots: Knots) -> Toolpath:
+    time, state, move = knots.time, knots.state, knots.move
     axes = {letter: state.position[:, AXES.index(letter)] for letter in machine.axes}
     moves = timing.moves
     offset = np.array([m.tool_offset for m in moves], dtype=float).reshape(-1, 3)[move]
@@ -170,10 +174,11 @@ def _assembled(
         time, np.linalg.norm(state.acceleration[:, :3], axis=1)
     )
     columns |= _move_columns(timing, time, state, move)
-    columns |= {f"follow_{c}_mm": deviation[:, i] for i, c in enumerate("xyz")}
-    labels = _labels(moves, move, begins, time)
-    tip = state.position[:, :3] - offset
-    return Toolpath(timing, time, axes, tip, offset, move, deviation, columns, labels)
+    columns |= {f"follow_{c}_mm": knots.deviation[:, i] for i, c in enumerate("xyz")}
+    return Toolpath(
+        timing=timing, time=time, axes=axes, tip=state.position[:, :3] - offset, tool_offset=offset, move=move,
+        deviation=knots.deviation, columns=columns, labels=_labels(moves, move, knots.begins, time),
+    )  # fmt: skip
 
 
 def _motion_columns(axes: Mapping[str, Array], state: AxisState) -> dict[str, Array]:

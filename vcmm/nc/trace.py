@@ -87,7 +87,7 @@ class ExecutedBlock(NamedTuple):
 
 
 class Tracing(Protocol):
-    """Who notes what every block does (vcmm.nc.tracing.Tracer), as the recorder and the readers see it. r: the recorder."""
+    """Who notes what every block does (vcmm.nc.tracer.Tracer), as the recorder and the readers see it. r: the recorder."""
 
     lines: Sequence[str]
     cycle: Mapping[str, WordAt]

@@ -21,7 +21,7 @@ from vcmm.nc.moves import Program, Source
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
-from vcmm.nc.tracing import Tracer, lines_with_ends
+from vcmm.nc.tracer import Tracer, lines_with_ends
 
 __all__ = ["read", "tokenize"]
 LONGEST = 5_000_000  # blocks executed before a program counts as endless

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vcmm.nc.heidenhain.text import KlartextReader
 from vcmm.nc.trace import TextCut, Tracing, WordAt
-from vcmm.nc.tracing import word_at, written_out
+from vcmm.nc.tracer import word_at, written_out
 
 FLOW = ("LBL", "CALL", "FN")
 

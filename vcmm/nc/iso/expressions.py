@@ -113,8 +113,8 @@ class IsoExpressions(ExpressionReader):
 
     def __init__(self, text: str, words: str, begin: int) -> None:
         self.text, self.words, self.grammar = text, words, GRAMMARS[words]
-        found = _PATTERNS[words].finditer(text, begin)
-        tokens = [Token(str(m.lastgroup), m[0], 1, m.start() + 1) for m in found if m.lastgroup != "space"]
+        matches = _PATTERNS[words].finditer(text, begin)
+        tokens = [Token(str(m.lastgroup), m[0], 1, m.start() + 1) for m in matches if m.lastgroup != "space"]
         super().__init__(tokens, end=len(text) + 1)
 
     def expect(self, text: str, why: str) -> None:

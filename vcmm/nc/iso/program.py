@@ -26,7 +26,7 @@ from vcmm.nc.iso.texts import Text
 from vcmm.nc.moves import Move, Program, Remark, Source
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace
-from vcmm.nc.tracing import Tracer
+from vcmm.nc.tracer import Tracer
 
 _N = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)"  # no number that could overflow
 _PLAIN = re.compile(

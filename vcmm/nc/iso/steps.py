@@ -8,7 +8,7 @@ from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.flow import IsoRunner
 from vcmm.nc.trace import ExecutedBlock, TextCut, WordAt
-from vcmm.nc.tracing import written_out
+from vcmm.nc.tracer import written_out
 
 _NUMBERED = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _PROGRAM = re.compile(r"[O:][ \t]*\d+", re.IGNORECASE)

@@ -44,10 +44,10 @@ class Text:
 
     def block(self, index: int) -> IsoBlock:
         """The block of a line, read once."""
-        found = self._blocks.get(index)
-        if found is None:
-            found = self._blocks[index] = parse_block(self.lines[index], index + 1, self.dialect)
-        return found
+        block = self._blocks.get(index)
+        if block is None:
+            block = self._blocks[index] = parse_block(self.lines[index], index + 1, self.dialect)
+        return block
 
     def next_o(self, label: str, kinds: tuple[str, ...], index: int, column: int) -> int:
         """The first line after `index` with that label and one of the keywords."""

@@ -8,7 +8,7 @@ from vcmm.nc.setup import Setup
 from vcmm.nc.sinumerik.flow import SinumerikRunner, sections_of
 from vcmm.nc.sinumerik.motion import SinumerikInterpreter
 from vcmm.nc.sinumerik.text import tokenize
-from vcmm.nc.tracing import Tracer, lines_with_ends
+from vcmm.nc.tracer import Tracer, lines_with_ends
 
 __all__ = ["read", "tokenize"]
 

@@ -13,7 +13,7 @@ from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.text import SinumerikReader, lines_of
 from vcmm.nc.tokens import Token
 from vcmm.nc.trace import TextCut, WordAt
-from vcmm.nc.tracing import plain, word_at, written_out
+from vcmm.nc.tracer import plain, word_at, written_out
 
 _HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _WORD = re.compile(
