@@ -6,14 +6,14 @@ import math
 
 import pytest
 
-from vcmm.nc.offsetting import NoMeeting, Piece, corner
+from vcmm.nc.offsetting import ContourPiece, NoMeeting, corner
 
 
-def quarter(centre: tuple[float, float], sweep: float = math.pi / 2) -> tuple[Piece, Piece]:
+def quarter(centre: tuple[float, float], sweep: float = math.pi / 2) -> tuple[ContourPiece, ContourPiece]:
     """A quarter about the origin to (0, 15), then an arc from there about a centre that is off by rounding."""
-    first = Piece((15.0, 0.0), (0.0, 15.0), (0.0, 0.0), sweep)
+    first = ContourPiece((15.0, 0.0), (0.0, 15.0), (0.0, 0.0), sweep)
     cx, cy = centre
-    return first, Piece((0.0, 15.0), (cx - (15.0 - cy), cy), centre, sweep)
+    return first, ContourPiece((0.0, 15.0), (cx - (15.0 - cy), cy), centre, sweep)
 
 
 @pytest.mark.parametrize("centre", [(0.001, 0.001), (0.0005, -0.001), (0.0001, 0.002)])
@@ -29,7 +29,7 @@ def test_the_joint_stays_at_the_corner(centre):
 
 
 def test_a_true_inside_corner_without_a_meeting_is_still_refused():
-    first = Piece((15.0, 0.0), (0.0, 15.0), (0.0, 0.0), math.pi / 2)
-    second = Piece((0.0, 15.0), (0.0, 27.0), (0.5, 21.0), math.pi)  # turns by a right angle and more
+    first = ContourPiece((15.0, 0.0), (0.0, 15.0), (0.0, 0.0), math.pi / 2)
+    second = ContourPiece((0.0, 15.0), (0.0, 27.0), (0.5, 21.0), math.pi)  # turns by a right angle and more
     with pytest.raises(NoMeeting):
         corner(first, second, 5.9, "lines")

@@ -10,7 +10,7 @@ from vcmm import report as r
 from vcmm.cases.worn_cmm import AIR, CONCEALED, Concealed, Moved, WornTwin, answer_to
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.pages.diagnosis import sentences
-from vcmm.tables.diagnosed import FOLDS, Fold, folds
+from vcmm.tables.diagnosed import FOLDS, FoldRow, folds
 from vcmm.tables.quantities import fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
@@ -77,7 +77,7 @@ def _concealed(result: WornTwin) -> ResultTable[ConcealedParameter]:
     return ResultTable("What was concealed, and what was found", CONCEALED_COLUMNS, rows, caption)
 
 
-def _folds(result: WornTwin) -> ResultTable[Fold]:
+def _folds(result: WornTwin) -> ResultTable[FoldRow]:
     caption = (
         "Each line fits the named effects on the other rows and predicts these; the first line is fitted."
     )

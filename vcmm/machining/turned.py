@@ -22,9 +22,8 @@ from vcmm.machining.scenario import CutScenario
 from vcmm.machining.spindle import TURN, Spindle, moves_at, seconds_at, spindle_of
 from vcmm.machining.sweeps import swept
 from vcmm.motion.toolpath import Toolpath
-from vcmm.nc.compensation import FANUC_TIPS, LINUXCNC_TIPS
 from vcmm.nc.moves import Move, Program
-from vcmm.nc.setup import Tool, turns_with
+from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool, turns_with
 
 SEEDS, EACH = 4, 2  # moves that are asked for passes, passes before and after the place of contact
 KEPT = 6  # passes that may cut a point

@@ -7,7 +7,7 @@ from typing import Any
 
 from vcmm.motion.toolpath import Toolpath, clock
 from vcmm.nc.moves import Move, Program
-from vcmm.nc.summary import Summary
+from vcmm.nc.summary import ProgramSummary
 from vcmm.tables.quantities import fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, entry, listing, records
 
@@ -57,14 +57,14 @@ def move_json(m: Move) -> dict[str, Any]:
     return out
 
 
-def kinds(name: str, program: Program, total: Summary) -> ResultTable[Any]:
+def kinds(name: str, program: Program, total: ProgramSummary) -> ResultTable[Any]:
     """How many moves of each kind, and how long their path is."""
     rows = [[kind, str(n), f"{total.lengths[kind]:.3f} mm"] for kind, n in total.counts.items()]
     title = f"{name}: {len(program.moves)} moves, dialect {program.dialect}"
     return listing(title, ["move", "number", "path"], rows)
 
 
-def extents(program: Program, total: Summary) -> ResultTable[Any]:
+def extents(program: Program, total: ProgramSummary) -> ResultTable[Any]:
     return listing("", ["", "value"], total.rows(program), words=(0, 1))
 
 

@@ -1,4 +1,4 @@
-"""Tracer: what the front-ends for Sinumerik and Klartext note of every block, for whoever rewrites the program.
+"""Tracer: what the readers of all languages note of every block, for whoever rewrites the program.
 
 Moves belong to the innermost block that made them: a block that calls a subprogram keeps only its own.
 """
@@ -10,11 +10,11 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from vcmm.nc.control import Affine, Compensation, Modal
-from vcmm.nc.moves import Move, Point
+from vcmm.nc.moves import Move
+from vcmm.nc.offsetting import piece_of, planar, turn_between
 from vcmm.nc.recorder import Recorder
-from vcmm.nc.rounding import planar
-from vcmm.nc.trace import Cut, Step, Trace, WordAt
+from vcmm.nc.state import Modal
+from vcmm.nc.trace import BlockPlace, ExecutedBlock, Trace, WordAt
 
 NUMBER = re.compile(r"[-+]?[ \t]*(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:EX[-+]?\d+)?\Z", re.IGNORECASE)
 SPARE = 1.2  # times the length that a rounding takes away stays unsplit
@@ -30,8 +30,8 @@ def lines_with_ends(text: str) -> list[tuple[str, str]]:
 
 def decimals_of(text: str) -> int | None:
     """Digits behind the point or comma; None without one."""
-    found = re.search(r"[.,](\d*)", text)
-    return None if found is None else len(found[1])
+    behind = re.search(r"[.,](\d*)", text)
+    return None if behind is None else len(behind[1])
 
 
 def plain(text: str) -> bool:
@@ -45,8 +45,9 @@ def word_at(
     """A word of a line; span and value: columns from 1, one past the last."""
     text = line[value[0] - 1 : value[1] - 1]
     return WordAt(
-        letter, *span, text, plain(text), decimals_of(text) if plain(text) else None, *value, mode, number
-    )
+        letter, *span, text, plain=plain(text), decimals=decimals_of(text) if plain(text) else None,
+        begin=value[0], end=value[1], mode=mode, line=number,
+    )  # fmt: skip
 
 
 def written_out(value: float, sign: bool = False) -> str:
@@ -60,47 +61,45 @@ def written_out(value: float, sign: bool = False) -> str:
 class Tracer:
     """lines: of the text. cycle: words of the definition of the cycle in force."""
 
-    file: str
-    lines: Sequence[str]
+    lines: Sequence[str] = ()
     traces: dict[int, Trace] = field(default_factory=dict)
-    steps: list[Step] = field(default_factory=list)
-    runs: dict[int, int] = field(default_factory=dict)
+    steps: list[ExecutedBlock] = field(default_factory=list)
+    runs: dict[tuple[str, int], int] = field(default_factory=dict)
     cycle: Mapping[str, WordAt] = field(default_factory=dict)
 
-    def step(self, line: int, last: int, call: int, cuts: Sequence[Cut]) -> None:
+    def step(self, step: ExecutedBlock) -> None:
         """A block is executed."""
-        self.runs[line] = self.runs.get(line, 0) + 1
-        self.steps.append(Step(self.file, line, last, call, tuple(cuts)))
+        at = step.file, step.line
+        self.runs[at] = self.runs.get(at, 0) + 1
+        self.steps.append(step)
 
     def note(
-        self, r: Recorder, made: int, before: Modal, after: Modal, words: Mapping[str, WordAt], line: int, call: int
-    ) -> None:  # fmt: skip
+        self, r: Recorder, made: int, before: Modal, words: Mapping[str, WordAt], place: BlockPlace
+    ) -> None:
         """Traces of the moves from `made` on that no inner block has noted."""
-        world = r.whole()
-        affine = Affine(world.matrix, world.shift)
+        after, world = r.modal(), r.world
         for i in range(made, len(r.moves)):
             if i in self.traces:
                 continue
-            move, side = r.moves[i], r.sides[i]
-            marker = r.markers[i]
-            ends: tuple[Point, Point] = (world.undo(move.start), world.undo(move.end))
+            move, marker = r.moves[i], r.markers[i]
             self.traces[i] = Trace(
-                self.file, line, self.cycle if marker else words, before, after, ends, affine, 0, marker, call, move,
-                None if side.side is None else Compensation(side.side, side.radius),
+                file=place.file, line=place.line, words=self.cycle if marker and self.lines else words, before=before,
+                after=after, programmed=(world.undo(move.start), world.undo(move.end)), transformation=world, runs=0,
+                cycle=marker, call=place.call, contour=move, compensation=r.sides[i],
             )  # fmt: skip
 
-    def result(self, r: Recorder) -> tuple[tuple[Trace, ...], tuple[Step, ...]]:
+    def result(self, r: Recorder) -> tuple[tuple[Trace, ...], tuple[ExecutedBlock, ...]]:
         """All traces in order of the moves, with what roundings take away."""
         guards = _guards(r)
-        found = [
-            self.traces[i]._replace(
-                runs=self.runs.get(self.traces[i].line, 1),
+        traces = [
+            trace._replace(
+                runs=self.runs.get((trace.file, trace.line), 1),
                 guard=guards.get(i, (0.0, 0.0)),
                 contour=_shown(r.moves[i]),
             )
-            for i in sorted(self.traces)
+            for i, trace in sorted(self.traces.items())
         ]
-        return tuple(found), tuple(self.steps)
+        return tuple(traces), tuple(self.steps)
 
 
 def _shown(move: Move) -> Move:
@@ -111,32 +110,18 @@ def _shown(move: Move) -> Move:
 def _guards(r: Recorder) -> dict[int, tuple[float, float]]:
     """Lengths that roundings and chamfers take from the ends of the moves beside them: r tan(turn / 2) of two lines."""
     out: dict[int, tuple[float, float]] = {}
-    for one in r.corners:
-        following = next((k for k in range(one.after + 1, len(r.moves)) if planar(r.moves[k])), None)
+    for corner in r.corners:
+        following = next((k for k in range(corner.after + 1, len(r.moves)) if planar(r.moves[k])), None)
         if following is None:
             continue
-        length = SPARE * one.size * _share(r, one.after, following, one.kind)
-        first, second = out.get(one.after, (0.0, 0.0)), out.get(following, (0.0, 0.0))
-        out[one.after], out[following] = (first[0], length), (length, second[1])
+        length = SPARE * corner.size * _share(r.moves[corner.after], r.moves[following], corner.kind)
+        first, second = out.get(corner.after, (0.0, 0.0)), out.get(following, (0.0, 0.0))
+        out[corner.after], out[following] = (first[0], length), (length, second[1])
     return out
 
 
-def _share(r: Recorder, k: int, following: int, kind: str) -> float:
-    from vcmm.nc.offsetting import turn_between
-    from vcmm.nc.rounding import piece_of
-
-    turn = abs(turn_between(piece_of(r.moves[k]), piece_of(r.moves[following])))
+def _share(before: Move, behind: Move, kind: str) -> float:
+    turn = abs(turn_between(piece_of(before), piece_of(behind)))
     if kind == "round":
         return math.tan(min(turn, 3.1) / 2.0)
     return 1.0 if kind == "chamfer" else 0.5 / max(math.cos(turn / 2.0), 0.02)
-
-
-def modal_of(
-    r: Recorder, motion: str | None, unit: float, absolute: bool, side: str | None, diameter: bool
-) -> Modal:
-    """The modal state of a recorder and of the front-end that feeds it."""
-    feed = 0.0 if r.feed_mode == "G93" else r.feed or 0.0  # inverse time is that of each block
-    return Modal(
-        motion, r.plane, unit, absolute, False, r.feed_mode, feed, "G96" if r.surface else "G97", r.speed, r.offset, side,
-        "", r.tool, r.tool_offset, r.exact_stop, r.tolerance, diameter,
-    )  # fmt: skip
