@@ -13,9 +13,10 @@ from vcmm.cli import run as command
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.effects.residual import CorrelatedField
 from vcmm.machining.blank import notes
+from vcmm.machining.contact_path import surface_at
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.placement import place_cut
-from vcmm.machining.preparation import look, set_up
+from vcmm.machining.preparation import set_up
 
 STRUCTURE = "w B' Z' b X Y t"  # a horizontal machining centre: the spindle is Z, the pallet turns about the vertical Y
 ELSEWHERE = 'work_offset = { set_on = "elsewhere" }'
@@ -216,7 +217,7 @@ def test_without_a_pose_the_drawing_lies_where_the_zero_is_when_it_first_cuts(tm
     # turned back by 90 deg about Y through (0, 0, -400): (x, y, z) from there in the machine is (z, y, -x) in the part
     assert shop.pose.shift == pytest.approx([3.0, 2.0, -401.0], abs=1e-12)
     points = np.array([[40.0, 0, 0]])
-    assert look(shop, points, np.array([[1.0, 0, 0]])).s == pytest.approx([0.0], abs=1e-9)
+    assert surface_at(shop, points, np.array([[1.0, 0, 0]])).s == pytest.approx([0.0], abs=1e-9)
 
 
 # ------------------------------------------------------------------------------- what cannot be done, and end to end

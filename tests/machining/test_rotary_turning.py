@@ -9,9 +9,8 @@ import vcmm
 from tests.machining import rotary_shop as rs
 from vcmm.core.errors import ModelLimit
 from vcmm.cutting.envelope import CUT
+from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.job import cut
-from vcmm.machining.machine_at_cut import tool_side
-from vcmm.machining.preparation import look
 
 ELSEWHERE = 'work_offset = { set_on = "elsewhere" }'
 ROLL = "w A' X' Y' b Z t"  # the part turns about X, Z of the spindle leads to its axis
@@ -46,7 +45,7 @@ def test_the_share_of_a_turning_move_tells_the_angle(tmp_path):
     )
     angle = np.array([0.4, 1.7, 3.0, 5.9])
     normals = np.stack([np.zeros(4), -np.sin(angle), np.cos(angle)], axis=1)
-    found = look(shop, 20.0 * normals, normals)
+    found = surface_at(shop, 20.0 * normals, normals)
     tool, contacts = tool_side(shop, found, np.array(list("abcd")), np.array(["groove"] * 4))
     row = contacts.row[:, 0]
     # A turns the part by -q, so the tool meets the part at +q about X: (0, -sin q, cos q)
@@ -195,7 +194,7 @@ def test_simultaneous_motion_against_dense_transforms(tmp_path, ball):
     shop = rs.shop_of(rs.write(tmp_path, five(), SIMULTANEOUS, floor(0, 1), tool))
     points, normals = rays(1, 40)
     points = points + [0, 0, -2.0 if ball else 0.0]
-    found = look(shop, points, normals)
+    found = surface_at(shop, points, normals)
     at = shop.pose.apply(points)
     assert shop.pose.shift is not None
     expected = brute(at, normals, ball, {})
@@ -224,12 +223,12 @@ def test_errors_of_turning_tables_against_dense_transforms(tmp_path):
     shop = rs.shop_of(rs.write(tmp_path, five(effects), SIMULTANEOUS, floor(0, 1), tool, ELSEWHERE))
     points, normals = rays(2, 40)
     points = points - [0, 0, 2.0]
-    found = look(shop, points, normals)
+    found = surface_at(shop, points, normals)
     at = shop.pose.apply(points)
     expected = brute(at, normals, True, own)
     kept = np.flatnonzero((found.status == CUT) & (found.s > -0.4) & (expected < 1.9))
     assert len(kept) > 8
-    again = look(shop, points[kept], normals[kept])
+    again = surface_at(shop, points[kept], normals[kept])
     tool_, contacts = tool_side(shop, again, np.array([f"p{i}" for i in kept]), np.full(len(kept), "f"))
     height = contacts.surface(tool_.errors() - tool_.known)  # the brute force rounds no corners
     # rotations of 40 urad on levers of 450 mm: errors of 20 um; their second order is 20^2 / 2 R = 0.05 um along the path
@@ -258,7 +257,7 @@ def test_a_table_that_turns_inside_the_part_is_found(tmp_path):
     crash = "G0 A0 X0 Y0\nG43 H1 Z60.\nG1 Z20. F300\nG0 Z5.\nG0 A90.\nG0 Z60.\n"
     shop = rs.shop_of(rs.write(tmp_path, roll(), crash, floor(0.5, 20.0), 'diameter = "6 mm"\n'))
     normal = np.array([[0, -np.sqrt(0.5), np.sqrt(0.5)]])
-    found = look(shop, 20 * normal, normal)
+    found = surface_at(shop, 20 * normal, normal)
     # the rapid turns with the tip at 5 mm from the axis: 15 mm below the floor at A = 45 deg, by line 10 of the program
     assert found.s == pytest.approx([-15.0], abs=1e-9)
     assert shop.program.moves[int(shop.sweep.move[found.row[0, 0]])].source.line == 10

@@ -9,9 +9,9 @@ import vcmm
 from tests.machining import shop
 from vcmm.cli import run as command
 from vcmm.core.errors import UsageError
-from vcmm.machining.batch import later_in_batch
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.preparation import set_up
+from vcmm.machining.states import later_in_batch
 
 STOCK = '[stock]\nbox = ["104 mm", "104 mm", "20 mm"]\nmaterial = "Al7075"\n'  # a side of 2 mm is left for the finishing pass
 RIGID = shop.SETUP + "teeth = 3\n"

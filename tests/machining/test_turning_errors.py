@@ -84,7 +84,7 @@ def shifted(ready, **shifts):
         "length": lambda v: ToolLength("1", v), "radius": lambda v: ToolRadius("1", v),
     }  # fmt: skip
     machine = replace(ready.machine, effects=tuple(made[k](v) for k, v in shifts.items()))
-    return replace(ready, machine=machine)
+    return lathe.on_machine(ready, machine)
 
 
 def test_a_tool_that_stands_out_cuts_deeper(tmp_path):

@@ -19,7 +19,6 @@ from vcmm.library import folder
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.preparation import remarks, set_up
 from vcmm.machining.turned_blank import mesh
-from vcmm.machining.turned_recut import lifted
 
 UM = 1e-3
 PLAIN = "G0 X44. Z2.\nX40.\nG1 Z-60. F0.1\nX52.\n"
@@ -78,11 +77,11 @@ def test_a_rapid_through_the_bar_is_told(tmp_path):
 def test_a_ball_rests_on_the_feed_marks(tmp_path):
     ready = lathe.shop(lathe.write(tmp_path))
     _, points = lathe.nominal(ready, "journal")
-    from vcmm.machining.preparation import look
+    from vcmm.machining.contact_path import surface_at
 
     normals = points * [1, 1, 0] / 10.0
-    found = look(ready, points, normals)
-    on = found.contact_s[:, 0] + lifted(ready.turning, found, np.arange(len(points)), 1.0)
+    found = surface_at(ready, points, normals)
+    on = found.contact_s[:, 0] + ready.process.lifted(ready, found, np.arange(len(points)), 1.0)
     # crests 0.39072 um high, 0.025 mm either side of a valley; a ball of 1 mm comes down 1 - sqrt(1 - 0.025^2) = 0.31255 um between
     # them: it reads 0.0782 um over a valley and 0.3907 um on a crest
     assert on.min() == pytest.approx(0.0782 * UM, abs=0.004 * UM)
@@ -192,10 +191,10 @@ def test_a_bore_by_hand(tmp_path):
     found, _ = lathe.nominal(ready, "seat")
     assert found.min() >= -1e-12
     assert found.max() <= 0.39073e-3
-    bent = replace(ready, machine=replace(ready.machine, effects=(ToolOffset("1", "x", 5 * UM),)))
+    bent = lathe.on_machine(ready, replace(ready.machine, effects=(ToolOffset("1", "x", 5 * UM),)))
     assert lathe.moved(bent, "seat")[0] == pytest.approx(5 * UM, abs=1e-8)
     # height of the tip: its distance from the axis grows, sqrt(15^2 + 0.1^2) - 15 = 0.333 um, so the bore does
-    high = replace(ready, machine=replace(ready.machine, effects=(ToolOffset("1", "y", 0.1),)))
+    high = lathe.on_machine(ready, replace(ready.machine, effects=(ToolOffset("1", "y", 0.1),)))
     assert lathe.moved(high, "seat")[0] == pytest.approx(-0.3333 * UM, abs=1e-7)
     # the bar is pushed towards the axis; the bore grows from 26 to 30 mm over 40 mm: pi (15^2 - 13^2) 40 = 7.04 cm3
     row = [ready.program.moves[i].kind for i in ready.sweep.move].index("line")
@@ -295,23 +294,20 @@ def test_a_compensated_program_turns_the_right_part(tmp_path):
 
 def test_the_force_turns_with_the_feed_along_the_ball(tmp_path):
     """Along the arc the thrust keeps its share across the surface: 10 N pushed straight away in its middle are 10 N everywhere."""
-    from dataclasses import replace
-
-    from vcmm.machining.turned_side import turning_forces
+    from vcmm.machining.turning import turning_force_along
 
     ready = lathe.shop(lathe.write(tmp_path, setup=lathe.SETUP + BAR.replace("90", "130")))
     row = [ready.program.moves[i].kind for i in ready.sweep.move].index("arc")
     c = math.sqrt(0.5)  # in the middle of the quarter the surface looks to (c, c)
     forces = np.zeros((len(ready.sweep), 3))
     forces[row] = [10 * c, 3.0, 10 * c]
-    bent = replace(ready, blank=replace(ready.blank, forces=forces))
     share = np.array([1 / 6, 0.5, 5 / 6])  # 15, 45 and 75 deg from the pole
-    found = turning_forces(bent, np.full(3, row), share, np.zeros(3))
+    found = turning_force_along(forces, ready.sweep, np.full(3, row), share)
     a = np.radians([15.0, 45.0, 75.0])
     # the programmed quarter begins a little before the pole, where the offset contour does: no more than a degree
-    assert found["force_x_N"] == pytest.approx(10 * np.sin(a), abs=0.2)
-    assert found["force_y_N"] == pytest.approx(3.0)
-    assert found["force_z_N"] == pytest.approx(10 * np.cos(a), abs=0.2)
+    assert found[:, 0] == pytest.approx(10 * np.sin(a), abs=0.2)
+    assert found[:, 1] == pytest.approx(3.0)
+    assert found[:, 2] == pytest.approx(10 * np.cos(a), abs=0.2)
 
 
 def test_without_an_engine_asked_for_turned_parts_are_computed_exactly(tmp_path):

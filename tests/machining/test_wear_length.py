@@ -8,8 +8,7 @@ import pytest
 from tests.machining import lathe
 from tests.machining import rotary_shop as rs
 from tests.machining.test_turning_job import plain
-from vcmm.machining.machine_at_cut import tool_side
-from vcmm.machining.preparation import look
+from vcmm.machining.contact_path import surface_at, tool_side
 
 TABLE = "w C' X' Y' b Z t"
 BOSS = 'boss = { type = "cylinder", point = "0 0 -8 mm", axis = [0, 0, 1], diameter = "20 mm", length = "6 mm" }\n'
@@ -44,7 +43,7 @@ def test_a_tool_wears_while_only_the_table_turns(tmp_path, way, part):
     shop = rs.shop_of(path)
     angle = np.radians([90.0, 180.0, 270.0])
     normals = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3)])
-    found = look(shop, 10.0 * normals + [0, 0, -11.0 + 3.0], normals)
+    found = surface_at(shop, 10.0 * normals + [0, 0, -11.0 + 3.0], normals)
     run = tool_side(shop, found, np.array(["1", "2", "3"]), np.full(3, "boss"))[0].run
     rows = [np.flatnonzero(run.labels["touch"] == n)[0] for n in ("1", "2", "3")]
     # 30 mm in, then 15 mm x the angle run through, clockwise from +X: 270, 180 and 90 deg: 70.686, 47.124, 23.562 mm;

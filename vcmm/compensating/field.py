@@ -19,9 +19,9 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
-from vcmm.machining.rows import setting_rows
 from vcmm.machining.states import states_at
 from vcmm.machining.tool_errors import cutting_effects
+from vcmm.machining.zero_setting import setting_rows
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup

@@ -145,5 +145,6 @@ def check_travel(axis: Axis, q: Array) -> None:
         scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
         raise ModelLimit(
             f"row {row + 1}: axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel "
-            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose"
+            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose",
+            row=row,
         )

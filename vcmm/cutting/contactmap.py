@@ -13,6 +13,7 @@ condition N . v = 0, Altintas, Manufacturing Automation, 2nd ed. (2012), ch. 2 a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,13 @@ from vcmm.cutting.tools import Tool
 Ints = npt.NDArray[np.intp]
 ASTRAY = 0.05  # mm: a ray that meets the moved tool further off has met another side of it
 GRAZING = 1e-6  # |N . n| below which the ray ends in the side of a gouge: the tool moves that end as it moves itself
+
+
+class MovedCutters(Protocol):
+    """What cuts the points, candidate by candidate, to be met again when it is moved."""
+
+    def entry(self, shift: Array, normal: Array) -> Array:
+        """Where the rays from P points along normal (P, 3) enter what is moved by shift (..., P, K, 3): (..., P, K) mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +69,7 @@ class Contacts:
     cutter: Array
     normal: Array
     row: Ints
-    solids: Solids | None = None
+    solids: MovedCutters | None = None
 
     def __post_init__(self) -> None:
         if (self.row[:, 0] < 0).any():

@@ -12,7 +12,8 @@ IEEE Computer Graphics and Applications 9 (1989) 28, here against exact swept vo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Self
 
 import numpy as np
 
@@ -47,9 +48,9 @@ class CutSurface:
         """Deviation (n,) mm of the surface along n; nan where status is UNCUT."""
         return self.contact_s[:, 0]
 
-    def take(self, rows: Array) -> CutSurface:
+    def take(self, rows: Array) -> Self:
         """Some of the points."""
-        return CutSurface(*(getattr(self, name)[rows] for name in CutSurface.__annotations__))
+        return replace(self, **{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
     def counts(self) -> dict[str, int]:
         """How many points have which status."""

@@ -18,13 +18,14 @@ from vcmm.cutting import nose
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, CutSurface
 from vcmm.cutting.sweeps import Sweep
 from vcmm.cutting.turning import OUTWARD, meridian
+from vcmm.machining.program_sweep import swept
 from vcmm.machining.scenario import CutScenario
-from vcmm.machining.spindle import TURN, Spindle, moves_at, seconds_at, spindle_of
-from vcmm.machining.sweeps import swept
+from vcmm.machining.spindle import TURN, Spindle, moves_at, spindle_of
+from vcmm.machining.states import seconds_at
 from vcmm.motion.toolpath import Toolpath
 from vcmm.nc.compensation import FANUC_TIPS, LINUXCNC_TIPS
 from vcmm.nc.moves import Move, Program
-from vcmm.nc.setup import Tool, turns_with
+from vcmm.nc.setup import Tool
 
 SEEDS, EACH = 4, 2  # moves that are asked for passes, passes before and after the place of contact
 KEPT = 6  # passes that may cut a point
@@ -82,11 +83,6 @@ class TurnedSurface(CutSurface):
     flat_normals: Array
     phi: Array
     time: Array
-
-
-def turns(scenario: CutScenario, program: Program) -> bool:
-    """Whether the program cuts with turning tools."""
-    return turns_with(scenario.setup, program)
 
 
 def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turning:

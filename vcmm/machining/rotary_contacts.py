@@ -1,6 +1,6 @@
-"""Polish: contacts of a turning tool put exactly where the tool stands, and solids of tools that do not point along Z.
+"""Contacts while rotary axes turn, put exactly where the tool stands, and solids of tools that do not point along Z.
 
-The search knows a turning tool as short rows of constant direction (vcmm.machining.partsweep). For each contact found
+The search knows a turning tool as short rows of constant direction (vcmm.machining.rotary_sweep). For each contact found
 there, the tool is put at shares of its move about it, exactly, and met by the ray in closed form: the lowest entry over
 the share is the surface. The window shrinks about the best share so far. What is lowest over a window of PIECES rows to
 either side is taken; a program that touches a point more often has further contacts there.
@@ -27,7 +27,7 @@ ASTRAY = 0.02  # mm: an exact entry further off belongs to another side of the t
 
 
 @dataclass(frozen=True, eq=False)
-class TurnedSolids(Solids):
+class TiltedSolids(Solids):
     """Solids whose tools point elsewhere: frame (P, K, 3, 3), axes of each tool as rows, in workpiece axes."""
 
     frame: Array | None = None

@@ -11,9 +11,9 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.machine import Machine
 from vcmm.cutting import tools as shapes
 from vcmm.cutting.sweeps import ARC, HELIX, LINE, Sweep, checked
-from vcmm.machining.partsweep import STILL as STILL_TURNED
-from vcmm.machining.partsweep import in_workpiece
 from vcmm.machining.rotary import Motion
+from vcmm.machining.rotary_sweep import STILL as STILL_TURNED
+from vcmm.machining.rotary_sweep import in_workpiece
 from vcmm.nc.moves import PLANES, Move
 from vcmm.nc.setup import Tool
 
