@@ -14,7 +14,7 @@ import numpy as np
 from vcmm.compensating.fitting import Fit, Piece
 from vcmm.compensating.frame import Frame, frame_of
 from vcmm.compensating.numbers import HOLD, SAME, nearest, value_of
-from vcmm.compensating.source import Edit, edited
+from vcmm.compensating.source import Edit, at_line, edited
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError
 from vcmm.nc.moves import PLANES
@@ -73,8 +73,11 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | Non
     shift = frame.ways(fit.pieces[-1].end - np.array(traces[k].contour.end))[normal]
     block = first.words.get("cycle") or first.words.get("path")
     if block is None:
-        raise DataError(
-            f"{first.file}:{first.line}: the definition of {first.cycle} cannot be told; write the hole as single moves"
+        raise at_line(
+            DataError,
+            first.file,
+            first.line,
+            f"the definition of {first.cycle} cannot be told; write the hole as single moves",
         )
     down = _down(writer, first, frame, block, float(shift))
     top = fits[0] or fit
@@ -127,10 +130,8 @@ def _values(writer: Writer, trace: Trace, down: float) -> list[tuple[WordAt, str
         if word is None:
             continue
         if not word.plain:
-            raise DataError(
-                f"{trace.file}:{word.line}:{word.first}: {name} of {trace.cycle} is an expression; write it as a number, or have the "
-                "program written out (--inline)"
-            )
+            said = f"{name} of {trace.cycle} is an expression; write it as a number, or have the program written out (--inline)"
+            raise at_line(DataError, trace.file, word.line, said, word.first)
         number = writer.number(value_of(word) + down, writer.decimals[inch], word.text)
         out.append((word, number))
     return out

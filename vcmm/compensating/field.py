@@ -151,17 +151,16 @@ class Field:
         if not machine.effects:
             return np.zeros((run.n, 3))
         try:
-            found = -machine.indication_error(run)
-        except ModelLimit as error:
-            raise ModelLimit(self._where(str(error), move)) from None
-        found = found - self._setting(run, move) if self.set_here else found
-        return np.asarray(found * self.sensitive)
-
-    def _where(self, text: str, move: Ints) -> str:
-        row = int(text.split(":")[0].removeprefix("row ")) - 1 if text.startswith("row ") else -1
-        if not 0 <= row < len(move):
-            return text
-        return f"line {self.moves[move[row]].source.line} leaves the machine: {text}; check work offset and tool length"
+            error = -machine.indication_error(run)
+        except ModelLimit as limit:
+            if limit.row is None:
+                raise
+            line = self.moves[move[limit.row]].source.line
+            raise ModelLimit(
+                f"line {line} leaves the machine: {limit}; check work offset and tool length", line=line
+            ) from None
+        error = error - self._setting(run, move) if self.set_here else error
+        return np.asarray(error * self.sensitive)
 
     def _setting(self, run: Run, move: Ints) -> Array:
         """Error (k, 3) where the offset of each row was set, with its tool: at the work zero unless the set-up says where."""

@@ -14,6 +14,7 @@ import numpy as np
 from vcmm.compensating.fitting import Fit
 from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
 from vcmm.compensating.numbers import SAME, nearest, written
+from vcmm.compensating.source import at_line
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
@@ -74,9 +75,8 @@ def _heights(writer: Writer, trace: Trace, frame: Frame, normal: int) -> tuple[f
     for letter, name in ((AXES[normal], "Z"), ("R", "R")):
         if letter in trace.words:
             if not trace.words[letter].plain:
-                raise DataError(
-                    f"{trace.file}:{trace.line}:{trace.words[letter].first}: {letter} of a cycle is an expression; write it as a number to compensate the program"
-                )
+                said = f"{letter} of a cycle is an expression; write it as a number to compensate the program"
+                raise at_line(DataError, trace.file, trace.line, said, trace.words[letter].first)
             c[name] = _said(writer, trace, letter, frame.inch)
     r = c["R"] if frame.absolute else c["level"] + c["R"]
     return r, c["Z"] if frame.absolute else r + c["Z"]
@@ -114,9 +114,8 @@ def _holes(
             out = trace.cycle in FEED_OUT and top is not None
             found.append(Hole(place, mean, float(top[normal] if out and top is not None else shift[normal])))
     if not found:
-        raise DataError(
-            f"{traces[0].file}:{traces[0].line}: the holes of {traces[0].cycle} cannot be told; write the block as single moves"
-        )
+        said = f"the holes of {traces[0].cycle} cannot be told; write the block as single moves"
+        raise at_line(DataError, traces[0].file, traces[0].line, said)
     return found
 
 

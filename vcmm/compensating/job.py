@@ -6,7 +6,6 @@ program -> moves with traces -> corrected points (fixed point) -> lines and arcs
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -42,11 +41,11 @@ from vcmm.compensating.refusals import (
 )
 from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
-from vcmm.compensating.source import SourceText
+from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
 from vcmm.compensating.targets import Targets
 from vcmm.compensating.writer import Writer
-from vcmm.core.errors import DataError, ModelLimit, UsageError, VcmmError
+from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.evaluation.sampling import Progress
 from vcmm.nc.dialects import Dialect
@@ -89,20 +88,7 @@ def compensate(
     try:
         return _rewritten(work, tolerance, growth, report)
     except (DataError, ModelLimit) as error:
-        raise _located(error, work) from None
-
-
-def _located(error: VcmmError, work: Work) -> VcmmError:
-    """Lines of the written-out program in a message become those of the file."""
-    if work.origin == tuple(range(1, len(work.origin) + 1)):
-        return error
-
-    def line(found: re.Match[str]) -> str:
-        number = int(found[2])
-        return f"{found[1]}{work.origin[number - 1] if 0 < number <= len(work.origin) else number}"
-
-    kind = DataError if isinstance(error, DataError) else ModelLimit
-    return kind(re.sub(rf"({re.escape(work.source.name)}:)(\d+)", line, str(error)))
+        raise at_origin(error, work.source.name, work.origin) from None
 
 
 def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> Compensation:

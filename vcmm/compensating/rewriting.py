@@ -18,7 +18,7 @@ from vcmm.compensating.header import SEMICOLON, header, place
 from vcmm.compensating.holes import drill
 from vcmm.compensating.languages import writer_of
 from vcmm.compensating.refusals import codes_of
-from vcmm.compensating.source import SourceText
+from vcmm.compensating.source import SourceText, at_line
 from vcmm.compensating.targets import Targets, moves_of, targets
 from vcmm.compensating.writer import SHORT, Writer
 from vcmm.core.errors import DataError
@@ -109,10 +109,11 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], 
         writer.q = np.array(last.end) + np.array(last.tool_offset)
         return
     if one.runs > 1:
-        raise DataError(
-            f"{one.file}:{one.line}:{one.contour.source.first}: the block is executed {one.runs} times (loop or subprogram), and the "
-            "correction depends on the place: have the program written out (--inline), or post it without subprograms and loops"
+        said = (
+            f"the block is executed {one.runs} times (loop or subprogram), and the correction depends on the place: have the "
+            "program written out (--inline), or post it without subprograms and loops"
         )
+        raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
     if work.dialect.name in SEMICOLON:
         _with_holes(writer, traces, fits)
         return
@@ -126,9 +127,10 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], 
     if len(traces) > 1:
         back = traces[-1].contour
         if len(traces) > 2 or back.kind != "thread" or back.end != one.contour.start:
-            raise DataError(
-                f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
+            said = (
+                f"a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
             )
+            raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
         writer.q = begin  # a rigid tap comes back to where it began
 
 
@@ -150,9 +152,8 @@ def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | No
             writer.move(traces[own[0]], last)
         else:
             one = traces[0]
-            raise DataError(
-                f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves is not rewritten; write its moves one by one"
-            )
+            said = "a block of several moves is not rewritten; write its moves one by one"
+            raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
     if holes:
         drill_here(writer, [traces[i] for i in holes], [fits[i] for i in holes])
 

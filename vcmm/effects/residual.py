@@ -211,7 +211,8 @@ def _outside(point: Array, what: str, row: int) -> ModelLimit:
     at = " ".join(f"{v:.6g}" for v in point)
     return ModelLimit(
         f"row {row + 1}: the tip at ({at}) mm lies outside the hull of {what}; the residual field is not known there: "
-        "move the part or measure more nodes"
+        "move the part or measure more nodes",
+        row=row,
     )
 
 
