@@ -10,7 +10,7 @@ import pytest
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Contacts, audit, contact_map
-from vcmm.cutting.displaced import Field, displaced, indexed
+from vcmm.cutting.displaced import Displacement, displaced, indexed
 from vcmm.cutting.envelope import CUT, surface_left, tips
 from vcmm.cutting.sweeps import Sweep, arcs, join, lines, path, position
 from vcmm.cutting.tools import ball, flat, grown
@@ -27,7 +27,7 @@ def raster(z: float = 0.0) -> Sweep:
     return path(np.stack([xs, ys, np.full(len(xs), z)], axis=1), (ball(5.0),))
 
 
-def smooth(amplitude: float, seed: int) -> Field:
+def smooth(amplitude: float, seed: int) -> Displacement:
     """Random smooth field of three waves of 40 to 120 mm per component, its largest value over the raster as stated."""
     rng = np.random.default_rng(seed)
     k = rng.normal(size=(3, 3, 3))

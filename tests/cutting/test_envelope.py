@@ -12,7 +12,7 @@ from vcmm.core.run import Array
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, surface_left, tips
 from vcmm.cutting.numpy_twin import lowest
 from vcmm.cutting.sweeps import Sweep, arcs, join, lines, path, position
-from vcmm.cutting.tools import Tool, ball, bull, cone, drill, flat, implicit, profile
+from vcmm.cutting.tools import Cutter, ball, bull, cone, drill, flat, implicit, profile
 
 UP = np.array([[0.0, 0.0, 1.0]])
 CASES, FAR = 1000, 60.0
@@ -28,7 +28,7 @@ TOOLS = {
 }
 
 
-def paths(kind: str, tool: Tool, rng: np.random.Generator) -> Sweep:
+def paths(kind: str, tool: Cutter, rng: np.random.Generator) -> Sweep:
     """CASES random moves of a few to a few tens of mm, so far apart that no ray meets two of them."""
     a, b = rng.uniform(-15.0, 15.0, (2, CASES, 3)) + APART
     if kind == "level":

@@ -44,7 +44,7 @@ SHAPE_OF_CONTACT = (
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class KnownErrors:
     """machine: with the effects that are corrected; full: also with those that the drives must correct.
 
     left: ids of effects that are not corrected, and why.
@@ -62,9 +62,9 @@ class Known:
     def needs_states(self) -> bool:
         return any(e.required() for e in self.machine.effects)
 
-    def whole(self) -> Known:
+    def whole(self) -> KnownErrors:
         """The same with every known effect on the path, to see what is left in all."""
-        return Known(self.full, self.full, self.left)
+        return KnownErrors(self.full, self.full, self.left)
 
 
 def _absent(effect: Effect) -> bool:
@@ -73,7 +73,7 @@ def _absent(effect: Effect) -> bool:
     return bool(values) and not any(np.any(v) for v in values if v.dtype.kind in "fiu")
 
 
-def known_errors_of(machine: Machine) -> Known:
+def known_errors_of(machine: Machine) -> KnownErrors:
     """What of a machine can be corrected by its path: what is known and smooth along it.
 
     Reversal, lag and vibration jump or depend on the speed: steps in the path would mark the surface, and the control has
@@ -95,14 +95,14 @@ def known_errors_of(machine: Machine) -> Known:
             kept.append(effect)
     left += [f"{e.id} is stated for the finished part: not corrected" for e in stated.effects]
     full = replace(machine, effects=(*kept, *rest))
-    return Known(replace(machine, effects=tuple(kept)), full, tuple(left))
+    return KnownErrors(replace(machine, effects=tuple(kept)), full, tuple(left))
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class PathErrors:
     """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns."""
 
-    known: Known
+    known: KnownErrors
     setup: Setup
     moves: tuple[Move, ...]
     path: Toolpath | None
@@ -217,12 +217,12 @@ class Field:
 
 
 def field_of(
-    known: Known, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
-) -> Field:  # fmt: skip
+    known: KnownErrors, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
+) -> PathErrors:  # fmt: skip
     """Errors along the motion of a program."""
     path = toolpath(tuple(moves), known.machine, setup) if known.needs_states and moves else None
     moving = np.arange(len(moves)) if path is None else path.timing.moving
     if path is not None and not len(moving):
         path = None
     sensitive = np.array([float(a in known.machine.axes and not (lathe and a == "Y")) for a in "XYZ"])
-    return Field(known, setup, tuple(moves), path, moving, set_here, constants or {}, sensitive)
+    return PathErrors(known, setup, tuple(moves), path, moving, set_here, constants or {}, sensitive)

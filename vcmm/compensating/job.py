@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.field import Known, field_of, known_errors_of
+from vcmm.compensating.field import KnownErrors, field_of, known_errors_of
 from vcmm.compensating.frame import AXES, CENTRES
 from vcmm.compensating.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensating.inlining import INLINE, check_written_out, must_be_written_out, written_out
@@ -39,7 +39,7 @@ from vcmm.compensating.refusals import (
     check_state,
     check_travel,
 )
-from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
+from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
@@ -73,7 +73,7 @@ def compensate(
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
     progress: Progress | None = None,
-) -> Compensation:
+) -> CompensatedProgram:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
     are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them.
@@ -91,7 +91,7 @@ def compensate(
         raise at_origin(error, work.source.name, work.origin) from None
 
 
-def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> Compensation:
+def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> CompensatedProgram:
     """The new program with as many blocks as are allowed, and its proof."""
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
@@ -184,7 +184,7 @@ def prepare(
 
 
 def _flat(
-    source: SourceText, read: Program, setup: Setup, language: Dialect, known: Known, inline: float, notes: list[str]
+    source: SourceText, read: Program, setup: Setup, language: Dialect, known: KnownErrors, inline: float, notes: list[str]
 ) -> tuple[SourceText, Program, tuple[int, ...]]:  # fmt: skip
     """The program written out where that is needed, what it means, and where its lines come from."""
     one = must_be_written_out(read.traces, source.name) if known.machine.effects and inline > 0 else None
@@ -223,7 +223,7 @@ def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
 def _proved(
     work: Work, text: str, lines: list[int], found: Targets, writer: Writer, new: Program, tolerance: float, used: float,
     notes: list[str],
-) -> Compensation:  # fmt: skip
+) -> CompensatedProgram:  # fmt: skip
     """Read back, compare, run again."""
     check_expressions(work.program, work.source, writer.expressions)
     mark = header(work.machine.name, used, work.hashed, work.dialect)
@@ -252,7 +252,7 @@ def _proved(
         notes.append(_more_decimals(work, after, digits, used))
     for index in sorted(writer.expressions)[:5]:
         notes.append(f"{work.source.name}:{origin[index + 1]}: an expression has been replaced by its number")
-    return Compensation(
+    return CompensatedProgram(
         work.source.name, work.dialect.name, work.machine.name, text, work.source.encoded(text), tolerance, used,
         met and used == tolerance, before, offset_only, after, shifts, rounding, _counted(work, writer, new, lines), work.hashed,
         tuple(notes), tuple(origin[n] for n in lines), whole,
@@ -276,7 +276,7 @@ def _at(found: Departure, origin: Sequence[int]) -> Departure:
     return replace(found, line=origin[found.line])
 
 
-def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) -> Departure:
+def _departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:
     """The program run on the machine, against the path of the original; lines: empty for the original itself."""
     field = field_of(
         known, work.setup, program.moves, set_here=work.field.set_here, constants=work.field.constants,
@@ -300,10 +300,10 @@ def _rounding(work: Work, writer: Writer, after: Departure) -> Rounding:
     return Rounding(step, float(size.max(initial=0.0)), rms, share)
 
 
-def _counted(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> Blocks:
+def _counted(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> BlockCounts:
     old_rate, _ = block_rate(work.program.moves)
     rate, line = block_rate(new.moves)
-    return Blocks(
+    return BlockCounts(
         len({t.line for t in work.program.traces}), len({t.line for t in new.traces}), len(writer.edits),
         sum(len(v) for v in writer.added.values()), old_rate, rate, (0, *work.origin)[lines[line - 1]] if line else 0,
     )  # fmt: skip

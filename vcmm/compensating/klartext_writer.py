@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vcmm.compensating.contours import sweep_of
-from vcmm.compensating.fitting import Fit, Piece
-from vcmm.compensating.frame import AXES, Frame, frame_of
+from vcmm.compensating.fitting import BlockFit, BlockPiece
+from vcmm.compensating.frame import AXES, BlockFrame, frame_of
 from vcmm.compensating.numbers import HOLD, SAME, nearest, written
 from vcmm.compensating.source import Edit, semicolon_code
 from vcmm.compensating.writer import Writer, best_centre
@@ -59,15 +59,15 @@ class KlartextWriter(Writer):
         first = len(ahead.rstrip()) + 1
         self.edits.setdefault(at, []).append(Edit(first, word.last, ""))
 
-    def relative(self, trace: Trace, frame: Frame, i: int, first: bool) -> bool:
+    def relative(self, trace: Trace, frame: BlockFrame, i: int, first: bool) -> bool:
         word = trace.words.get(AXES[i]) if first else None
         return word is not None and word.mode == "IC"
 
-    def centre_absolute(self, trace: Trace, frame: Frame, i: int) -> bool:
+    def centre_absolute(self, trace: Trace, frame: BlockFrame, i: int) -> bool:
         return True
 
     # -- blocks -----------------------------------------------------------------------------------------------------
-    def move(self, trace: Trace, fit: Fit) -> None:
+    def move(self, trace: Trace, fit: BlockFit) -> None:
         frame, index = frame_of(trace), trace.line - 1
         self.path = trace.words["path"].text if "path" in trace.words else "L"
         self._pole_of(trace, frame)
@@ -80,7 +80,7 @@ class KlartextWriter(Writer):
             self._turn(trace, frame, index)
         super().move(trace, fit)
 
-    def _pole_of(self, trace: Trace, frame: Frame) -> None:
+    def _pole_of(self, trace: Trace, frame: BlockFrame) -> None:
         """A CC of the source has been passed since the last arc."""
         block = trace.words.get("CC path")
         if block is None or block.line == self.pole_line:
@@ -95,7 +95,7 @@ class KlartextWriter(Writer):
             if trace.words["path"].text != "CTP":
                 self.pole = float(centre[a]), float(centre[b])
 
-    def _unchanged(self, trace: Trace, frame: Frame, fit: Fit) -> bool:
+    def _unchanged(self, trace: Trace, frame: BlockFrame, fit: BlockFit) -> bool:
         """Whether the block may stay as it is: tool, pole and end are where the source has them."""
         m = trace.contour
         if self.pole_moved and any(k in trace.words for k in POLAR):
@@ -111,7 +111,7 @@ class KlartextWriter(Writer):
             )
         return off < STILL
 
-    def _turn(self, trace: Trace, frame: Frame, index: int) -> None:
+    def _turn(self, trace: Trace, frame: BlockFrame, index: int) -> None:
         """LP -> L, CT and CTP -> C; arcs get their name in `_named`, once it is known whether they climb."""
         if self.path in ("CT", "CTP"):
             self.path = "C"
@@ -136,7 +136,7 @@ class KlartextWriter(Writer):
         return last.line - 1, last.last
 
     def _settled(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
     ) -> Array:  # fmt: skip
         new = super()._settled(trace, frame, piece, cur, named, part, False)
         if trace.contour.kind != "arc":
@@ -161,14 +161,14 @@ class KlartextWriter(Writer):
     centre: tuple[float, float] = (0.0, 0.0)
 
     def _rounded_centre(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, end: Array
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, end: Array
     ) -> tuple[float, float]:
         a, b, _ = PLANES[trace.contour.plane]
         assert piece.centre is not None
         wanted = frame.numbers(piece.centre)[[a, b]]
         return best_centre(wanted, cur[[a, b]], (end - cur)[[a, b]], self.step(frame.inch))
 
-    def _spiral(self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array) -> Array:
+    def _spiral(self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array) -> Array:
         """End of a helix: on the circle about the pole that goes through the start, at an angle as written."""
         m = trace.contour
         a, b, _ = PLANES[m.plane]
@@ -186,7 +186,7 @@ class KlartextWriter(Writer):
 
     # -- words ------------------------------------------------------------------------------------------------------
     def _first(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, nominal: tuple[Array, Array],
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, nominal: tuple[Array, Array],
         feed: float | None, whole: bool, split: bool,
     ) -> None:  # fmt: skip
         index = trace.line - 1
@@ -234,7 +234,7 @@ class KlartextWriter(Writer):
             index, column = self._behind(trace)
             self.edits.setdefault(index, []).append(Edit(column, column, f" {_sense(trace)}"))
 
-    def _as_helix(self, trace: Trace, frame: Frame, new: Array, index: int) -> None:
+    def _as_helix(self, trace: Trace, frame: BlockFrame, new: Array, index: int) -> None:
         """C X.. Y.. -> CP IPA.. Z.."""
         a, b, n = PLANES[trace.contour.plane]
         word = trace.words["path"]
@@ -254,7 +254,7 @@ class KlartextWriter(Writer):
         self.edits.setdefault(word.line - 1, []).append(Edit(at, at, text))
 
     def _more(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, feed: float | None, share: float, index: int
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, feed: float | None, share: float, index: int
     ) -> None:  # fmt: skip
         if trace.contour.kind != "arc":
             before = len(self.added.get(index, []))
@@ -278,7 +278,14 @@ class KlartextWriter(Writer):
         self.insert(index, words)
 
     def _centre(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, index: int, split: bool
+        self,
+        trace: Trace,
+        frame: BlockFrame,
+        piece: BlockPiece,
+        cur: Array,
+        new: Array,
+        index: int,
+        split: bool,
     ) -> None:
         if "R" in trace.words:
             super()._centre(trace, frame, piece, cur, new, index, split)
@@ -286,7 +293,7 @@ class KlartextWriter(Writer):
         self._place(index, trace, self._rounded_centre(trace, frame, piece, cur, new), frame, first=True)
 
     def _place(
-        self, index: int, trace: Trace, centre: tuple[float, float], frame: Frame, first: bool
+        self, index: int, trace: Trace, centre: tuple[float, float], frame: BlockFrame, first: bool
     ) -> None:
         """The pole of an arc: where it is already, in the CC of the source, or in a new CC."""
         step, places = self.step(frame.inch), self.decimals[frame.inch]
@@ -315,7 +322,7 @@ class KlartextWriter(Writer):
             return
         self.edits.setdefault(last.line - 1, []).append(Edit(last.last, last.last, f" {letter}{number}"))
 
-    def leave(self, traces: Sequence[Trace], fit: Fit) -> None:
+    def leave(self, traces: Sequence[Trace], fit: BlockFit) -> None:
         """DEP: its moves follow from the contour; only words that it has are corrected."""
         first, last = traces[0].contour, traces[-1].contour
         self.q = self.q + np.array(last.end) - np.array(first.start)

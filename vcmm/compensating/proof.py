@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.contours import length_of, nominal_distance, points, sweep_of
-from vcmm.compensating.field import Field
+from vcmm.compensating.field import PathErrors
 from vcmm.compensating.result import Departure
 from vcmm.compensating.source import at_line
 from vcmm.core.errors import ModelLimit
@@ -62,7 +62,7 @@ def walk(moves: Sequence[Move]) -> Walk:
     )
 
 
-def errors_on(field: Field, w: Walk) -> Array:
+def errors_on(field: PathErrors, w: Walk) -> Array:
     """Error (k, 3) at the points of a walk along the field's own moves."""
     if not len(w.move):
         return np.zeros((0, 3))

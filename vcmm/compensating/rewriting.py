@@ -11,8 +11,8 @@ import numpy as np
 
 from vcmm.compensating.contours import length_of
 from vcmm.compensating.drilled import drill_here, straightened
-from vcmm.compensating.field import Field, Known
-from vcmm.compensating.fitting import Fit
+from vcmm.compensating.field import KnownErrors, PathErrors
+from vcmm.compensating.fitting import BlockFit
 from vcmm.compensating.frame import AXES
 from vcmm.compensating.header import SEMICOLON, header, place
 from vcmm.compensating.holes import drill
@@ -42,8 +42,8 @@ class Work:
     dialect: Dialect
     setup: Setup
     machine: Machine
-    known: Known
-    field: Field
+    known: KnownErrors
+    field: PathErrors
     decimals: tuple[int, int]
     hashed: str
     notes: tuple[str, ...]
@@ -58,7 +58,7 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
     own = [codes[t.line - 1] for t in traces]
     found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
-    fits: Sequence[Fit | None] = found.fits
+    fits: Sequence[BlockFit | None] = found.fits
     if work.dialect.name in SEMICOLON:
         fits = straightened(traces, fits)
     writer = writer_of(work.dialect)(
@@ -96,7 +96,7 @@ def _look_ahead(
         writer.rapid, writer.above = writer.slack, PLANES[hole.contour.plane][2]
 
 
-def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], work: Work) -> None:
+def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None], work: Work) -> None:
     """One block of the source with all its moves."""
     one = traces[0]
     if one.contour.kind == "dwell" and not one.cycle:
@@ -134,7 +134,7 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], 
         writer.q = begin  # a rigid tap comes back to where it began
 
 
-def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -> None:
+def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> None:
     """A block of Sinumerik or Klartext: its own moves, then the hole that it calls."""
     from vcmm.compensating.klartext_writer import KlartextWriter
 

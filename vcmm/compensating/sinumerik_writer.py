@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.contours import nearest_share, points
-from vcmm.compensating.fitting import Fit, Piece
-from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
+from vcmm.compensating.fitting import BlockFit, BlockPiece
+from vcmm.compensating.frame import AXES, CENTRES, BlockFrame, frame_of
 from vcmm.compensating.numbers import nearest, value_of
 from vcmm.compensating.source import semicolon_code
 from vcmm.compensating.writer import Writer
@@ -41,17 +41,17 @@ class SinumerikWriter(Writer):
 
     from_zero: frozenset[str] = frozenset()  # centres of the block that are written as AC()
 
-    def relative(self, trace: Trace, frame: Frame, i: int, first: bool) -> bool:
+    def relative(self, trace: Trace, frame: BlockFrame, i: int, first: bool) -> bool:
         word = trace.words.get(AXES[i]) if first else None
         if word is not None and word.mode:
             return word.mode == "IC"
         return not frame.absolute
 
-    def centre_absolute(self, trace: Trace, frame: Frame, i: int) -> bool:
+    def centre_absolute(self, trace: Trace, frame: BlockFrame, i: int) -> bool:
         word = trace.words.get(CENTRES[i])
         return word is not None and word.mode == "AC"
 
-    def move(self, trace: Trace, fit: Fit) -> None:
+    def move(self, trace: Trace, fit: BlockFit) -> None:
         self.from_zero = frozenset(c for i, c in enumerate(CENTRES) if _from_zero(trace, c))
         if "AR" in trace.words:
             trace, changed = self._opened(trace, fit)
@@ -64,7 +64,7 @@ class SinumerikWriter(Writer):
         super().move(trace, fit)
 
     def _settled(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
     ) -> Array:  # fmt: skip
         """CIP keeps its height: with another one it would be a circle in space."""
         new = super()._settled(trace, frame, piece, cur, named, part, whole)
@@ -73,7 +73,7 @@ class SinumerikWriter(Writer):
             new[n] = cur[n]
         return new
 
-    def _opened(self, trace: Trace, fit: Fit) -> tuple[Trace, bool]:
+    def _opened(self, trace: Trace, fit: BlockFit) -> tuple[Trace, bool]:
         """AR= goes where the arc must change: the end point and the centre say the same, and more."""
         m = trace.contour
         frame = frame_of(trace)
@@ -92,7 +92,7 @@ class SinumerikWriter(Writer):
     forced: tuple[str, ...] = ()  # axes that the block must name
 
     def _first(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, nominal: tuple[Array, Array],
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, nominal: tuple[Array, Array],
         feed: float | None, whole: bool, split: bool,
     ) -> None:  # fmt: skip
         index, step = trace.line - 1, self.step(frame.inch)
@@ -105,7 +105,7 @@ class SinumerikWriter(Writer):
         super()._first(trace, frame, piece, cur, new, nominal, feed, whole, split)
 
     def _centre_words(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, share: float
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, share: float
     ) -> dict[str, float]:
         if trace.after.motion != "CIP":
             return super()._centre_words(trace, frame, piece, cur, new, share)
@@ -140,10 +140,10 @@ class SinumerikWriter(Writer):
             out[VIA[i]] = value - float(cur[i]) if steps else value
         return out
 
-    def _nominal_centre(self, trace: Trace, frame: Frame) -> dict[str, float]:
+    def _nominal_centre(self, trace: Trace, frame: BlockFrame) -> dict[str, float]:
         return super()._nominal_centre(trace, frame) | dict.fromkeys(VIA, math.inf)
 
-    def _via(self, trace: Trace, frame: Frame) -> float:
+    def _via(self, trace: Trace, frame: BlockFrame) -> float:
         """Share of the arc at which its intermediate point lies."""
         m = trace.contour
         point = frame.numbers(np.array(m.start))
@@ -164,7 +164,7 @@ def _from_zero(trace: Trace, letter: str) -> bool:
     return word is not None and word.mode == "AC"
 
 
-def _same(m: Move, piece: Piece) -> bool:
+def _same(m: Move, piece: BlockPiece) -> bool:
     """Whether nothing of an arc has to change."""
     assert m.centre is not None
     assert piece.centre is not None

@@ -14,8 +14,8 @@ import numpy as np
 
 from vcmm.compensating.codes import Code, behind
 from vcmm.compensating.contours import length_of, sweep_of
-from vcmm.compensating.fitting import WHOLE, Fit, Piece
-from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
+from vcmm.compensating.fitting import WHOLE, BlockFit, BlockPiece
+from vcmm.compensating.frame import AXES, CENTRES, BlockFrame, frame_of
 from vcmm.compensating.header import SEMICOLON
 from vcmm.compensating.numbers import HOLD, SAME, Diffusion, nearest
 from vcmm.compensating.source import Edit
@@ -35,15 +35,15 @@ class Writer(Wording):
     first_share: float = 1.0  # of the piece that stands in the block itself
     part: float = 1.0  # share of the move that the block being written covers
 
-    def relative(self, trace: Trace, frame: Frame, i: int, first: bool) -> bool:
+    def relative(self, trace: Trace, frame: BlockFrame, i: int, first: bool) -> bool:
         """Whether a number counts from where the tool stands. first: in the block itself, not in one added behind it."""
         return not frame.absolute
 
-    def centre_absolute(self, trace: Trace, frame: Frame, i: int) -> bool:
+    def centre_absolute(self, trace: Trace, frame: BlockFrame, i: int) -> bool:
         return frame.arc_absolute
 
     # -- one block ------------------------------------------------------------------------------------------------
-    def move(self, trace: Trace, fit: Fit) -> None:
+    def move(self, trace: Trace, fit: BlockFit) -> None:
         """A rapid, a line, an arc or a thread of its own."""
         frame, m = frame_of(trace), trace.contour
         index = trace.line - 1
@@ -88,15 +88,15 @@ class Writer(Wording):
         follows = self.dialect.length_follows and "Z" in trace.words
         return np.array(trace.before.tool_offset if follows else trace.contour.tool_offset)
 
-    def _shifted(self, trace: Trace, frame: Frame) -> Fit:
+    def _shifted(self, trace: Trace, frame: BlockFrame) -> BlockFit:
         """A tiny arc moves as a whole with its start, so that rounding cannot close or turn it."""
         m = trace.contour
         by = self.q - frame.offset - np.array(m.start)
         assert m.centre is not None
-        return Fit((Piece(1.0, np.array(m.end) + by, np.array(m.centre) + by),), 0.0)
+        return BlockFit((BlockPiece(1.0, np.array(m.end) + by, np.array(m.centre) + by),), 0.0)
 
     def _settled(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
     ) -> Array:  # fmt: skip
         """Numbers at which the block will end, rounded."""
         kind, step = trace.contour.kind, self.step(frame.inch)
@@ -125,7 +125,7 @@ class Writer(Wording):
             new[i] = cur[i] + nearest(target - float(cur[i]), step) if steps else target
         return new
 
-    def _feed(self, trace: Trace, fit: Fit, k: int, shares: list[float]) -> float | None:
+    def _feed(self, trace: Trace, fit: BlockFit, k: int, shares: list[float]) -> float | None:
         """F of an inverse-time block (1/min) for its share of the block; None where F stays."""
         if trace.after.feed_mode != "G93" or trace.contour.kind == "rapid" or len(fit.pieces) == 1:
             return None
@@ -133,7 +133,7 @@ class Writer(Wording):
         return None if not feed or not length else feed / (length * (shares[k + 1] - shares[k]))
 
     def _first(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, nominal: tuple[Array, Array],
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, nominal: tuple[Array, Array],
         feed: float | None, whole: bool, split: bool,
     ) -> None:  # fmt: skip
         index, step = trace.line - 1, self.step(frame.inch)
@@ -154,7 +154,7 @@ class Writer(Wording):
             self._drop(index, trace.words["P"])
 
     def _more(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, feed: float | None, share: float, index: int
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, feed: float | None, share: float, index: int
     ) -> None:  # fmt: skip
         """A block behind the one it continues: axis words, centre, F of inverse time; nothing else."""
         step, m = self.step(frame.inch), trace.contour
@@ -179,7 +179,14 @@ class Writer(Wording):
 
     # -- arcs -------------------------------------------------------------------------------------------------------
     def _centre(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, index: int, split: bool
+        self,
+        trace: Trace,
+        frame: BlockFrame,
+        piece: BlockPiece,
+        cur: Array,
+        new: Array,
+        index: int,
+        split: bool,
     ) -> None:
         m = trace.contour
         assert m.centre is not None
@@ -194,7 +201,7 @@ class Writer(Wording):
             ):
                 self.word(index, trace, letter, value, math.inf if split else nominal[letter], frame.inch)
 
-    def _nominal_centre(self, trace: Trace, frame: Frame) -> dict[str, float]:
+    def _nominal_centre(self, trace: Trace, frame: BlockFrame) -> dict[str, float]:
         m = trace.contour
         assert m.centre is not None
         start, centre = np.array(m.start), np.array(m.centre)
@@ -206,7 +213,7 @@ class Writer(Wording):
         return out
 
     def _centre_words(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, share: float
+        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, share: float
     ) -> dict[str, float]:
         """I J K, or R where the block has R, of one arc from `cur` to `new`."""
         m, step = trace.contour, self.step(frame.inch)

@@ -23,7 +23,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Array
-from vcmm.cutting.tools import Tool
+from vcmm.cutting.tools import Cutter
 
 CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
 FLUTED = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
@@ -167,17 +167,17 @@ def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
     return force[:, 0:1] * x + force[:, 1:2] * y + force[:, 2:3] * axis
 
 
-def compliance(tool: Tool) -> float:
+def compliance(tool: Cutter) -> float:
     """Displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
     if tool.stick_out is None:
-        raise UsageError("compliance: the tool needs its stick-out; give Tool(..., stick_out=40.0) in mm")
+        raise UsageError("compliance: the tool needs its stick-out; give Cutter(..., stick_out=40.0) in mm")
     return bending(tool.radius, tool.stick_out, tool.modulus or CARBIDE)
 
 
 def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:
     """Compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
 
-    Tool and its stick-out only; holder, spindle and machine come on top.
+    Cutter and its stick-out only; holder, spindle and machine come on top.
     """
     diameter = FLUTED * 2.0 * radius
     inertia = math.pi * diameter**4 / 64.0

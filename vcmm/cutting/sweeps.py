@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.laws import Array
-from vcmm.cutting.tools import Tool
+from vcmm.cutting.tools import Cutter
 
 LINE, ARC, HELIX = 0, 1, 2
 UP: Array = np.array([0.0, 0.0, 1.0])
@@ -34,7 +34,7 @@ class Sweep:
     tool: Array  # (m,) int
     move: Array  # (m,) int
     axis: Array  # (m, 3) unit, from the tip to the spindle
-    tools: tuple[Tool, ...]
+    tools: tuple[Cutter, ...]
     axis_end: Array | None = None  # (m, 3), where the tool tilts while it moves
     drift: Array | None = None  # (m, 3), added in proportion to t: an arc whose error changes along it
 
@@ -52,7 +52,7 @@ class Sweep:
 
 
 def lines(
-    start: Array, end: Array, tools: tuple[Tool, ...], tool: Array | int = 0, axis: Array = UP
+    start: Array, end: Array, tools: tuple[Cutter, ...], tool: Array | int = 0, axis: Array = UP
 ) -> Sweep:
     """Straight moves (m, 3) -> (m, 3)."""
     start, end = np.atleast_2d(np.asarray(start, float)), np.atleast_2d(np.asarray(end, float))
@@ -66,7 +66,7 @@ def lines(
     )
 
 
-def path(points: Array, tools: tuple[Tool, ...], tool: int = 0, axis: Array = UP) -> Sweep:
+def path(points: Array, tools: tuple[Cutter, ...], tool: int = 0, axis: Array = UP) -> Sweep:
     """Straight moves through points (m + 1, 3)."""
     points = np.asarray(points, float)
     return lines(points[:-1], points[1:], tools, tool, axis)
@@ -77,7 +77,7 @@ def arcs(
     end: Array,
     centre: Array,
     turn: Array,
-    tools: tuple[Tool, ...],
+    tools: tuple[Cutter, ...],
     tool: Array | int = 0,
     normal: Array = UP,
     axis: Array = UP,

@@ -151,7 +151,7 @@ def shank_collisions(
     return tuple((m.source.line, m.tool, float(d)) for m, d in zip(hit, found.collision_depth))
 
 
-def _shank(setup: Setup, number: int) -> tuple[shapes.Tool, float] | None:
+def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:
     """(cylinder of the shank, height of its lower end over the tip in mm); None where no wider shank is stated."""
     tool = setup.tools.get(number)
     if tool is None or tool.shank_diameter is None or tool.cutting_length is None:

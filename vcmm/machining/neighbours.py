@@ -5,7 +5,7 @@ the disc of a flat cutter over a length of path, a wall is passed within d^2 / 2
 corner of the path the rounding of the control moves the corner itself but not what lies beside it. Each neighbour is the
 tool standing at that place, met by the ray along the normal; its height and the normal of the cutter there are exact.
 
-Where the nominal motion leaves the programmed path by an amount that changes along it (`Known`), the deepest cut lies between
+Where the nominal motion leaves the programmed path by an amount that changes along it (`OffPath`), the deepest cut lies between
 such steps. It is looked for there by closer and closer steps, down to nanometres of path, and is one more neighbour.
 """
 
@@ -20,7 +20,7 @@ from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing_tool import entry
 from vcmm.cutting.sweeps import Sweep, lengths
-from vcmm.cutting.tools import Tool, implicit
+from vcmm.cutting.tools import Cutter, implicit
 from vcmm.machining.process import CutCandidates
 from vcmm.machining.rotary import turned, turned_back
 
@@ -33,7 +33,7 @@ TURNS = 1e-6  # mm: what moves by no more than this differently, from step to st
 LOWER = 1e-7  # mm: a place between steps counts if it is so much deeper than they
 
 
-Known = Callable[[Ints, Array, Array], Array]
+OffPath = Callable[[Ints, Array, Array], Array]
 """How far the nominal motion stands off the programmed path (n, 3) mm at rows (n,), shares (n,), tips (n, 3)."""
 
 
@@ -46,7 +46,7 @@ there off its path (n, m, 3), mm."""
 
 
 def candidates(
-    surface: CutSurface, sweep: Sweep, tips: Array, standing: Standing, off: Known | None = None
+    surface: CutSurface, sweep: Sweep, tips: Array, standing: Standing, off: OffPath | None = None
 ) -> CutCandidates:
     """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
 
@@ -123,7 +123,7 @@ def _further(
 
 
 def _moved_heights(
-    surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, off: Known
+    surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, off: OffPath
 ) -> Heights:
     """Heights of points (n,) of `points` cut by the tool `at` radii from their k-th contact and moved by `off`."""
 
@@ -183,7 +183,7 @@ def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Ar
     return to.astype(np.intp), np.clip(inside, 0.0, 1.0)
 
 
-def _outward(tool: Tool, at: Array, n: Array) -> Array:
+def _outward(tool: Cutter, at: Array, n: Array) -> Array:
     """Normal of the cutter (m, 3) at points of its surface (tip at the origin), from the gradient of its implicit form."""
     rho, step = np.hypot(at[:, 0], at[:, 1]), 1e-7
     by_rho = (implicit(tool, rho + step, at[:, 2]) - implicit(tool, np.abs(rho - step), at[:, 2])) / (

@@ -11,7 +11,7 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.machine import Machine
 from vcmm.cutting import tools as shapes
 from vcmm.cutting.sweeps import ARC, HELIX, LINE, Sweep, checked
-from vcmm.machining.rotary import Motion
+from vcmm.machining.rotary import RotaryMotion
 from vcmm.machining.rotary_sweep import STILL as STILL_TURNED
 from vcmm.machining.rotary_sweep import in_workpiece
 from vcmm.nc.moves import PLANES, Move
@@ -21,7 +21,7 @@ MOVING = ("rapid", "line", "arc", "thread")
 STILL = 1e-12  # mm
 
 
-def cutter(tool: Tool) -> shapes.Tool:
+def cutter(tool: Tool) -> shapes.Cutter:
     """The solid of revolution of a tool of the set-up. Raises UsageError where a size is missing."""
     if tool.shape == "turning":
         if not tool.nose_radius:
@@ -43,7 +43,7 @@ def cutter(tool: Tool) -> shapes.Tool:
 
 def part_sweep(
     moves: Sequence[Move], tools: Mapping[int, Tool], machine: Machine
-) -> tuple[Sweep, Motion | None]:
+) -> tuple[Sweep, RotaryMotion | None]:
     """(all motions in workpiece axes, how they lie on the moves; None where all rotary axes stay at zero)."""
     base = swept(moves, tools)
     kept = [moves[i] for i in base.move.tolist()]

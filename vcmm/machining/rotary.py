@@ -32,7 +32,7 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class RotaryMotion:
     """The moves of a program that turns rotary axes, and how the rows of its sweep in workpiece axes lie on them.
 
     base: moves as tip positions of the machine with its rotary axes at zero, one row each; turned (m, 2, 3): A, B, C in rad
@@ -132,7 +132,7 @@ def point_of_part(machine: Machine, zero: Array, angle: Array) -> Array:
     return tip_and_axis(machine, zero[None], held[None], np.zeros((1, 3)))[0][0]
 
 
-def angle_of(program: Program, motion: Motion, offset: str) -> Array:
+def angle_of(program: Program, motion: RotaryMotion, offset: str) -> Array:
     """A, B, C (3,) rad at which all cuts of a work offset are made. Raises UsageError where they differ."""
     mine = [i for i, m in enumerate(motion.base.move.tolist()) if _cuts(program.moves[m], offset)]
     angles = motion.turned[mine].reshape(-1, 3)

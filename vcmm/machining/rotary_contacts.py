@@ -16,7 +16,7 @@ from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints, Solids
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing_tool import entry
-from vcmm.machining.rotary import Motion, turned
+from vcmm.machining.rotary import RotaryMotion, turned
 
 PIECES = 3.0  # rows to either side
 LOOKS, ROUNDS = (
@@ -45,7 +45,7 @@ class TiltedSolids(Solids):
         return out
 
 
-def polished(found: CutSurface, motion: Motion, keep: int) -> CutSurface:
+def polished(found: CutSurface, motion: RotaryMotion, keep: int) -> CutSurface:
     """The surface with the contacts of turning tools exact, each once, the `keep` lowest of every point."""
     found = _each_once(found, motion)
     known = found.row >= 0
@@ -60,7 +60,7 @@ def polished(found: CutSurface, motion: Motion, keep: int) -> CutSurface:
     return _lowest(_ordered(replace(found, contact_s=np.where(known, s, np.inf), t=at)), keep)
 
 
-def _least(motion: Motion, row: Ints, t: Array, points: Array, normals: Array) -> tuple[Array, Array]:
+def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Array) -> tuple[Array, Array]:
     """(least height, fraction of the row) (k,) about fractions t of rows; the fraction may lie beside the row, on its move."""
     width = (motion.last - motion.first)[row]
     best = motion.share(row, t)
@@ -79,7 +79,7 @@ def _least(motion: Motion, row: Ints, t: Array, points: Array, normals: Array) -
     return least, (best - motion.first[row]) / width
 
 
-def _met(motion: Motion, row: Ints, share: Array, points: Array, normals: Array) -> Array:
+def _met(motion: RotaryMotion, row: Ints, share: Array, points: Array, normals: Array) -> Array:
     """Where rays (k,) enter the tool of rows as it stands at shares (k,) of their moves; inf where they miss."""
     t = (share - motion.first[row]) / (motion.last - motion.first)[row]
     tip, frame = motion.standing(row, t)
@@ -101,7 +101,7 @@ def _ordered(found: CutSurface) -> CutSurface:
     )  # fmt: skip
 
 
-def _each_once(found: CutSurface, motion: Motion) -> CutSurface:
+def _each_once(found: CutSurface, motion: RotaryMotion) -> CutSurface:
     """Without contacts of rows that lie in the window about a lower contact of the same turning move: they are one."""
     row = np.maximum(found.row, 0)
     move = np.where(found.row >= 0, motion.row[row], -1)

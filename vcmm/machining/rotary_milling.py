@@ -16,7 +16,7 @@ from vcmm.cutting.envelope import CutSurface
 from vcmm.effects.setting import TOOL_AXIS_COLUMNS
 from vcmm.machining.milling import CONTACTS, MillingProcess
 from vcmm.machining.process import ContactRows, CutCandidates, PreparedCut, zeros
-from vcmm.machining.rotary import Motion, angle_of, commands_to_work, point_of_part, tool_offset_to
+from vcmm.machining.rotary import RotaryMotion, angle_of, commands_to_work, point_of_part, tool_offset_to
 from vcmm.machining.rotary_contacts import TiltedSolids, polished
 from vcmm.machining.states import moment, seconds_at
 from vcmm.machining.tool_errors import ToolSide
@@ -30,7 +30,7 @@ OF_WORKPIECE_AXES = ("residual_field", "correlated_field")
 class RotaryMillingProcess(MillingProcess):
     """motion: how the rows of the sweep lie on the moves."""
 
-    motion: Motion
+    motion: RotaryMotion
 
     def surface(self, job: PreparedCut, points: Array, normals: Array, exact: bool) -> CutSurface:
         if not exact or not self.motion.inexact.any():

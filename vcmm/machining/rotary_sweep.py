@@ -11,8 +11,8 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.sweeps import LINE, Sweep, checked
-from vcmm.cutting.tools import Tool
-from vcmm.machining.rotary import Bools, Motion, machine_position, tip_and_axis
+from vcmm.cutting.tools import Cutter
+from vcmm.machining.rotary import Bools, RotaryMotion, machine_position, tip_and_axis
 
 SEARCH = 0.002  # mm: by which a row may miss the turning tool; what it finds is then put right exactly
 SEARCH_RAPID = 0.05  # mm: the same of rapids, which should touch nothing
@@ -31,8 +31,8 @@ def turns(turned: Array) -> Bools:
 
 def in_workpiece(
     machine: Machine, base: Sweep, turned: Array, offset: Array, rapid: Bools
-) -> tuple[Sweep, Motion]:
-    """The sweep in workpiece axes, in the order of the moves. base, turned, offset: as in Motion; rapid (m,)."""
+) -> tuple[Sweep, RotaryMotion]:
+    """The sweep in workpiece axes, in the order of the moves. base, turned, offset: as in RotaryMotion; rapid (m,)."""
     held, bent = _affine(machine, base, turned, offset)
     free = turns(turned) | (bent & (base.kind != LINE))
     counts = np.ones(len(base), dtype=int)
@@ -45,7 +45,7 @@ def in_workpiece(
     number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     first, last = number / counts[row], (number + 1) / counts[row]
     sweep = held.take(row)
-    whole = Motion(machine, base, turned, offset, row, first, last, free[row], sweep, rapid)
+    whole = RotaryMotion(machine, base, turned, offset, row, first, last, free[row], sweep, rapid)
     loose = np.flatnonzero(free[row])
     sweep = checked(_with_pieces(sweep, whole, loose))
     return sweep, replace(whole, sweep=sweep)
@@ -68,7 +68,7 @@ def _affine(machine: Machine, base: Sweep, turned: Array, offset: Array) -> tupl
     ), np.asarray(bent)
 
 
-def _reference(tools: tuple[Tool, ...]) -> tuple[Array, Array]:
+def _reference(tools: tuple[Cutter, ...]) -> tuple[Array, Array]:
     """(height of the point of each tool that is led exactly, mm; lever from there to its cutting edges, mm)."""
     height = np.array([t.corner for t in tools])  # centre of a ball: its nose does not feel a tilt
     lever = np.array([np.hypot(t.radius, min(2 * t.radius, t.length)) for t in tools])
@@ -106,7 +106,7 @@ def _check_count(counts: Array, base: Sweep) -> None:
         )
 
 
-def _with_pieces(sweep: Sweep, motion: Motion, rows: Ints) -> Sweep:
+def _with_pieces(sweep: Sweep, motion: RotaryMotion, rows: Ints) -> Sweep:
     """The sweep with `rows` replaced by lines along which the tool keeps the direction of their middle."""
     if not len(rows):
         return sweep
