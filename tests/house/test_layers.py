@@ -60,7 +60,6 @@ HEAVY = (
     "trimesh",
     "pyvista",
     "vtk",
-    "manifold3d",
     "matplotlib",
     "pydantic",
     "cyclopts",

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "manifold3d", "pydantic", "cyclopts", "rich")
+REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "pydantic", "cyclopts", "rich")
 
 
 def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -> int:

@@ -225,4 +225,13 @@ def field_of(
     if path is not None and not len(moving):
         path = None
     sensitive = np.array([float(a in known.machine.axes and not (lathe and a == "Y")) for a in "XYZ"])
-    return PathErrors(known, setup, tuple(moves), path, moving, set_here, constants or {}, sensitive)
+    return PathErrors(
+        known=known,
+        setup=setup,
+        moves=tuple(moves),
+        path=path,
+        moving=moving,
+        set_here=set_here,
+        constants=constants or {},
+        sensitive=sensitive,
+    )

@@ -50,6 +50,12 @@ def frame_of(trace: Trace) -> BlockFrame:
     matrix = np.array(t.matrix)
     turned = np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-9  # no scaling
     return BlockFrame(
-        matrix, matrix.T if turned else np.linalg.inv(matrix), np.array(t.shift), scale,
-        np.array(trace.contour.tool_offset), m.absolute, m.unit > 1.0, m.arc_absolute,
-    )  # fmt: skip
+        matrix=matrix,
+        inverse=matrix.T if turned else np.linalg.inv(matrix),
+        shift=np.array(t.shift),
+        scale=scale,
+        offset=np.array(trace.contour.tool_offset),
+        absolute=m.absolute,
+        inch=m.unit > 1.0,
+        arc_absolute=m.arc_absolute,
+    )

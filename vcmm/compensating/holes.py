@@ -56,7 +56,7 @@ def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | Non
         _back_bore(writer, traces, fits, frame, normal, blocks)
     if repeat is not None:
         writer.drop(first.line - 1, first.words[repeat])
-    _arrive(writer, traces[-1], frame, normal, r, bottom, holes, blocks)
+    _arrive(writer, traces[-1], frame=frame, normal=normal, r=r, bottom=bottom, holes=holes, blocks=blocks)
 
 
 def _series(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> None:

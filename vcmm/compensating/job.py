@@ -84,7 +84,17 @@ def compensate(
         raise UsageError(f"tolerance = {tolerance:g} mm must be a positive length")
     report = progress or (lambda text, share: None)
     report("reading the program", 0.0)
-    work = prepare(program, setup, machine, dialect, decimals, set_here, constants, carry, inline)
+    work = prepare(
+        program=program,
+        setup=setup,
+        machine=machine,
+        dialect=dialect,
+        decimals=decimals,
+        set_here=set_here,
+        constants=constants,
+        carry=carry,
+        inline=inline,
+    )
     try:
         return _rewritten(work, tolerance, growth, report)
     except (DataError, ModelLimit) as error:
@@ -110,7 +120,9 @@ def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) ->
             f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth"
         )
     report("running it again", 0.7)
-    return _proved(work, text, lines, found, writer, new, tolerance, used, notes)
+    return _proved(
+        work, text, lines, found=found, writer=writer, new=new, tolerance=tolerance, used=used, notes=notes
+    )
 
 
 def _read_back(
@@ -152,7 +164,7 @@ def prepare(
         raise UsageError(f"{source.name}: {length_missing(short, setup.tools)}")
     check_travel(read, machine, False, source.name)
     check_moves([t.contour for t in read.traces], machine, setup, source.name)
-    source, read, origin = _flat(source, read, setup, language, known, inline, notes)
+    source, read, origin = _flat(source, read, setup, language, known, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
     field = field_of(
         known,
@@ -168,18 +180,18 @@ def prepare(
     hashed = digest([*file_parts([setup.path, machine_file]), *own, given[1].text.encode("utf-8")])
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
     return Work(
-        source,
-        origin,
-        read,
-        language,
-        setup,
-        machine,
-        known,
-        field,
-        _decimals(given[0].traces, decimals),
-        hashed,
-        said,
-        carry,
+        source=source,
+        origin=origin,
+        program=read,
+        dialect=language,
+        setup=setup,
+        machine=machine,
+        known=known,
+        field=field,
+        decimals=_decimals(given[0].traces, decimals),
+        hashed=hashed,
+        notes=said,
+        carry=carry,
     )
 
 
@@ -253,10 +265,25 @@ def _proved(
     for index in sorted(writer.expressions)[:5]:
         notes.append(f"{work.source.name}:{origin[index + 1]}: an expression has been replaced by its number")
     return CompensatedProgram(
-        work.source.name, work.dialect.name, work.machine.name, text, work.source.encoded(text), tolerance, used,
-        met and used == tolerance, before, offset_only, after, shifts, rounding, _counted(work, writer, new, lines), work.hashed,
-        tuple(notes), tuple(origin[n] for n in lines), whole,
-    )  # fmt: skip
+        name=work.source.name,
+        dialect=work.dialect.name,
+        machine=work.machine.name,
+        text=text,
+        data=work.source.encoded(text),
+        tolerance=tolerance,
+        used=used,
+        met=met and used == tolerance,
+        before=before,
+        offset_only=offset_only,
+        after=after,
+        shifts=shifts,
+        rounding=rounding,
+        blocks=_counted(work, writer, new, lines),
+        digest=work.hashed,
+        warnings=tuple(notes),
+        source_lines=tuple(origin[n] for n in lines),
+        whole=whole,
+    )
 
 
 def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> str:
@@ -304,6 +331,11 @@ def _counted(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> 
     old_rate, _ = block_rate(work.program.moves)
     rate, line = block_rate(new.moves)
     return BlockCounts(
-        len({t.line for t in work.program.traces}), len({t.line for t in new.traces}), len(writer.edits),
-        sum(len(v) for v in writer.added.values()), old_rate, rate, (0, *work.origin)[lines[line - 1]] if line else 0,
-    )  # fmt: skip
+        before=len({t.line for t in work.program.traces}),
+        after=len({t.line for t in new.traces}),
+        changed=len(writer.edits),
+        added=sum(len(v) for v in writer.added.values()),
+        rate_before=old_rate,
+        rate_after=rate,
+        rate_line=(0, *work.origin)[lines[line - 1]] if line else 0,
+    )

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vcmm.compensating.contours import sweep_of
-from vcmm.compensating.fitting import BlockFit, BlockPiece
+from vcmm.compensating.fitting import BlockFit
 from vcmm.compensating.frame import AXES, BlockFrame, frame_of
 from vcmm.compensating.numbers import HOLD, SAME, nearest, written
 from vcmm.compensating.source import Edit, semicolon_code
-from vcmm.compensating.writer import Writer, best_centre
+from vcmm.compensating.writer import Stretch, Writer, best_centre
 from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES
 from vcmm.nc.trace import Trace, WordAt
@@ -135,47 +135,44 @@ class KlartextWriter(Writer):
         last = max(words, key=lambda w: (w.line, w.last))
         return last.line - 1, last.last
 
-    def _settled(
-        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
-    ) -> Array:  # fmt: skip
-        new = super()._settled(trace, frame, piece, cur, named, part, False)
+    def _settled(self, s: Stretch) -> Array:
+        trace, frame, piece, cur = s.trace, s.frame, s.piece, s.start
+        new = super()._settled(replace(s, whole=False))
         if trace.contour.kind != "arc":
             return new
-        a, b, n = PLANES[trace.contour.plane]
+        a, b, n = s.plane
         step = self.step(frame.inch)
         wanted = frame.numbers(piece.end)
         for i in (a, b):
-            steps = self.relative(trace, frame, i, piece.share == self.first_share)
+            steps = self.relative(trace, frame, i, s.first)
             origin = float(cur[i]) if steps else 0.0
-            new[i] = float(cur[i]) if whole else origin + nearest(float(wanted[i]) - origin, step)
+            new[i] = float(cur[i]) if s.whole else origin + nearest(float(wanted[i]) - origin, step)
         near = max(HOLD * step, self.slack * float(frame.scale[1]))
         rises = abs(wanted[n] - cur[n]) > near
-        new[n] = nearest(float(wanted[n]), step) if rises or named[n] else cur[n]
+        new[n] = nearest(float(wanted[n]), step) if rises or s.names(n) else cur[n]
         self.helix = abs(new[n] - cur[n]) > SAME * step or trace.contour.turns > 1
         if self.helix:
-            new = self._spiral(trace, frame, piece, cur, new)
+            new = self._spiral(replace(s, end=new))
         return new
 
     helix: bool = False
     angle: float = 0.0  # deg, of the last helix
     centre: tuple[float, float] = (0.0, 0.0)
 
-    def _rounded_centre(
-        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, end: Array
-    ) -> tuple[float, float]:
-        a, b, _ = PLANES[trace.contour.plane]
-        assert piece.centre is not None
-        wanted = frame.numbers(piece.centre)[[a, b]]
-        return best_centre(wanted, cur[[a, b]], (end - cur)[[a, b]], self.step(frame.inch))
+    def _rounded_centre(self, s: Stretch) -> tuple[float, float]:
+        flat = list(s.plane[:2])
+        assert s.piece.centre is not None
+        wanted = s.frame.numbers(s.piece.centre)[flat]
+        return best_centre(wanted, s.start[flat], (s.end - s.start)[flat], self.step(s.frame.inch))
 
-    def _spiral(self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array) -> Array:
+    def _spiral(self, s: Stretch) -> Array:
         """End of a helix: on the circle about the pole that goes through the start, at an angle as written."""
-        m = trace.contour
-        a, b, _ = PLANES[m.plane]
-        self.centre = self._rounded_centre(trace, frame, piece, cur, new)
+        cur, new = s.start, s.end
+        a, b, _ = s.plane
+        self.centre = self._rounded_centre(s)
         begin = math.atan2(cur[b] - self.centre[1], cur[a] - self.centre[0])
         goal = math.atan2(new[b] - self.centre[1], new[a] - self.centre[0])
-        part = self.part * sweep_of(m) * (-1.0 if _mirrored(trace) else 1.0)
+        part = s.share * sweep_of(s.trace.contour) * (-1.0 if _mirrored(s.trace) else 1.0)
         turn = part + math.remainder(goal - begin - part, 2 * math.pi)
         self.angle = round(math.degrees(turn), ANGLE)
         radius = math.hypot(cur[a] - self.centre[0], cur[b] - self.centre[1])
@@ -185,13 +182,10 @@ class KlartextWriter(Writer):
         return out
 
     # -- words ------------------------------------------------------------------------------------------------------
-    def _first(
-        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, nominal: tuple[Array, Array],
-        feed: float | None, whole: bool, split: bool,
-    ) -> None:  # fmt: skip
-        index = trace.line - 1
+    def _first(self, s: Stretch) -> None:
+        trace, frame, cur, new, index = s.trace, s.frame, s.start, s.end, s.index
         if trace.contour.kind != "arc":
-            super()._first(trace, frame, piece, cur, new, nominal, feed, whole, split)
+            super()._first(s)
             return
         self._named(trace, index, "CP" if self.helix else "C" if self.path == "CP" else self.path)
         if self.helix:
@@ -199,8 +193,8 @@ class KlartextWriter(Writer):
             self._place(index, trace, self.centre, frame, first=True)
             self._directed(trace)
             return
-        flat = tuple(AXES[i] for i in PLANES[trace.contour.plane][:2])
-        whole_block = whole and self.path == "C" and not any(k in trace.words for k in flat)
+        flat = tuple(AXES[i] for i in s.plane[:2])
+        whole_block = s.whole and self.path == "C" and not any(k in trace.words for k in flat)
         for letter in (
             () if whole_block else flat
         ):  # the block names its whole end, so that it says what it means
@@ -209,12 +203,12 @@ class KlartextWriter(Writer):
             value = float(new[i] - cur[i] if steps else new[i])
             if (
                 letter in trace.words
-                or split
+                or s.split
                 or self.path != "C"
                 or abs(new[i] - cur[i]) > SAME * self.step(frame.inch)
             ):
-                self.word(index, trace, letter, value, _old(nominal, i, steps), frame.inch)
-        n = PLANES[trace.contour.plane][2]
+                self.word(index, trace, letter, value, s.nominal(i, steps), frame.inch)
+        n = s.plane[2]
         if AXES[n] in trace.words:
             steps = self.relative(trace, frame, n, True)
             self.word(
@@ -222,11 +216,11 @@ class KlartextWriter(Writer):
                 trace,
                 AXES[n],
                 float(new[n] - cur[n] if steps else new[n]),
-                _old(nominal, n, steps),
+                s.nominal(n, steps),
                 frame.inch,
             )
         self._directed(trace)
-        self._centre(trace, frame, piece, cur, new, index, split)
+        self._centre(s)
 
     def _directed(self, trace: Trace) -> None:
         """The sense of rotation, which CT and CTP do not say."""
@@ -253,16 +247,15 @@ class KlartextWriter(Writer):
             text += f" {AXES[n]}{self.number(float(new[n]), self.decimals[frame.inch])}"
         self.edits.setdefault(word.line - 1, []).append(Edit(at, at, text))
 
-    def _more(
-        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, feed: float | None, share: float, index: int
-    ) -> None:  # fmt: skip
+    def _more(self, s: Stretch) -> None:
+        trace, frame, new, index = s.trace, s.frame, s.end, s.index
         if trace.contour.kind != "arc":
             before = len(self.added.get(index, []))
-            super()._more(trace, frame, piece, cur, new, feed, share, index)
+            super()._more(s)
             if len(self.added.get(index, [])) > before:
                 self.added[index][-1] = "L " + self.added[index][-1]
             return
-        a, b, n = PLANES[trace.contour.plane]
+        a, b, n = s.plane
         places, like = self.decimals[frame.inch], self._like(trace)
         ends = [AXES[i] + self.number(float(new[i]), places, like) for i in (a, b)]
         if self.helix:
@@ -270,27 +263,18 @@ class KlartextWriter(Writer):
             height = AXES[n] + self.number(float(new[n]), places, like)
             words = ["CP", f"IPA{self.number(self.angle, ANGLE)}", height, _sense(trace)]
         elif "R" in trace.words:
-            radius = self._centre_words(trace, frame, piece, cur, new, share)["R"]
+            radius = self._centre_words(s)["R"]
             words = ["CR", *ends, "R" + self.number(radius, places, like), _sense(trace)]
         else:
-            self._place(index, trace, self._rounded_centre(trace, frame, piece, cur, new), frame, first=False)
+            self._place(index, trace, self._rounded_centre(s), frame, first=False)
             words = ["C", *ends, _sense(trace)]
         self.insert(index, words)
 
-    def _centre(
-        self,
-        trace: Trace,
-        frame: BlockFrame,
-        piece: BlockPiece,
-        cur: Array,
-        new: Array,
-        index: int,
-        split: bool,
-    ) -> None:
-        if "R" in trace.words:
-            super()._centre(trace, frame, piece, cur, new, index, split)
+    def _centre(self, s: Stretch) -> None:
+        if "R" in s.trace.words:
+            super()._centre(s)
             return
-        self._place(index, trace, self._rounded_centre(trace, frame, piece, cur, new), frame, first=True)
+        self._place(s.index, s.trace, self._rounded_centre(s), s.frame, first=True)
 
     def _place(
         self, index: int, trace: Trace, centre: tuple[float, float], frame: BlockFrame, first: bool
@@ -344,8 +328,3 @@ def _mirrored(trace: Trace) -> bool:
 
 def _sense(trace: Trace) -> str:
     return "DR-" if bool(trace.contour.clockwise) != _mirrored(trace) else "DR+"
-
-
-def _old(nominal: tuple[Array, Array], i: int, steps: bool) -> float:
-    end, start = nominal
-    return float(end[i] - start[i] if steps else end[i])

@@ -83,4 +83,12 @@ def best_offsets(
     )
     before, after, shifts = with_shifts(read.moves, field)
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
-    return OffsetOnly(source.name, name, machine.name, before, after, shifts, said)
+    return OffsetOnly(
+        name=source.name,
+        dialect=name,
+        machine=machine.name,
+        before=before,
+        offset_only=after,
+        shifts=shifts,
+        warnings=said,
+    )

@@ -13,7 +13,7 @@ from vcmm.compensating.fitting import BlockFit, BlockPiece
 from vcmm.compensating.frame import AXES, CENTRES, BlockFrame, frame_of
 from vcmm.compensating.numbers import nearest, value_of
 from vcmm.compensating.source import semicolon_code
-from vcmm.compensating.writer import Writer
+from vcmm.compensating.writer import Stretch, Writer
 from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES, Move
 from vcmm.nc.trace import Trace
@@ -63,14 +63,11 @@ class SinumerikWriter(Writer):
             self._drop(trace.line - 1, trace.words["TURN"])
         super().move(trace, fit)
 
-    def _settled(
-        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
-    ) -> Array:  # fmt: skip
+    def _settled(self, s: Stretch) -> Array:
         """CIP keeps its height: with another one it would be a circle in space."""
-        new = super()._settled(trace, frame, piece, cur, named, part, whole)
-        if trace.after.motion == "CIP":
-            n = PLANES[trace.contour.plane][2]
-            new[n] = cur[n]
+        new = super()._settled(s)
+        if s.trace.after.motion == "CIP":
+            new[s.plane[2]] = s.start[s.plane[2]]
         return new
 
     def _opened(self, trace: Trace, fit: BlockFit) -> tuple[Trace, bool]:
@@ -91,26 +88,22 @@ class SinumerikWriter(Writer):
 
     forced: tuple[str, ...] = ()  # axes that the block must name
 
-    def _first(
-        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, nominal: tuple[Array, Array],
-        feed: float | None, whole: bool, split: bool,
-    ) -> None:  # fmt: skip
-        index, step = trace.line - 1, self.step(frame.inch)
+    def _first(self, s: Stretch) -> None:
+        trace, frame, step = s.trace, s.frame, self.step(s.frame.inch)
         for letter in self.forced:
             i = AXES.index(letter)
-            if abs(new[i] - cur[i]) <= 1e-3 * step:  # otherwise it is added as for any block
-                value = 0.0 if self.relative(trace, frame, i, True) else float(new[i])
-                self.word(index, trace, letter, value, math.inf, frame.inch)
+            if abs(s.end[i] - s.start[i]) <= 1e-3 * step:  # otherwise it is added as for any block
+                value = 0.0 if self.relative(trace, frame, i, True) else float(s.end[i])
+                self.word(s.index, trace, letter, value, math.inf, frame.inch)
         self.forced = ()
-        super()._first(trace, frame, piece, cur, new, nominal, feed, whole, split)
+        super()._first(s)
 
-    def _centre_words(
-        self, trace: Trace, frame: BlockFrame, piece: BlockPiece, cur: Array, new: Array, share: float
-    ) -> dict[str, float]:
+    def _centre_words(self, s: Stretch) -> dict[str, float]:
+        trace, frame, piece, cur, new, share = s.trace, s.frame, s.piece, s.start, s.end, s.share
         if trace.after.motion != "CIP":
-            return super()._centre_words(trace, frame, piece, cur, new, share)
+            return super()._centre_words(s)
         m, step = trace.contour, self.step(frame.inch)
-        a, b, _ = PLANES[m.plane]
+        a, b, _ = s.plane
         assert piece.centre is not None
         begin = piece.share - share if piece.share > share else 0.0
         at = self._via(trace, frame) if share >= 1.0 - 1e-9 else begin + share / 2

@@ -57,13 +57,13 @@ class Kienzle:
 
 LINEAR_EDGE = {
     "Al7075": LinearEdge(
-        796.1,
-        168.8,
-        222.0,
-        27.7,
-        30.8,
-        1.4,
-        "CutPro example set for Al7075-T6 as found in public milling codes",
+        tangential=796.1,
+        radial=168.8,
+        axial=222.0,
+        edge_tangential=27.7,
+        edge_radial=30.8,
+        edge_axial=1.4,
+        source="CutPro example set for Al7075-T6 as found in public milling codes",
     )
 }
 _TABLE = "fitted to the kc table of the Roehm catalogue RN-1391, 45 deg entering angle"
@@ -107,7 +107,15 @@ def at_chip(of: Kienzle, thickness: Array, radial: float = RADIAL) -> LinearEdge
     h = np.maximum(np.asarray(thickness, float), LEAST_CHIP)
     cut, edge = (1.0 - of.mc) * of.kc11 * h**-of.mc, of.mc * of.kc11 * h ** (1.0 - of.mc)
     none = np.zeros_like(h)
-    return LinearEdge(cut, radial * cut, none, edge, radial * edge, none, of.source)
+    return LinearEdge(
+        tangential=cut,
+        radial=radial * cut,
+        axial=none,
+        edge_tangential=edge,
+        edge_radial=radial * edge,
+        edge_axial=none,
+        source=of.source,
+    )
 
 
 def turning_force(width: Array, thickness: Array, of: Kienzle) -> Array:

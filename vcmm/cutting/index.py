@@ -44,18 +44,18 @@ def build(sweep: Sweep) -> Index:
     items = _items(parts, frames[group])
     order, roots, boxes, child = _forest(items, group, len(first))
     return Index(
-        sweep,
-        frames,
-        roots,
-        parts.tool[first].astype(np.int64),
-        boxes,
-        child,
-        items[order],
-        parameters(sweep.tools),
-        row[order],
-        t0[order],
-        t1[order],
-        group[order],
+        sweep=sweep,
+        frames=frames,
+        roots=roots,
+        group_tool=parts.tool[first].astype(np.int64),
+        boxes=boxes,
+        child=child,
+        items=items[order],
+        tools=parameters(sweep.tools),
+        row=row[order],
+        t0=t0[order],
+        t1=t1[order],
+        group=group[order],
     )
 
 

@@ -62,7 +62,18 @@ def lines(
     axes = np.broadcast_to(np.asarray(axis, float), (m, 3)).copy()
     kind = np.full(m, LINE)
     return checked(
-        Sweep(start, end, nothing, nothing.copy(), np.zeros(m), kind, which, np.arange(m), axes, tools)
+        Sweep(
+            start=start,
+            end=end,
+            centre=nothing,
+            normal=nothing.copy(),
+            turn=np.zeros(m),
+            kind=kind,
+            tool=which,
+            move=np.arange(m),
+            axis=axes,
+            tools=tools,
+        )
     )
 
 

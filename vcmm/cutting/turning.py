@@ -56,7 +56,14 @@ def curved(
 ) -> Sweep:
     """Arcs in the (radius, z) plane about `centre` (m, 2), turn (m,) rad from +z towards +radius (right-handed about +y)."""
     sweep = arcs(
-        _plane(start), _plane(end), _plane(centre), turn, tools, tool, np.array([0.0, 1.0, 0.0]), OUTWARD
+        _plane(start),
+        _plane(end),
+        _plane(centre),
+        turn,
+        tools=tools,
+        tool=tool,
+        normal=np.array([0.0, 1.0, 0.0]),
+        axis=OUTWARD,
     )
     assert np.all(sweep.kind == ARC)
     return sweep

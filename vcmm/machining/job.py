@@ -57,11 +57,17 @@ def cut(
     outcome = replace(outcome, warnings=warnings, characteristics=with_uncut(outcome, task, job))
     halves = {c.name: batch(c) for c in outcome.characteristics}
     return CutResult(
-        uncertainty=outcome, surface=extremes(patches, GOUGE), patches=patches, seconds=job.seconds,
+        uncertainty=outcome,
+        surface=extremes(patches, GOUGE),
+        patches=patches,
+        seconds=job.seconds,
         shares={c.name: grouped(c) for c in outcome.characteristics},
-        repeats={n: h[0] for n, h in halves.items()}, scatters={n: h[1] for n, h in halves.items()},
-        warnings=warnings, blank=job.blank, recut=again,
-    )  # fmt: skip
+        repeats={n: h[0] for n, h in halves.items()},
+        scatters={n: h[1] for n, h in halves.items()},
+        warnings=warnings,
+        blank=job.blank,
+        recut=again,
+    )
 
 
 def finished_part(job: PreparedCut) -> tuple[Task, Cutting, tuple[str, ...]]:

@@ -188,11 +188,20 @@ def place_cut(
     after = cut(_moved(scenario, job, best.pose), seed=seed, trials=trials, progress=report)
     before = cut(scenario, seed=seed, trials=trials, progress=report)
     return PlacedCut(
-        model.characteristics, weights, best, now, _at(objective, seen.poses[order[len(order) // 2]]),
-        _at(objective, seen.poses[order[-1]]), certify(objective, [box], best.pose, best.value, seen, earlier),
-        table_map(objective, found),
-        region(objective, found, seen.values, seed), found.evaluations, before, after, seed,
-    )  # fmt: skip
+        characteristics=model.characteristics,
+        weights=weights,
+        best=best,
+        present=now,
+        median=_at(objective, seen.poses[order[len(order) // 2]]),
+        worst=_at(objective, seen.poses[order[-1]]),
+        certificate=certify(objective, [box], best.pose, best.value, seen, earlier),
+        map=table_map(objective, found),
+        region=region(objective, found, seen.values, seed),
+        evaluations=found.evaluations,
+        before=before,
+        after=after,
+        seed=seed,
+    )
 
 
 def _at(objective: CutDeviation, six: Array) -> AtPose:

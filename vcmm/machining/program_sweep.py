@@ -71,8 +71,8 @@ def swept(moves: Sequence[Move], tools: Mapping[int, Tool]) -> Sweep:
     up = np.broadcast_to([0.0, 0.0, 1.0], start.shape).copy()
     return checked(
         Sweep(
-            start, end, np.array(centre), np.array(normal), np.array(turn), np.array(kind),
-            np.array([numbers.index(m.tool) for _, m in rows]), np.array([i for i, _ in rows]), up, solids,
+            start=start, end=end, centre=np.array(centre), normal=np.array(normal), turn=np.array(turn), kind=np.array(kind),
+            tool=np.array([numbers.index(m.tool) for _, m in rows]), move=np.array([i for i, _ in rows]), axis=up, tools=solids,
         )
     )  # fmt: skip
 

@@ -45,7 +45,18 @@ def in_workpiece(
     number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     first, last = number / counts[row], (number + 1) / counts[row]
     sweep = held.take(row)
-    whole = RotaryMotion(machine, base, turned, offset, row, first, last, free[row], sweep, rapid)
+    whole = RotaryMotion(
+        machine=machine,
+        base=base,
+        turned=turned,
+        offset=offset,
+        row=row,
+        first=first,
+        last=last,
+        inexact=free[row],
+        sweep=sweep,
+        rapid=rapid,
+    )
     loose = np.flatnonzero(free[row])
     sweep = checked(_with_pieces(sweep, whole, loose))
     return sweep, replace(whole, sweep=sweep)
