@@ -35,6 +35,9 @@ orientation = 3
 [control]
 tolerance = "0 um"
 """
+PLAIN = "G0 X44. Z2.\nX40.\nG1 Z-60. F0.1\nX52.\n"
+SEAT = 'seat = { type = "cylinder", point = "0 0 -50 mm", axis = [0, 0, 1], diameter = "40 mm", length = "40 mm" }\n'
+BAR = '[stock]\ndiameter = "44 mm"\nlength = "90 mm"\nmaterial = "16MnCr5"\nthrust_ratio = 0.45\n'
 MACHINE = """\
 vcmm = "machine/1"
 name = "lathe"
@@ -114,3 +117,10 @@ def nominal(ready: PreparedCut, feature: str) -> tuple[np.ndarray, np.ndarray]:
     """What a perfect lathe leaves (n,) mm above nominal, feed marks, and the points."""
     over = ready.process.net(ready, ready.scenario.part.features[feature], 15)
     return patch(ready, over).nominal, over.points
+
+
+def plain(tmp_path: Path, machine="", setup=SETUP, program=PLAIN, **more):
+    """One pass along a bar."""
+    head, tail = SCENARIO.split("[part.features]\n")
+    scenario = head + "[part.features]\n" + SEAT + tail[tail.index("[[part") :]
+    return write(tmp_path, machine, program=HEAD + program + TAIL, scenario=scenario, setup=setup, **more)

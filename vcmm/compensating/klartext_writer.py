@@ -52,7 +52,7 @@ class KlartextWriter(Writer):
     def _like(self, trace: Trace) -> str:
         return next((w.text for k, w in trace.words.items() if k in AXES and w.plain), "+")
 
-    def _drop(self, index: int, word: WordAt) -> None:
+    def drop(self, index: int, word: WordAt) -> None:
         """A word and the blanks before it."""
         at = word.line - 1 if word.line else index
         ahead = self.source.lines[at][0][: word.first - 1]
@@ -127,7 +127,7 @@ class KlartextWriter(Writer):
             self.edits.setdefault(word.line - 1, []).append(Edit(word.first, word.last, name))
         for key in POLAR:
             if key in trace.words:
-                self._drop(index, trace.words[key])
+                self.drop(index, trace.words[key])
 
     def _behind(self, trace: Trace) -> tuple[int, int]:
         """Index of the line and column behind the last axis word, else behind the path function."""
@@ -234,7 +234,7 @@ class KlartextWriter(Writer):
         word = trace.words["path"]
         for key in (AXES[a], AXES[b], "R"):
             if key in trace.words:
-                self._drop(index, trace.words[key])
+                self.drop(index, trace.words[key])
         at = word.last
         text = f" IPA{self.number(self.angle, ANGLE)}"
         if AXES[n] in trace.words:

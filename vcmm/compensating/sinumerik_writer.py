@@ -60,7 +60,7 @@ class SinumerikWriter(Writer):
                 self.q = np.array(trace.contour.end) + frame.offset
                 return
         if trace.contour.turns > 1 and len(fit.pieces) > 1 and "TURN" in trace.words:
-            self._drop(trace.line - 1, trace.words["TURN"])
+            self.drop(trace.line - 1, trace.words["TURN"])
         super().move(trace, fit)
 
     def _settled(self, s: Stretch) -> Array:
@@ -77,7 +77,7 @@ class SinumerikWriter(Writer):
         begin = np.abs(self.q - frame.offset - np.array(m.start)).max()
         if len(fit.pieces) == 1 and begin < STILL and _same(m, fit.pieces[0]):
             return trace, False
-        self._drop(trace.line - 1, trace.words["AR"])
+        self.drop(trace.line - 1, trace.words["AR"])
         a, b, _ = PLANES[m.plane]
         for i in (a, b):
             for letter, nominal in ((AXES[i], m.end), (CENTRES[i], m.centre)):

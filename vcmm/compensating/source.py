@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from vcmm.core.errors import Environment, VcmmError
+from vcmm.core.errors import DataError, Environment, ModelLimit, VcmmError
 from vcmm.nc.reading import read_bytes
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
@@ -85,7 +85,8 @@ def at_origin(error: VcmmError, name: str, origin: Sequence[int]) -> VcmmError:
     if line is None or not 0 < line <= len(origin) or not str(error).startswith(head):
         return error
     said = f"{name}:{origin[line - 1]}:{str(error).removeprefix(head)}"
-    return type(error)(said, line=origin[line - 1], column=error.column)
+    kind = DataError if isinstance(error, DataError) else ModelLimit
+    return kind(said, line=origin[line - 1], column=error.column)
 
 
 class Edit(NamedTuple):

@@ -176,7 +176,7 @@ class Writer(Wording):
             value = float(new[i] - cur[i] if steps else new[i])
             old = s.nominal(i, steps)
             if s.whole and letter in trace.words and abs(value - nearest(value, step)) > SAME * step:
-                self._drop(index, trace.words[letter])
+                self.drop(index, trace.words[letter])
             elif letter in trace.words or abs(new[i] - cur[i]) > SAME * step:
                 self.word(index, trace, letter, value, old, frame.inch)
         if trace.contour.kind == "arc":
@@ -184,7 +184,7 @@ class Writer(Wording):
         if s.feed is not None and "F" in trace.words:
             self.word(index, trace, "F", s.feed, math.inf, frame.inch)
         if s.split and "P" in trace.words and trace.contour.turns > 1:
-            self._drop(index, trace.words["P"])
+            self.drop(index, trace.words["P"])
 
     def _more(self, s: Stretch) -> None:
         """A block behind the one it continues: axis words, centre, F of inverse time; nothing else."""

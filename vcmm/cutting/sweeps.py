@@ -228,3 +228,12 @@ def pieces(sweep: Sweep, counts: Array) -> tuple[Sweep, Array, Array, Array]:
         end[t1 == 1.0] = parent.end[t1 == 1.0]
     turn = parent.turn * (t1 - t0)
     return replace(parent, start=start, end=end, centre=centre, turn=turn, drift=drift), row, t0, t1
+
+
+def frames_of(axis: Array) -> Array:
+    """Right-handed frames (k, 3, 3) whose third row is the tool axis (k, 3); the identity for +Z."""
+    other = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
+    first = np.cross(other, axis)
+    first = first / np.linalg.norm(first, axis=1)[:, None]
+    out = np.stack([first, np.cross(axis, first), axis], axis=1)
+    return np.where((axis[:, 2] == 1.0)[:, None, None], np.eye(3), out)

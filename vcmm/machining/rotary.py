@@ -24,7 +24,7 @@ from vcmm.core.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directi
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
-from vcmm.cutting.sweeps import Sweep, lengths, position
+from vcmm.cutting.sweeps import Sweep, frames_of, lengths, position
 from vcmm.nc.moves import Move, Program
 
 Bools = np.typing.NDArray[np.bool_]
@@ -150,15 +150,6 @@ def angle_of(program: Program, motion: RotaryMotion, offset: str) -> Array:
 
 def _cuts(move: Move, offset: str) -> bool:
     return move.kind != "rapid" and move.offset == offset
-
-
-def frames_of(axis: Array) -> Array:
-    """Right-handed frames (k, 3, 3) whose third row is the tool axis (k, 3); the identity for +Z."""
-    other = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
-    first = np.cross(other, axis)
-    first = first / np.linalg.norm(first, axis=1)[:, None]
-    out = np.stack([first, np.cross(axis, first), axis], axis=1)
-    return np.where((axis[:, 2] == 1.0)[:, None, None], np.eye(3), out)
 
 
 def turned(frame: Array | None, vectors: Array) -> Array:

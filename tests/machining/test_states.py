@@ -7,7 +7,7 @@ import pytest
 
 from tests.machining import lathe
 from tests.machining import rotary_shop as rs
-from tests.machining.test_turning_job import plain
+from tests.machining.lathe import plain
 from vcmm.machining.contact_path import surface_at, tool_side
 
 TABLE = "w C' X' Y' b Z t"

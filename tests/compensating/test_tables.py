@@ -9,7 +9,6 @@ import pytest
 
 from tests.compensating.mill import mill
 from vcmm.cli import run as vcmm
-from vcmm.compensating.points import corrected_points
 from vcmm.compensating.tables import control_tables
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
@@ -74,14 +73,6 @@ def test_heidenhain_columns(tmp_path):
 def test_unknown_format():
     with pytest.raises(UsageError, match="heidenhain"):
         control_tables(mill(), "siemens")
-
-
-def test_corrected_points():
-    # tip error +10 um at X 100: the tip is at 100.010 where the scale says 100 (indicated - true = -10 um)
-    run = Run({"X": np.array([100.0]), "Y": np.zeros(1), "Z": np.zeros(1)}, np.zeros((1, 3)))
-    found = corrected_points(mill(ScaleFactor("X", 100e-6)), run)
-    assert found.error[0] == pytest.approx([-0.010, 0, 0])
-    assert found.corrected[0] == pytest.approx([100.010, 0, 0])
 
 
 def test_the_command_line(tmp_path, capsys, monkeypatch):

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import vcmm
 from tests.machining import lathe, shop
-from tests.machining.test_turning_job import plain
+from tests.machining.lathe import plain
 from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.core.pose import Pose
+from vcmm.core.run import Run
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.preparation import set_up
+from vcmm.machining.zero_setting import SETTING, ZeroRows, joined, setting_rows, ways_of_setting
+from vcmm.response.influence import Influence
+from vcmm.response.trials import Draws
 
 TURNING = '[tools.9]\nlength = "60 mm"\nshape = "turning"\nnose_radius = "0.8 mm"\norientation = 3\n'  # never called
 
@@ -131,3 +139,58 @@ def test_a_side_that_two_work_offsets_share_is_not_probed_from_one(tmp_path):
         cut(slab(tmp_path, U_OFFSET, U_TOOL, BOTH_SIDES, half))
     found = cut(slab(tmp_path, "", U_TOOL, BOTH_SIDES, half))
     assert found.characteristics[0].u == pytest.approx(6e-3, rel=0.02)
+
+
+def test_the_mean_of_the_angles_of_setting_is_taken_off():
+    """One cut and three angles of setting: 10 - (1 + 2 + 6) / 3 = 7; responses likewise, where the draws are one."""
+    zero = ZeroRows(np.array([1, -1, -1, -1]), count=3)
+    errors = np.array([10.0, 1.0, 2.0, 6.0])[:, None] * [1.0, 0.0, 0.0]
+    assert zero.off_errors(errors)[:, 0] == pytest.approx([7.0, 1.0, 2.0, 6.0])
+    assert zero.off_response(errors[..., None], np.zeros(4, dtype=np.intp))[0, 0, 0] == pytest.approx(7.0)
+    assert zero.off_response(errors[..., None], np.array([0, 1, 1, 1]))[0, 0, 0] == pytest.approx(10.0)
+
+
+def test_what_is_in_a_zero_turns_with_the_table():
+    """Taken into the zero along X; the table has turned by 90 deg since, so it comes off along Y."""
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    zero = ZeroRows(np.array([1, -1]), turn=np.array([quarter, np.eye(3)]))
+    errors = np.array([[5.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    assert zero.off_errors(errors)[0] == pytest.approx([5.0, -2.0, 0.0])
+
+
+def test_draws_that_only_setting_has_count_as_nothing():
+    """Copies: the cut has 0, its setting 1. The second belongs to the uncertainty of the zero."""
+    one = Influence(
+        Input("scale_factor", "X", "k", Normal(1.0)), np.ones((2, 3, 1)), ("a", "b"), np.array([0, 1])
+    )
+    drawn = Draws(one, np.ones((1, 2, 1)), np.array([[[3.0], [4.0]]]))
+    quiet = ZeroRows(np.array([1, -1])).quiet(drawn)
+    assert quiet.departures.ravel() == pytest.approx([3.0, 0.0])
+
+
+def test_rows_of_setting_are_at_rest():
+    """The tool with an offset of 100 mm stands with its tip at Z -350, so the axis at -250; cold, unmoving, marked."""
+    run = Run(
+        {"X": np.array([1.0]), "Y": np.array([2.0]), "Z": np.array([3.0])}, np.array([[0.0, 0, -100.0]]),
+        {"time_s": np.array([60.0]), "nz": np.array([0.0]), "temp_part_C": np.array([23.0])},
+        {"tool": np.array(["7"]), "touch": np.array(["p"])},
+    )  # fmt: skip
+    at = np.array([[300.0, 250.0, -350.0]])
+    rows = setting_rows(
+        run, np.array([0]), np.array([[0.0, 0.0, -100.0]]), at, Pose(np.eye(3), np.array([300.0, 0, 0]))
+    )
+    assert [float(rows.position[a][0]) for a in "XYZ"] == [300.0, 250.0, -250.0]
+    columns = {name: float(values[0]) for name, values in rows.columns.items()}
+    assert columns["time_s"] == 0.0
+    assert (columns["nz"], columns["temp_part_C"], columns["setting"]) == (1.0, 23.0, 1.0)
+    assert columns["part_y_mm"] == 250.0
+    assert (rows.labels["tool"][0], rows.labels["touch"][0]) == ("7", SETTING)
+    assert joined(run.with_columns({n: np.zeros(1) for n in columns}), rows).n == 2
+
+
+def test_ways_of_setting_differ_by_tool_not_by_point():
+    labels = {"tool": np.array(["1", "2", "1"]), "touch": np.array(["a", "b", "c"])}
+    run = Run({"X": np.zeros(3)}, np.zeros((3, 3)), {}, labels)
+    first, number = ways_of_setting(run)
+    assert first.tolist() == [0, 1]
+    assert number.tolist() == [0, 1, 0]
