@@ -129,7 +129,10 @@ def test_a_loop_that_grows_too_far_is_refused(tmp_path):
     text = HEAD + "#1=0\nWHILE[#1 LT 4000]DO1\nG1 X[#1/100] F500\n#1=#1+1\nEND1\nM30\n%\n"
     with pytest.raises(DataError, match=r"part\.nc:\d+.*--inline"):
         go(tmp_path, text)
-    assert go(tmp_path, text, inline=2000).blocks.before == 4000
+    fewer = text.replace("4000", "400")
+    with pytest.raises(DataError, match="--inline"):
+        go(tmp_path, fewer, inline=20)
+    assert go(tmp_path, fewer, inline=2000).blocks.before == 400
 
 
 def test_lines_are_those_of_the_file(tmp_path):

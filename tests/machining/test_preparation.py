@@ -43,7 +43,13 @@ def test_both_counts_of_gouges_say_of_what(tmp_path, capsys):
     assert "cut again with the tools really displaced, " not in err
 
 
-def test_a_square_stock_has_a_picture(tmp_path):
+def test_a_square_stock_has_a_picture(tmp_path, monkeypatch):
+    """A coarser map of heights and fewer faces than usual; the numbers of faces as usual are counted below."""
+    from vcmm.machining import blank
+    from vcmm.pages import cut as page
+
+    monkeypatch.setattr(blank, "NODES", 150)
+    monkeypatch.setattr(page, "MOST_FACES", 6000)
     stock = shop.SETUP + '[stock]\nbox = ["150 mm", "150 mm", "20 mm"]\n'
     path = shop.write(tmp_path, setup=stock)
     assert command(["cut", str(path), "--out", str(tmp_path / "out"), "--json"]) == 0
