@@ -7,22 +7,10 @@ import ast
 from tests.house.test_layers import KERNELS, PACKAGE
 
 MOST = 6
-# Compiled kernels take no keywords in the loops where they are called, so files of kernels are left out (KERNELS).
-# Rooms that still have such calls.
-ROOMS = (
-    "cases",
-    "cli",
-    "compensating",
-    "cutting",
-    "diagnosis",
-    "files",
-    "machining",
-    "motion",
-    "nc",
-    "papers",
-    "placing",
-    "report",
-)
+# Compiled kernels take no keywords in the loops where they are called, so files of kernels are left out (KERNELS), and
+# whoever hands them their arrays.
+KERNEL_CALLS = ("vcmm/cutting/stock.py", "kernels.cut_all")
+ROOMS = ("diagnosis",)  # that still have such calls: what they hold is to be built anew
 
 
 def long_calls() -> dict[str, list[str]]:
@@ -34,7 +22,10 @@ def long_calls() -> dict[str, list[str]]:
         room = path.relative_to(PACKAGE).parts[0]
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and len(node.args) > MOST:
-                where = f"{path.relative_to(PACKAGE.parent).as_posix()}:{node.lineno}"
+                file = path.relative_to(PACKAGE.parent).as_posix()
+                if (file, ast.unparse(node.func)) == KERNEL_CALLS:
+                    continue
+                where = f"{file}:{node.lineno}"
                 out.setdefault(room, []).append(f"{where} {ast.unparse(node.func)} ({len(node.args)})")
     return out
 

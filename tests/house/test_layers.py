@@ -61,7 +61,6 @@ HEAVY = (
     "trimesh",
     "pyvista",
     "vtk",
-    "manifold3d",
     "matplotlib",
     "pydantic",
     "cyclopts",

@@ -24,7 +24,8 @@ from vcmm.effects.squareness import Squareness
 from vcmm.gps import characteristics as gps
 from vcmm.machining.job import finished_part
 from vcmm.machining.maps import Net
-from vcmm.machining.preparation import Shop, set_up
+from vcmm.machining.preparation import set_up
+from vcmm.machining.process import PreparedCut
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
@@ -74,7 +75,7 @@ class PieceTwin:
 class Ready:
     """The piece cut once: what follows is one evaluation per machine."""
 
-    shop: Shop
+    job: PreparedCut
     task: Task
     world: Cutting
     circle: SeenNet
@@ -82,9 +83,9 @@ class Ready:
 
 def prepared(scenario: CutScenario) -> Ready:
     """Program read, tools swept, inspection points and the circle looked at."""
-    shop = set_up(scenario)
-    task, world, _ = finished_part(shop)
-    return Ready(shop, task, world, seen(shop, scan(scenario.part.features["circle"])))
+    job = set_up(scenario)
+    task, world, _ = finished_part(job)
+    return Ready(job, task, world, seen(job, scan(scenario.part.features["circle"])))
 
 
 def scan(feature: Feature) -> Net:
@@ -98,7 +99,7 @@ def scan(feature: Feature) -> Net:
 
 def row(ready: Ready, effects: Sequence[Effect]) -> tuple[Array, Array]:
     """(deviation (um) of each characteristic and of CIRCLE, departure of the circle (angles,) um) with these errors alone."""
-    machine = replace(ready.shop.machine, effects=tuple(effects), inputs=())
+    machine = replace(ready.job.machine, effects=tuple(effects), inputs=())
     world = replace(ready.world, tool=replace(ready.world.tool, machine=machine, inputs=()))
     found = evaluate_all(ready.task, fit_features(ready.task, measured_points(ready.task, world.errors())))
     features = ready.task.part.features

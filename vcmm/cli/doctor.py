@@ -9,18 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-REQUIRED = (
-    "numpy",
-    "scipy",
-    "numba",
-    "trimesh",
-    "pyvista",
-    "manifold3d",
-    "pydantic",
-    "cyclopts",
-    "rich",
-    "tomlkit",
-)
+REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "pydantic", "cyclopts", "rich", "tomlkit")
 
 
 def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -> int:

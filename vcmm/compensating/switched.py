@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from vcmm.compensating.codes import codes_in
-from vcmm.compensating.source import SourceText
+from vcmm.compensating.source import SourceText, at_line
 from vcmm.core.errors import DataError
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.moves import Program
@@ -53,10 +53,11 @@ def check_expressions(program: Program, source: SourceText, changed: Collection[
     behind = None
     for step in program.steps:
         if behind is not None and step.file == source.name and step.line - 1 in changed:
-            raise DataError(
-                f"{source.name}:{step.line}: the expression of this block has to become a number, but "
+            said = (
+                f"the expression of this block has to become a number, but "
                 f'"{behind[1]}" in line {behind[0]} stands in a block with a slash, and its value may hang on it. {_advice()}'
             )
+            raise at_line(DataError, source.name, step.line, said)
         if behind is None and step.cuts and step.file == source.name:
             body = source.lines[step.line - 1][0]
             what = decided_by(body, [c for c in step.cuts if c.line == step.line])

@@ -132,9 +132,11 @@ def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
     residual, rank = _without(departure, columns, u)
     lost = tuple(name for name, _ in left_out(recording, machine))
     problem = Problem(
-        recording, machine, run, departure, u, columns, np.zeros((recording.m, 0)), predecessors(recording.row), observer
+        recording, machine, run, departure, u, nuisance=columns, calibration=np.zeros((recording.m, 0)),
+        before=predecessors(recording.row), observer=observer,
     )  # fmt: skip
-    return Misfit(recording, run, residual, u, rank, exact, lost, _places(problem, seed))
+    places = _places(problem, seed)
+    return Misfit(recording, run, residual, u, fitted=rank, exact=exact, left_out=lost, depends_on=places)
 
 
 def _predicted(observer: Observer) -> tuple[Array, bool]:

@@ -36,7 +36,7 @@ class Patch:
 
 
 @dataclass(frozen=True)
-class Extremes:
+class SurfaceExtremes:
     """Over all patches, um: largest and rms departure, number of points, of those left uncut, and of gouges.
 
     A gouge is a point that the program itself, on a perfect machine, cuts deeper than `deep_um`.
@@ -58,7 +58,7 @@ class CutResult:
     """
 
     uncertainty: UncertaintyResult
-    surface: Extremes
+    surface: SurfaceExtremes
     patches: tuple[Patch, ...]
     seconds: float
     shares: Mapping[str, Mapping[str, float]]
@@ -107,13 +107,13 @@ def batch(c: CharacteristicResult) -> tuple[float, float]:
     return float(np.sqrt(max(c.u**2 - scatter, 0.0))), float(np.sqrt(min(scatter, c.u**2)))
 
 
-def extremes(patches: tuple[Patch, ...], deep: float) -> Extremes:
+def extremes(patches: tuple[Patch, ...], deep: float) -> SurfaceExtremes:
     """Summary of the surface; deep: depth in mm from which a cut below nominal counts as a gouge."""
     height = np.concatenate([p.height for p in patches]) if patches else np.zeros(0)
     nominal = np.concatenate([p.nominal for p in patches]) if patches else np.zeros(0)
     cut = np.isfinite(height)
     there = height[cut] * 1e3
-    return Extremes(
+    return SurfaceExtremes(
         float(np.abs(there).max(initial=0.0)),
         float(np.sqrt(np.mean(there**2))) if len(there) else 0.0,
         len(height),

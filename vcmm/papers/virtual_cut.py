@@ -15,9 +15,9 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Contacts
 from vcmm.cutting.envelope import UNCUT
-from vcmm.machining.machine_at_cut import tool_side
+from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.maps import Net
-from vcmm.machining.preparation import Shop, look
+from vcmm.machining.process import PreparedCut
 from vcmm.machining.tool_errors import ToolSide
 from vcmm.nc.setup import Setup
 
@@ -31,14 +31,14 @@ class SeenNet:
     contacts: Contacts
 
 
-def seen(shop: Shop, net: Net) -> SeenNet:
+def seen(job: PreparedCut, net: Net) -> SeenNet:
     """Look at a net once. Raises ModelLimit where the program leaves points of it uncut."""
-    surface = look(shop, net.points, net.normals)
+    surface = surface_at(job, net.points, net.normals)
     uncut = int((surface.status == UNCUT).sum())
     if uncut:
         raise ModelLimit(f"{net.feature}: {uncut} of {len(net.points)} points are not cut by the program")
     names = np.array([f"{net.feature} {i}" for i in range(len(net.points))])
-    tool, contacts = tool_side(shop, surface, names, np.full(len(net.points), net.feature))
+    tool, contacts = tool_side(job, surface, names, np.full(len(net.points), net.feature))
     return SeenNet(net, tool, contacts)
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from vcmm.compensating.points import CorrectedPoints
-from vcmm.compensating.result import Compensation, Departure
+from vcmm.compensating.result import CompensatedProgram, Departure
 from vcmm.core.run import Array
 from vcmm.tables.quantities import fixed, in_file
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, csv_text, entry, records
@@ -55,7 +55,7 @@ def shifts(result: Compared) -> ResultTable[Shift]:
     return ResultTable("best shift of the work offsets alone", SHIFTS, list(result.shifts.items()))
 
 
-def before_and_after(result: Compensation) -> list[Named]:
+def before_and_after(result: CompensatedProgram) -> list[Named]:
     """The program as it is, with shifted offsets, and rewritten; then with what rewriting does not correct."""
     rows = [
         ("as programmed", result.before),

@@ -8,6 +8,7 @@ from vcmm.nc.expressions import number
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.moves import Point
 from vcmm.nc.radius import SINUMERIK, Style
+from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.flow import SinumerikRunner
@@ -27,6 +28,14 @@ class SinumerikModes:
     cycle: Item | None = None
     cycle_line: int = 0  # where it is defined
     rnd: float = 0.0  # RNDM
+
+
+class SinumerikControl:
+    """Recorder and modes. `column`: of the function being executed, for messages."""
+
+    def __init__(self, recorder: Recorder, by_m6: bool) -> None:
+        self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
+        self.column = 1
 
 
 @dataclass(eq=False)
