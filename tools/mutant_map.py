@@ -125,7 +125,11 @@ class Coverage:
         def rank(test: str) -> tuple[int, float, str]:
             own = test.startswith(f"{folder}test_{stem}.py")
             slow = test.startswith("tests/house/")
-            return (0 if own else 1 if test.startswith(folder) else 3 if slow else 2), self.seconds[test], test
+            return (
+                (0 if own else 1 if test.startswith(folder) else 3 if slow else 2),
+                self.seconds[test],
+                test,
+            )
 
         return sorted(tests, key=rank)
 
@@ -133,7 +137,9 @@ class Coverage:
         """Files of vcmm that a test file imports itself, and the kernels behind them."""
         if test_file not in self._imports:
             direct = _imported(self.root, self.root / test_file)
-            behind = {k for d in direct for k in _imported(self.root, self.root / d) if k.endswith("_kernels.py")}
+            behind = {
+                k for d in direct for k in _imported(self.root, self.root / d) if k.endswith("_kernels.py")
+            }
             self._imports[test_file] = frozenset(direct | behind)
         return self._imports[test_file]
 
@@ -152,5 +158,10 @@ def _imported(root: Path, file: Path) -> set[str]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    paths = (name.replace(".", "/") + end for name in names if name.startswith("vcmm") for end in (".py", "/__init__.py"))
+    paths = (
+        name.replace(".", "/") + end
+        for name in names
+        if name.startswith("vcmm")
+        for end in (".py", "/__init__.py")
+    )
     return {path for path in paths if (root / path).is_file()}

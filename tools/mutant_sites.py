@@ -198,7 +198,9 @@ class _Reader:
     def _UnaryOp(self, node: ast.UnaryOp, place: _Place) -> None:
         start, operand = self.at(node), self.at(node.operand)
         if isinstance(node.op, ast.USub) and not place.index:
-            self.add(start, operand, "" if self.source[start:operand].strip() == b"-" else "(", "sign", place, True)
+            self.add(
+                start, operand, "" if self.source[start:operand].strip() == b"-" else "(", "sign", place, True
+            )
         elif isinstance(node.op, ast.Not):
             self.add(start, operand, "", "logic", place, False)
         self.visit(node.operand, place)

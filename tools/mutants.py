@@ -4,7 +4,7 @@
 
 Changes are drawn by seed from all rooms but diagnosis (`mutant_sites.py` says what counts and what is left out). Every test
 is run once beforehand to see which functions it calls (`mutant_map.py`); a change is then put to the tests that call its
-function, nearest and quickest first, until one fails. Half of --limit-seconds is kept for those that only know its file.
+function, then to those that know its file, nearest and quickest first, until one fails or --limit-seconds of tests are spent.
 
 Written to --out: mutants.md and mutants.csv (the table), results.jsonl (one line per change; a second run goes on from
 there), and the copies of the tree in which the tests run; the working tree is left alone. Changes that no test can notice
@@ -34,14 +34,27 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from mutant_map import Coverage  # noqa: E402
-from mutant_sites import Site, shown, sites  # noqa: E402
+from mutant_map import Coverage
+from mutant_sites import Site, shown, sites
 
 ROOT = Path(__file__).resolve().parents[1]
 LEFT_OUT = ("vcmm/diagnosis/",)
-PYTEST = ["-m", "pytest", "-p", "no:cacheprovider", "-q", "-x", "--no-header", "--tb=line", "-W", "ignore::pytest.PytestWarning"]
+PYTEST = [
+    "-m",
+    "pytest",
+    "-p",
+    "no:cacheprovider",
+    "-q",
+    "-x",
+    "--no-header",
+    "--tb=line",
+    "-W",
+    "ignore::pytest.PytestWarning",
+]
 FIRST, START = 4.0, 2.0  # s: tests of the first batch; what a batch costs beyond its tests
-_stamp = count(int(time.time()) + 1000)  # a new time of change for every broken file, so that no bytecode is mistaken for it
+_stamp = count(
+    int(time.time()) + 1000
+)  # a new time of change for every broken file, so that no bytecode is mistaken for it
 
 
 @dataclass(frozen=True)
@@ -51,13 +64,17 @@ class Copy:
     folder: Path
     caches: Path
 
-    def run(self, arguments: list[str], seconds: float, **more: str) -> subprocess.CompletedProcess[str] | None:
+    def run(
+        self, arguments: list[str], seconds: float, **more: str
+    ) -> subprocess.CompletedProcess[str] | None:
         """pytest in this tree; None where it takes longer than that."""
         settings = dict(os.environ, PYTHONPATH=f"{self.folder}{os.pathsep}{self.folder / 'tools'}", **more)
         settings |= {"OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": str(self.numba())}
         command = [sys.executable, *PYTEST, *arguments]
         try:
-            return subprocess.run(command, cwd=self.folder, env=settings, capture_output=True, text=True, timeout=seconds)
+            return subprocess.run(
+                command, cwd=self.folder, env=settings, capture_output=True, text=True, timeout=seconds
+            )
         except subprocess.TimeoutExpired:
             return None
 
@@ -93,14 +110,22 @@ def main() -> None:
 
 
 def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--rooms", type=lambda text: tuple(text.split(",")), default=(), help="such as placing,nc")
+    parser.add_argument(
+        "--rooms", type=lambda text: tuple(text.split(",")), default=(), help="such as placing,nc"
+    )
     parser.add_argument("--limit-seconds", type=float, default=60.0, help="of tests per change")
-    parser.add_argument("--keep-map", action="store_true", help="use the record of the tests in --out though files have changed")
+    parser.add_argument(
+        "--keep-map",
+        action="store_true",
+        help="use the record of the tests in --out though files have changed",
+    )
     parser.add_argument("--tests", default="tests", help="what is run once for the map")
     return parser.parse_args()
 
@@ -126,7 +151,9 @@ def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
 def _copied(out: Path, number: int) -> Copy:
     """The tree as it is now; what has not changed keeps its time, so that caches stay good."""
     folder = out / f"tree-{number}"
-    ignored = shutil.ignore_patterns(".git", "__pycache__", ".*_cache", ".venv", ".hypothesis", "_build", "dist")
+    ignored = shutil.ignore_patterns(
+        ".git", "__pycache__", ".*_cache", ".venv", ".hypothesis", "_build", "dist"
+    )
     for entry in folder.iterdir() if folder.exists() else ():
         shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
     shutil.copytree(ROOT, folder, ignore=ignored, dirs_exist_ok=True)
@@ -143,7 +170,16 @@ def _coverage(copy: Copy, options: argparse.Namespace) -> Coverage:
         shutil.rmtree(record, ignore_errors=True)
         record.mkdir()
         print("running all tests once, to see what they call ...", flush=True)
-        arguments = [*options.tests.split(), "-p", "mutant_map", "-n", str(options.jobs), "--dist", "loadscope", "--maxfail=1000"]
+        arguments = [
+            *options.tests.split(),
+            "-p",
+            "mutant_map",
+            "-n",
+            str(options.jobs),
+            "--dist",
+            "loadscope",
+            "--maxfail=1000",
+        ]
         done = copy.run(arguments, 7200, VCMM_MUTANT_MAP=str(record.resolve()))
         print(done.stdout[-2000:] if done else "the tests took more than two hours")
         mark.write_text(state)
@@ -178,7 +214,9 @@ def _noticed(copy: Copy, coverage: Coverage, tests: list[str], limit: float) -> 
     at, spent, size = 0, 0.0, FIRST
     while at < len(tests) and spent < limit:
         batch, expected = [], 0.0
-        while at < len(tests) and (not batch or expected + coverage.seconds[tests[at]] <= min(size, limit - spent)):
+        while at < len(tests) and (
+            not batch or expected + coverage.seconds[tests[at]] <= min(size, limit - spent)
+        ):
             batch.append(tests[at])
             expected += coverage.seconds[tests[at]]
             at += 1
@@ -201,13 +239,18 @@ def _failed(output: str) -> str:
 
 def _results(out: Path) -> list[dict[str, Any]]:
     file = out / "results.jsonl"
-    return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
+    return (
+        [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
+    )
 
 
 def _keep(out: Path, result: dict[str, Any]) -> None:
     with (out / "results.jsonl").open("a", encoding="utf-8") as file:
         file.write(json.dumps(result) + "\n")
-    print(f"{result['file']}:{result['line']} {result['seconds']} s: {result['noticed'] or 'SURVIVED'}", flush=True)
+    print(
+        f"{result['file']}:{result['line']} {result['seconds']} s: {result['noticed'] or 'SURVIVED'}",
+        flush=True,
+    )
 
 
 def equivalents() -> list[dict[str, str]]:
@@ -222,8 +265,14 @@ def _verdict(result: dict[str, Any]) -> str:
     for one in equivalents():
         if one["file"] == result["file"] and one["after"] in result["after"]:
             return f"equivalent: {one['reason']}"
-    more = "" if result["tried"] == result["possible"] else f" of {result['possible']}, the rest took too long"
-    return f"**survived** ({result['tried']} tests{more})" if result["possible"] else "**survived** (no test calls it)"
+    more = (
+        "" if result["tried"] == result["possible"] else f" of {result['possible']}, the rest took too long"
+    )
+    return (
+        f"**survived** ({result['tried']} tests{more})"
+        if result["possible"]
+        else "**survived** (no test calls it)"
+    )
 
 
 def _tables(out: Path, results: list[dict[str, Any]]) -> None:
@@ -234,7 +283,10 @@ def _tables(out: Path, results: list[dict[str, Any]]) -> None:
     titles = ["place", "before", "after", "kind", "class", "noticed by"]
     with (out / "mutants.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([titles, *rows])
-    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in [titles, ["---"] * 6, *rows]]
+    lines = [
+        "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
+        for row in [titles, ["---"] * 6, *rows]
+    ]
     text = _summary(rows) + "\n\n" + "\n".join(lines) + "\n"
     (out / "mutants.md").write_text(text, encoding="utf-8")
     print(_summary(rows))
@@ -246,7 +298,9 @@ def _summary(rows: list[list[str]]) -> str:
         verdicts = [row[5] for row in rows if row[4] == name]
         survived = sum(v.startswith("**survived**") for v in verdicts)
         same = sum(v.startswith("equivalent") for v in verdicts)
-        said.append(f"{name}: {len(verdicts)} changes, {len(verdicts) - survived - same} noticed, {survived} survived, {same} equivalent")
+        said.append(
+            f"{name}: {len(verdicts)} changes, {len(verdicts) - survived - same} noticed, {survived} survived, {same} equivalent"
+        )
     return "; ".join(said)
 
 
