@@ -4,7 +4,7 @@
 
 Changes are drawn by seed from all rooms but diagnosis (`mutant_sites.py` says what counts and what is left out). Every test
 is run once beforehand to see which functions it calls (`mutant_map.py`); a change is then put to the tests that call its
-function, nearest and quickest first, until one fails. Half of --limit-seconds is kept for those that only know its file.
+function, then to those that know its file, nearest and quickest first, until one fails or --limit-seconds of tests are spent.
 
 Written to --out: mutants.md and mutants.csv (the table), results.jsonl (one line per change; a second run goes on from
 there), and the copies of the tree in which the tests run; the working tree is left alone. Changes that no test can notice

@@ -47,6 +47,8 @@ def test_a_quantity_is_drawn_once():
         informed(machine(Backlash("X"), inputs=(GAP,)), inputs=[GAP])
     with pytest.raises(UsageError, match="has an input already"):
         informed(machine(Backlash("X")), inputs=[GAP, GAP])
+    with pytest.raises(UsageError, match="has an input already"):
+        informed(machine(Backlash("X"), inputs=(GAP, GAP)))
 
 
 def test_an_effect_stands_on_an_axis_of_the_machine():

@@ -36,11 +36,12 @@ def test_order_of_the_poses_and_the_full_evaluation(placed):
             assert result.characteristics[i].expanded == pytest.approx(at.expanded[i], rel=0.02)
 
 
-def test_the_same_seed_gives_the_same_answer(tmp_path):
+def test_the_same_seed_gives_the_same_answer(tmp_path, monkeypatch):
+    monkeypatch.setattr("vcmm.placing.confirmation.TRIALS", 100)
     scenario = with_field(plate(tmp_path), 5)
     options = {
-        "evaluations": 100,
-        "scanned": 32,
+        "evaluations": 60,
+        "scanned": 16,
         "trials": 1000,
         "constraints": (),
         "goal": Goal({"U": 1.0}, {"bore diameter": 1.0}),

@@ -22,10 +22,10 @@ from vcmm.core.machine import Machine
 def informed(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequence[Input] = ()) -> Machine:
     """The machine with further effects and Inputs.
 
-    Raises UsageError for a quantity that has an Input already, and for an effect on an axis that the machine lacks.
+    Raises UsageError for a quantity with two Inputs, and for an effect on an axis that the machine lacks.
     """
-    known = list(machine.inputs)
-    for one in inputs:
+    known: list[Input] = []
+    for one in (*machine.inputs, *inputs):
         twice = doubled(one, known)
         if twice:
             raise UsageError(twice)

@@ -34,7 +34,7 @@ from vcmm.placing.plan_goal import PlanGoal
 
 Progress = Callable[[str, float], None]
 MOST = 400  # touches
-SETTLED = 48  # up to so many touches every number is exchanged anew, above every fourth
+EXCHANGED = 48  # up to so many touches every number is exchanged anew, above every fourth
 
 
 def growing(
@@ -52,7 +52,7 @@ def growing(
             break
         design.add(i)
         spent += float(c.seconds[f])
-        if design.n <= SETTLED or design.n % 4 == 0:
+        if design.n <= EXCHANGED or design.n % 4 == 0:
             design = _settled(problem, goal, design)
         _keep(best, goal, design)
         progress("adding points", 0.2 + 0.5 * min(1.0, spent / (1.15 * budget_s)))
@@ -83,7 +83,7 @@ def _backward(best: dict[int, Design], goal: PlanGoal, design: Design) -> None:
         if not np.isfinite(loss):
             return
         design.drop(i)
-        if design.n <= SETTLED:
+        if design.n <= EXCHANGED:
             design = _transferred(exchanged(design, passes=1), goal)
         _keep(best, goal, design)
 
@@ -104,7 +104,7 @@ def _transferred(design: Design, goal: PlanGoal, most: int = 6) -> Design:
             fewer = design.copy()
             fewer.drop(i)
             for g in range(len(design.rows_of)):
-                j = best_candidate(fewer, g, True) if g != f else -1
+                j = best_candidate(fewer, g) if g != f else -1
                 if j < 0:
                     continue
                 trial = fewer.copy()
@@ -145,7 +145,7 @@ def _with_standard(problem: TouchProblem, design: Design, f: int, points: Array,
         return None
     others = [g for g in range(len(trial.rows_of)) if g != f] or [f]
     for _ in range(max(0, n - len(points))):
-        options = [i for g in others if (i := best_candidate(trial, g, True)) >= 0]
+        options = [i for g in others if (i := best_candidate(trial, g)) >= 0]
         if not options:
             return None
         trial.add(options[0])
@@ -166,7 +166,7 @@ def _next(goal: PlanGoal, design: Design, c: TouchCandidates) -> tuple[int, int]
     options: list[tuple[float, int, int]] = []
     now = goal.value(design)
     for f in range(len(c.names)):
-        i = best_candidate(design, f, True)
+        i = best_candidate(design, f)
         tried = [i] if i >= 0 else []
         if any(check.feature == f for check, _ in goal.forms.values()):
             tried.append(_farthest(design, f))

@@ -22,6 +22,7 @@ STEPS = (2e-2, 1e-5)  # first and last step of the compass
 KEPT = 4  # boxes that are searched beyond the sample
 STARTS = 40  # first steps of descent from so many
 SHORT, FULL = 6, 12  # gradients of the first steps; starts that are followed to the end
+TOLD = 20  # minima that stand in the outcome
 
 
 @dataclass
@@ -68,7 +69,7 @@ class SearchOutcome:
     pose: Array
     value: float
     evaluations: int
-    local: tuple[tuple[float, Array], ...]  # value and pose of the other minima that were polished
+    local: tuple[tuple[float, Array], ...]  # value and pose of the lowest ends of descents
 
 
 def search(
@@ -92,7 +93,9 @@ def search(
     minima = _polished(asked, evaluations, report)
     value, unit, one = min(minima, key=lambda item: item[0])
     six, _ = one.box.poses(unit[None])
-    others = tuple((v, other.box.poses(u[None])[0][0]) for v, u, other in sorted(minima, key=lambda m: m[0]))
+    others = tuple(
+        (v, other.box.poses(u[None])[0][0]) for v, u, other in sorted(minima, key=lambda m: m[0])[:TOLD]
+    )
     return SearchOutcome(one.box, unit, six[0], value, sum(a.count for a in asked), others)
 
 
