@@ -50,7 +50,7 @@ def test_the_shipped_shaft(tmp_path, capsys):
 
 
 def test_the_files_of_a_turned_part(tmp_path):
-    path = plain(tmp_path, setup=lathe.SETUP + BAR)
+    path = plain(tmp_path, '[repeatability]\nu = "1 um"\n', setup=lathe.SETUP + BAR)
     assert command(
         ["cut", str(path), "--engine", "montecarlo", "--trials", "1000", "--out", str(tmp_path / "out")]
     ) in (0, 1)

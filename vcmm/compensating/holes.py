@@ -95,7 +95,7 @@ def _holes(
     traces: Sequence[Trace], fits: Sequence[BlockFit | None], frame: BlockFrame, normal: int, bottom: float
 ) -> list[DrilledHole]:
     """Holes in order: one for each stay at the bottom."""
-    found: list[DrilledHole] = []
+    holes: list[DrilledHole] = []
     others = [i for i in range(3) if i != normal]
     for trace, fit in zip(traces, fits):
         if fit is None:
@@ -110,15 +110,15 @@ def _holes(
         if top is not None:
             mean[others] = (shift[others] + top[others]) / 2
         place = numbers.copy()
-        if not found or np.abs((place - found[-1].place)[others]).max() > NEAR:
+        if not holes or np.abs((place - holes[-1].place)[others]).max() > NEAR:
             out = trace.cycle in FEED_OUT and top is not None
-            found.append(
+            holes.append(
                 DrilledHole(place, mean, float(top[normal] if out and top is not None else shift[normal]))
             )
-    if not found:
+    if not holes:
         said = f"the holes of {traces[0].cycle} cannot be told; write the block as single moves"
         raise at_line(DataError, traces[0].file, traces[0].line, said)
-    return found
+    return holes
 
 
 def _top(

@@ -43,7 +43,6 @@ from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure,
 from vcmm.compensating.rewriting import Work, rewrite
 from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
-from vcmm.compensating.targets import Targets
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
@@ -106,7 +105,7 @@ def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) ->
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
         report("correcting", 0.3)
-        text, lines, found, writer, new = _read_back(work, used, notes)
+        text, lines, writer, new = _read_back(work, used, notes)
         grown = len(new.traces) / max(len(work.program.traces), 1)
         if grown <= growth:
             break
@@ -120,17 +119,13 @@ def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) ->
             f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth"
         )
     report("running it again", 0.7)
-    return _proved(
-        work, text, lines, found=found, writer=writer, new=new, tolerance=tolerance, used=used, notes=notes
-    )
+    return _proved(work, text, lines, writer=writer, new=new, tolerance=tolerance, used=used, notes=notes)
 
 
-def _read_back(
-    work: Work, tolerance: float, notes: list[str]
-) -> tuple[str, list[int], Targets, Writer, Program]:
+def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, list[int], Writer, Program]:
     """Rewrite and read again; where radius compensation cannot follow the added blocks, without blocks added there."""
     for beside in (True, False):
-        text, lines, found, writer = rewrite(work, tolerance, beside)
+        text, lines, writer = rewrite(work, tolerance, beside)
         try:
             new = interpret(text, work.dialect.name, work.setup, work.source.name, trace=True)
         except (ModelLimit, DataError) as error:
@@ -144,7 +139,7 @@ def _read_back(
                 "radius compensation (G41, G42) cannot follow blocks added to its contours; none were added there"
             )
         break
-    return text, lines, found, writer, new
+    return text, lines, writer, new
 
 
 def prepare(
@@ -233,7 +228,7 @@ def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
 
 
 def _proved(
-    work: Work, text: str, lines: list[int], found: Targets, writer: Writer, new: Program, tolerance: float, used: float,
+    work: Work, text: str, lines: list[int], writer: Writer, new: Program, tolerance: float, used: float,
     notes: list[str],
 ) -> CompensatedProgram:  # fmt: skip
     """Read back, compare, run again."""
@@ -298,9 +293,9 @@ def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> 
     )
 
 
-def _at(found: Departure, origin: Sequence[int]) -> Departure:
+def _at(departed: Departure, origin: Sequence[int]) -> Departure:
     """With the line of the file."""
-    return replace(found, line=origin[found.line])
+    return replace(departed, line=origin[departed.line])
 
 
 def _departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:

@@ -19,7 +19,7 @@ from vcmm.compensating.holes import drill
 from vcmm.compensating.languages import writer_of
 from vcmm.compensating.refusals import codes_of
 from vcmm.compensating.source import SourceText, at_line
-from vcmm.compensating.targets import Targets, moves_of, targets
+from vcmm.compensating.targets import moves_of, targets
 from vcmm.compensating.writer import SHORT, Writer
 from vcmm.core.errors import DataError
 from vcmm.core.machine import Machine
@@ -50,15 +50,14 @@ class Work:
     carry: bool
 
 
-def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Targets, Writer]:
-    """The new text, the source line (from 1, 0 for the mark) of each of its lines, the fits, and the writer's tallies."""
+def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:
+    """The new text, the source line (from 1, 0 for the mark) of each of its lines, and the writer's tallies."""
     traces = work.program.traces
     codes = codes_of(work.source, work.dialect)
     index = moves_of(traces, work.program.moves)
     own = [codes[t.line - 1] for t in traces]
-    found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
+    fits: Sequence[BlockFit | None] = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
-    fits: Sequence[BlockFit | None] = found.fits
     if work.dialect.name in SEMICOLON:
         fits = straightened(traces, fits)
     writer = writer_of(work.dialect)(
@@ -78,7 +77,7 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
         _look_ahead(writer, traces, at, to, work, tolerance)
         _block(writer, traces[at:to], fits[at:to], work)
         at = to
-    return (*_assembled(work, writer, tolerance), found, writer)
+    return (*_assembled(work, writer, tolerance), writer)
 
 
 def _look_ahead(

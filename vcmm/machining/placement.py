@@ -178,10 +178,10 @@ def place_cut(
         model, world, present[:3], np.array([weights[c.name] for c in model.characteristics]) / scale
     )
     box = _box(scenario, ProgramTravels(job, present[:3]), present)
-    found = search(objective, [box], evaluations=evaluations, seed=seed, progress=report)
-    found, seen, earlier = scan_after(objective, [box], found, scanned, seed, report)
+    searched = search(objective, [box], evaluations=evaluations, seed=seed, progress=report)
+    searched, seen, earlier = scan_after(objective, [box], searched, scanned, seed, report)
     order = np.argsort(seen.values, kind="stable")
-    best = _at(objective, found.pose)
+    best = _at(objective, searched.pose)
     now = _at(objective, present)
     if now.value <= best.value:
         best = now
@@ -196,9 +196,9 @@ def place_cut(
         median=_at(objective, seen.poses[order[len(order) // 2]]),
         worst=_at(objective, seen.poses[order[-1]]),
         certificate=certify(objective, [box], best.pose, best.value, seen, earlier),
-        map=table_map(objective, found),
-        region=region(objective, found, seen.values, seed),
-        evaluations=found.evaluations,
+        map=table_map(objective, searched),
+        region=region(objective, searched, seen.values, seed),
+        evaluations=searched.evaluations,
         before=before,
         after=after,
         seed=seed,

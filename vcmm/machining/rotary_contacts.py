@@ -45,19 +45,19 @@ class TiltedSolids(Solids):
         return out
 
 
-def polished(found: CutSurface, motion: RotaryMotion, keep: int) -> CutSurface:
+def polished(surface: CutSurface, motion: RotaryMotion, keep: int) -> CutSurface:
     """The surface with the contacts of turning tools exact, each once, the `keep` lowest of every point."""
-    found = _each_once(found, motion)
-    known = found.row >= 0
-    point, k = np.nonzero(known & motion.inexact[np.maximum(found.row, 0)])
+    surface = _each_once(surface, motion)
+    known = surface.row >= 0
+    point, k = np.nonzero(known & motion.inexact[np.maximum(surface.row, 0)])
     if not len(point):
-        return _lowest(found, keep)
-    row = found.row[point, k].astype(np.intp)
-    height, t = _least(motion, row, found.t[point, k], found.points[point], found.normals[point])
-    near = np.abs(height - found.contact_s[point, k]) < ASTRAY
-    s, at = found.contact_s.copy(), found.t.copy()
+        return _lowest(surface, keep)
+    row = surface.row[point, k].astype(np.intp)
+    height, t = _least(motion, row, surface.t[point, k], surface.points[point], surface.normals[point])
+    near = np.abs(height - surface.contact_s[point, k]) < ASTRAY
+    s, at = surface.contact_s.copy(), surface.t.copy()
     s[point[near], k[near]], at[point[near], k[near]] = height[near], t[near]
-    return _lowest(_ordered(replace(found, contact_s=np.where(known, s, np.inf), t=at)), keep)
+    return _lowest(_ordered(replace(surface, contact_s=np.where(known, s, np.inf), t=at)), keep)
 
 
 def _least(motion: RotaryMotion, row: Ints, t: Array, points: Array, normals: Array) -> tuple[Array, Array]:
@@ -92,35 +92,39 @@ def _met(motion: RotaryMotion, row: Ints, share: Array, points: Array, normals: 
     return out
 
 
-def _ordered(found: CutSurface) -> CutSurface:
+def _ordered(surface: CutSurface) -> CutSurface:
     """Contacts by height."""
-    order = np.argsort(found.contact_s, axis=1, kind="stable")
+    order = np.argsort(surface.contact_s, axis=1, kind="stable")
     at = np.arange(len(order))[:, None]
     return replace(
-        found, contact_s=found.contact_s[at, order], row=found.row[at, order], t=found.t[at, order], normal=found.normal[at, order]
+        surface, contact_s=surface.contact_s[at, order], row=surface.row[at, order], t=surface.t[at, order], normal=surface.normal[at, order]
     )  # fmt: skip
 
 
-def _each_once(found: CutSurface, motion: RotaryMotion) -> CutSurface:
+def _each_once(surface: CutSurface, motion: RotaryMotion) -> CutSurface:
     """Without contacts of rows that lie in the window about a lower contact of the same turning move: they are one."""
-    row = np.maximum(found.row, 0)
-    move = np.where(found.row >= 0, motion.row[row], -1)
-    share = np.where(found.row >= 0, motion.first[row] + found.t * (motion.last - motion.first)[row], np.nan)
+    row = np.maximum(surface.row, 0)
+    move = np.where(surface.row >= 0, motion.row[row], -1)
+    share = np.where(
+        surface.row >= 0, motion.first[row] + surface.t * (motion.last - motion.first)[row], np.nan
+    )
     window = np.where(motion.inexact[row], (PIECES - 0.5) * (motion.last - motion.first)[row], 0.0)
     again = np.zeros(row.shape, dtype=bool)
     for k in range(1, row.shape[1]):
         same = (move[:, :k] == move[:, k : k + 1]) & ~again[:, :k]
         again[:, k] = (same & (np.abs(share[:, :k] - share[:, k : k + 1]) < window[:, :k])).any(axis=1)
-    gone = again & (found.row >= 0)
+    gone = again & (surface.row >= 0)
     return _ordered(
-        replace(found, contact_s=np.where(gone, np.inf, found.contact_s), row=np.where(gone, -1, found.row))
+        replace(
+            surface, contact_s=np.where(gone, np.inf, surface.contact_s), row=np.where(gone, -1, surface.row)
+        )
     )
 
 
-def _lowest(found: CutSurface, keep: int) -> CutSurface:
+def _lowest(surface: CutSurface, keep: int) -> CutSurface:
     """The `keep` lowest contacts; those that are none have nan, as from the search."""
-    known = found.row[:, :keep] >= 0
+    known = surface.row[:, :keep] >= 0
     return replace(
-        found, contact_s=np.where(known, found.contact_s[:, :keep], np.nan), row=found.row[:, :keep],
-        t=np.where(known, found.t[:, :keep], np.nan), normal=np.where(known[:, :, None], found.normal[:, :keep], np.nan),
+        surface, contact_s=np.where(known, surface.contact_s[:, :keep], np.nan), row=surface.row[:, :keep],
+        t=np.where(known, surface.t[:, :keep], np.nan), normal=np.where(known[:, :, None], surface.normal[:, :keep], np.nan),
     )  # fmt: skip

@@ -213,11 +213,11 @@ def turned_surface(
         for name in ("status", "contact_s", "row", "t"):
             getattr(seeds, name)[deep] = getattr(again, name)
     times, swept_normal = _passes(turning, seeds, phi, EACH)
-    found = passes_at(turning, times, flat, out)
-    order = found.order()[:, :KEPT]
-    found = found.taken(order)
-    time, row, t = found.time, found.row, found.t
-    s = np.where(found.height > height, np.inf, found.height)
+    passes = passes_at(turning, times, flat, out)
+    order = passes.order()[:, :KEPT]
+    passes = passes.taken(order)
+    time, row, t = passes.time, passes.row, passes.t
+    s = np.where(passes.height > height, np.inf, passes.height)
     good = np.isfinite(s) & (s <= s[:, :1] + BAND)
     status = np.where(seeds.status == BEYOND, BEYOND, np.where(good[:, 0], CUT, UNCUT))
     return TurnedSurface(
