@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from vcmm.nc.drilling import Hole
 from vcmm.nc.expressions import number
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.sinumerik.blocks import Item
 from vcmm.nc.sinumerik.flow import SinumerikRunner
+from vcmm.nc.sinumerik.state import SinumerikControl
 from vcmm.nc.sinumerik.traces import cycle_words
 
-if TYPE_CHECKING:
-    from vcmm.nc.sinumerik.paths import SinumerikPaths
-
 CHIP_BREAK = 1.0  # mm of retraction with VARI=0
-Cycle = Callable[["SinumerikPaths", SinumerikRunner, Item], None]
+Cycle = Callable[[SinumerikControl, SinumerikRunner, Item], None]
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class DrillingData:
         value = self.given[k]
         return otherwise if value is None else value
 
-    def hole(self, i: SinumerikPaths) -> Hole:
+    def hole(self, i: SinumerikControl) -> Hole:
         """The hole where the tool stands."""
         return Hole(i.r, self.reference + self.safety, self.depth, self.retract, idle=True)
 
@@ -46,7 +43,7 @@ def arguments_of(runner: SinumerikRunner, item: Item) -> list[float | None]:
     return [None if a is None else number(a, runner) for a in item.arguments or ()]
 
 
-def drilling_data(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> DrillingData:
+def drilling_data(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> DrillingData:
     """RTP, RFP, SDIS, DP, DPR and what follows. Raises BlockFault where a height is missing or on the wrong side."""
     given = arguments_of(runner, item)
     given += [None] * (20 - len(given))
@@ -66,7 +63,7 @@ def drilling_data(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> Dri
     return DrillingData(item.name, tuple(given), retract, reference, safety, depth)
 
 
-def seconds(i: SinumerikPaths, item: Item, time: float) -> float:
+def seconds(i: SinumerikControl, item: Item, time: float) -> float:
     """Seconds of a dwell; a negative time counts turns of the spindle."""
     if time >= 0:
         return time
@@ -77,7 +74,7 @@ def seconds(i: SinumerikPaths, item: Item, time: float) -> float:
     return -time * 60.0 / i.r.speed
 
 
-def drill(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
+def drill(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out."""
     data = drilling_data(i, runner, item)
     hole = data.hole(i)
@@ -88,7 +85,7 @@ def drill(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     hole.leave()
 
 
-def deep(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
+def deep(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE83 (RTP, RFP, SDIS, DP, DPR, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI): strokes to FDEP, then shorter by DAM each.
 
     A stroke is never shorter than DAM; what is left below two strokes is halved. VARI 1: out to the safety distance after
@@ -134,7 +131,7 @@ def strokes(reference: float, first: float, final: float, less: float) -> list[f
     return depths
 
 
-def tolerance(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
+def tolerance(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE832(tolerance, mode): the contour tolerance, mm; mode 0 switches it off."""
     given = arguments_of(runner, item)
     value = given[0] if given else None
@@ -142,7 +139,7 @@ def tolerance(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     i.r.tolerance = None if off or value is None else value * i.r.unit
 
 
-def run(i: SinumerikPaths, runner: SinumerikRunner, item: Item, line: int = 0) -> None:
+def run(i: SinumerikControl, runner: SinumerikRunner, item: Item, line: int = 0) -> None:
     """A cycle, its moves marked with its name. line: where it is defined, 0 for the block under way."""
     tracer = i.r.tracer
     if tracer is not None:

@@ -5,19 +5,15 @@ from __future__ import annotations
 import math
 
 from vcmm.nc.moves import PLANES, Point
-from vcmm.nc.recorder import Recorder, radius_centre
+from vcmm.nc.recorder import radius_centre
 from vcmm.nc.sinumerik import cycles
-from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikModes, SinumerikWords, point_of
+from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikControl, SinumerikWords, point_of
 
 MORE = ("CR", "AR", "I1", "J1", "K1")  # words that move too
 
 
-class SinumerikPaths:
-    """Recorder and modes: executes the motion of a block. `column`: of the function being executed, for messages."""
-
-    def __init__(self, recorder: Recorder, by_m6: bool) -> None:
-        self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
-        self.column = 1
+class SinumerikPaths(SinumerikControl):
+    """Executes the motion of a block."""
 
     def motion(self, words: SinumerikWords) -> None:
         called = next((c for c in words.commands if c.name == "MCALL"), None)

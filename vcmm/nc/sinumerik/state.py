@@ -8,6 +8,7 @@ from vcmm.nc.expressions import number
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.moves import Point
 from vcmm.nc.radius import SINUMERIK, Style
+from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.flow import SinumerikRunner
@@ -51,6 +52,14 @@ class SinumerikWords:
         if item.value is None:
             raise BlockFault(item.first, f"{item.name} takes a number, as in {item.name}=12.5")
         return number(item.value, self.runner)
+
+
+class SinumerikControl:
+    """Recorder and modes. `column`: of the function being executed, for messages."""
+
+    def __init__(self, recorder: Recorder, by_m6: bool) -> None:
+        self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
+        self.column = 1
 
 
 def point_of(values: list[float]) -> Point:
