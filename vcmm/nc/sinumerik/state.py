@@ -62,5 +62,13 @@ class SinumerikWords:
         return number(item.value, self.runner)
 
 
+class SinumerikControl:
+    """Recorder and modes. `column`: of the function being executed, for messages."""
+
+    def __init__(self, recorder: Recorder, by_m6: bool) -> None:
+        self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
+        self.column = 1
+
+
 def point_of(values: list[float]) -> Point:
     return values[0], values[1], values[2]
