@@ -2,8 +2,8 @@
 
     python -m pytest -p mutant_map ...      (with VCMM_MUTANT_MAP set to a folder)
 
-writes one JSON file per process: test -> seconds, outcome and the functions "file:qualified name" that it or one of its
-fixtures called in that process. Compiled code and other processes are not seen; `Coverage.noticing` falls back on the
+writes one JSON file per process: test -> seconds of computing, outcome and the functions "file:qualified name" that it or
+one of its fixtures called in that process. Compiled code and other processes are not seen; `Coverage.noticing` falls back on the
 imports of the tests there.
 """
 
@@ -13,6 +13,7 @@ import ast
 import json
 import os
 import sys
+import time
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -49,11 +50,13 @@ def pytest_fixture_setup(fixturedef: Any) -> Generator[None, object, object]:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: Any) -> Generator[None, object, object]:
     _called.clear()
+    begin = time.process_time()
     sys.settrace(_tracer)
     try:
         return (yield)
     finally:
         sys.settrace(None)
+        _entry(item.nodeid)["seconds"] = time.process_time() - begin
         calls = set(_called)
         for definitions in getattr(item, "_fixtureinfo", item).name2fixturedefs.values():
             for one in definitions:
@@ -64,7 +67,6 @@ def pytest_runtest_protocol(item: Any) -> Generator[None, object, object]:
 def pytest_runtest_logreport(report: Any) -> None:
     if "PYTEST_XDIST_WORKER" in os.environ or not hasattr(report, "node"):
         one = _entry(report.nodeid)
-        one["seconds"] += report.duration
         one["passed"] = one["passed"] and report.passed
 
 

@@ -51,6 +51,9 @@ def test_fewer_columns_of_the_same_covariance():
     slim = _compressed(wide)
     assert slim.shape == (6, 2)
     assert slim @ slim.T == pytest.approx(wide @ wide.T)
+    # the size does not matter, only the share of the largest: 1e-6 of it counts, 1e-11 of it does not
+    assert _compressed(np.diag([1e-3, 1e-9])).shape == (2, 2)
+    assert _compressed(np.diag([1e-3, 1e-14])).shape == (2, 1)
 
 
 def test_time_of_a_touch_by_hand():

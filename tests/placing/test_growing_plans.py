@@ -31,7 +31,7 @@ def test_levels_of_a_cylinder_keep_the_margin():
 
 
 @pytest.mark.parametrize(("kind", "sizes", "extent", "name"), [
-    ("line", (), (40.0,), "even 3"), ("circle", (10.0,), (), "even 3"), ("sphere", (8.0,), (), "spiral 5"),
+    ("line", (), (40.0,), "even 10"), ("circle", (10.0,), (), "even 10"), ("sphere", (8.0,), (), "spiral 10"),
     ("torus", (20.0, 4.0), (), "grid 9"),
 ])  # fmt: skip
 def test_other_kinds_have_standards(kind, sizes, extent, name):

@@ -86,7 +86,7 @@ def search(
     sample = int(np.clip(0.25 * evaluations / len(asked), 16, 1024))
     for k, one in enumerate(asked):
         one(_sobol(one.box.d, sample, seed))
-        report("sampling the fixture", 0.4 * (k + 1) / len(asked))
+        report("sampling the fixture", 0.6 * (k + 1) / len(asked))
     every, asked = asked, sorted((a for a in asked if a.best(1)), key=lambda a: a.best(1)[0][0])
     if not asked:
         raise _nothing(every)
