@@ -35,7 +35,7 @@ def run_plan_option(
     folder = output_folder(out) if out else None
     with about(source), progress(not json) as bar:
         result = optimise_plan(scenario, seconds, criterion=criterion, seed=seed, progress=callback or bar)
-    content = document("vcmm.measuring.plan/1", plan_json(scenario, result), seed=seed, files=sources(source))
+    content = document("vcmm.plan/1", plan_json(scenario, result), seed=seed, files=sources(source))
     if folder:
         from vcmm.pages.plan import plan_page
 
