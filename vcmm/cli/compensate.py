@@ -62,13 +62,7 @@ def compensate_command(
     given = _given(program, setup, dialect, set_on)
     if offset_only:
         return _offsets(given, json)
-    options = {
-        "tolerance": limit,
-        "decimals": decimals,
-        "carry": carry,
-        "growth": growth,
-        "inline": inline,
-    }
+    options = {"tolerance": limit, "decimals": decimals, "carry": carry, "growth": growth, "inline": inline}  # fmt: skip
     return _rewritten(given, out, options, diff, json)
 
 
