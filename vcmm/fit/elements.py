@@ -152,7 +152,7 @@ def rows_of(element: Element, local: Array, sizes: Array) -> list[Row]:
     return element.kernel(local[:, 0], local[:, 1], local[:, 2], *sizes.T[..., None])
 
 
-def _pose_column(motion: int, local: Array, normal: Triple) -> Part:
+def pose_column(motion: int, local: Array, normal: Triple) -> Part:
     """Change of d per unit of one motion: -n for a translation, -(x x n) for a rotation."""
     if motion in (TX, TY, TZ):
         return -normal[motion]
@@ -176,7 +176,7 @@ def jacobian(
     for k, (distance, normal, partials) in enumerate(rows):
         d[:, k] = distance
         for j, motion in enumerate(free):
-            jac[:, j, k] = _pose_column(motion, local, normal)
+            jac[:, j, k] = pose_column(motion, local, normal)
         for j, partial in enumerate(partials):
             jac[:, len(free) + j, k] = partial
     m = element.rows * n

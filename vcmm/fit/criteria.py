@@ -1,0 +1,174 @@
+"""Association by criterion: minimax C, circumscribed N, inscribed X, tangent T, beside the Gauss element G.
+
+    found = associate("cylinder", "X", points)        # found.element, found.contacts, found.unique
+
+C  minimax (Chebyshev): the largest |distance| is smallest; the points lie in a zone as narrow as can be. For a line
+   in space the zone is a cylinder. ISO 1101:2017 modifier C, QIF MINMAX.
+N  minimum circumscribed circle, cylinder, sphere: the smallest that holds all points.
+X  maximum inscribed circle, cylinder, sphere: the largest free of points, among those near the Gauss element.
+T  tangent: no point on the free side of the element, sum of squared distances smallest (ISO 1101:2017; optimality:
+   Shakarji and Srinivasan, J. Comput. Inf. Sci. Eng. 18 (2018) 031008). For planes, lines, cones, tori; of round
+   features the element in contact outside the material is N (shaft) or X (bore).
+G  least squares: vcmm.fit.gauss.
+
+Inscribed elements are local optima in general; the search starts at the Gauss element. Distances are convex in the
+motions but for terms of form^2 / radius, so that another optimum is larger by no more than this.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.fit.checks import check_converged, element_of
+from vcmm.fit.elements import ELEMENTS, Array, Element, Fitted, Mask, free_pose, rows_of, signed_residuals
+from vcmm.fit.exchange import Goal, Settled, settle
+from vcmm.fit.gauss import centred, gauss
+from vcmm.fit.newton import State, to_local
+from vcmm.fit.uniqueness import is_unique
+
+CRITERIA: dict[str, str] = {
+    "G": "least squares (Gauss)",
+    "C": "minimax, minimum zone (Chebyshev)",
+    "N": "minimum circumscribed",
+    "X": "maximum inscribed",
+    "T": "tangent outside the material, least squares",
+}
+ROUND = ("circle", "cylinder", "sphere")
+SUITS: dict[str, tuple[str, ...]] = {
+    "G": tuple(ELEMENTS),
+    "C": ("line", "plane", "circle", "cylinder", "cone", "sphere", "torus"),
+    "N": ROUND,
+    "X": ROUND,
+    "T": ("line", "plane", "cone", "torus"),
+}
+_CHUNK = 16_384
+
+
+@dataclass(frozen=True, eq=False)
+class Association:
+    """element: like that of gauss(). contacts (..., n): points that touch, or reach the border of the zone, within
+    1e-11 of the extent. unique (...): False where other elements are as good (see vcmm.fit.uniqueness).
+    """
+
+    element: Fitted
+    contacts: Mask
+    unique: Mask
+
+
+def associate(
+    kind: str,
+    criterion: str,
+    points: Array,
+    start: Fitted | None = None,
+    *,
+    fixed_axis: Array | None = None,
+    inside: bool = False,
+) -> Association:
+    """Element by criterion G, C, N, X or T through points (..., n, 3) mm.
+
+    start, fixed_axis   as for gauss(). A circle without fixed_axis lies in the least-squares plane of its points.
+    inside              T only: the material is on the side of increasing radius (bore), or of the plane's normal
+    sizes               C: the middle of the zone, so that residuals run from -h to +h; N, X: the radius itself
+
+    UsageError: kind, criterion, shapes, NaN. ModelLimit: what gauss() refuses (too few points, one circle for a
+    cylinder, coplanar points), points that do not surround a circumscribed or inscribed element.
+    """
+    element = element_of(kind)
+    check_criterion(kind, criterion, inside)
+    base = gauss(kind, points, start, fixed_axis=fixed_axis)
+    points = np.asarray(points, dtype=np.float64)
+    if criterion == "G":
+        none = np.zeros(base.residuals.shape, dtype=bool)
+        return Association(base, none, np.ones(points.shape[:-2], dtype=bool))
+    held = fixed_axis is not None or kind == "circle"
+    batch, n = points.shape[:-2], points.shape[-2]
+    flat = _flat(base, len(points.reshape(-1, n, 3)))
+    size = max(1, _CHUNK // n)
+    parts = [
+        _chunk(element, criterion, inside, held, points.reshape(-1, n, 3)[i : i + size], _rows(flat, i, size))
+        for i in range(0, len(flat.point), size)
+    ]
+    columns = [np.concatenate(column) for column in zip(*parts)]
+    lost, done = columns.pop(), columns.pop()
+    _check_surrounded(kind, criterion, lost)
+    check_converged(element, done | lost, f"{kind} by criterion {criterion}")
+    point, axis, sizes, residuals, normals, contacts, unique = (
+        a.reshape((*batch, *a.shape[1:])) for a in columns
+    )
+    return Association(Fitted(kind, point, axis, sizes, residuals, normals), contacts, unique)
+
+
+def check_criterion(kind: str, criterion: str, inside: bool = False) -> None:
+    """UsageError for an unknown criterion, or one that an element of this kind does not have."""
+    if criterion not in CRITERIA:
+        raise UsageError(f'"{criterion}" is no criterion of association.{choose_from(criterion, CRITERIA)}')
+    if kind in SUITS[criterion]:
+        return
+    if criterion == "T" and kind in ROUND:
+        use = f'the {kind} in contact outside the material is "{"X" if inside else "N"}"'
+    else:
+        use = f"a {kind} takes {', '.join(c for c, kinds in SUITS.items() if kind in kinds)}"
+    raise UsageError(f'criterion "{criterion}" ({CRITERIA[criterion]}) is not for a {kind}; {use}.')
+
+
+def _check_surrounded(kind: str, criterion: str, lost: Mask) -> None:
+    if lost.any():
+        grows = "shrink" if criterion == "N" else "grow"
+        raise ModelLimit(
+            f"{kind} by criterion {criterion}: the points do not surround it (in {int(lost.sum())} of {len(lost)} "
+            f"fits, the first is number {int(np.argmax(lost))}): an element beside them could {grows} on and on. "
+            'Measure all around, on every level, or use "C" or "G".'
+        )
+
+
+def _flat(base: Fitted, count: int) -> Fitted:
+    """The Gauss elements in one leading dimension."""
+    parts = (base.point, base.axis, base.sizes, base.residuals, base.normals)
+    kept = (1, 1, 1, 1, 2)
+    return Fitted(base.kind, *(a.reshape(count, *a.shape[a.ndim - k :]) for a, k in zip(parts, kept)))
+
+
+def _rows(base: Fitted, first: int, size: int) -> Fitted:
+    cut = slice(first, first + size)
+    return replace(base, point=base.point[cut], axis=base.axis[cut], sizes=base.sizes[cut])
+
+
+def _goal(kind: str, criterion: str, inside: bool) -> Goal:
+    if criterion == "T":
+        return Goal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
+    if criterion == "C" and kind != "line":
+        return Goal(two_sided=True, sized=True)
+    return Goal(sign=-1.0 if criterion == "X" else 1.0)
+
+
+def _chunk(
+    element: Element, criterion: str, inside: bool, held: bool, points: Array, base: Fitted
+) -> tuple[Array | Mask, ...]:
+    """Point, axis, sizes, residuals, normals, contacts, unique, done, lost of a chunk (B, n, 3)."""
+    data, centroid, scale = centred(points)
+    line = element.kind == "line"
+    shape = element_of("cylinder") if line else element  # distances from a line: from a cylinder of radius 0
+    unit = np.where(np.array(element.lengths, dtype=bool), scale, 1.0)
+    sizes = np.zeros((len(data), 1)) if line else base.sizes / unit
+    axis = base.axis if element.has_axis else np.tile([0.0, 0.0, 1.0], (len(data), 1))
+    free = free_pose(shape, held)
+    goal = _goal(element.kind, criterion, inside)
+    found: Settled = settle(
+        shape, free, goal, data, State((base.point - centroid) / scale, axis, sizes)
+    )
+    unique = is_unique(shape, free, goal, data, found)
+    state = found.state
+    if not (goal.sized or line):
+        state = state._replace(sizes=state.sizes + goal.sign * found.level[:, None])
+    if line:
+        state = state._replace(sizes=np.empty((len(data), 0)))
+    local, frame = to_local(data, state)
+    residuals, normals = signed_residuals(rows_of(element, local, state.sizes), frame, local[:, 0].shape)
+    shown = state.axis if element.has_axis else np.zeros_like(state.axis)
+    point = state.point * scale + centroid
+    return (
+        point, shown, state.sizes * unit, residuals * scale, normals, found.contacts, unique, found.done, found.lost
+    )  # fmt: skip
