@@ -22,10 +22,10 @@ MOST_STEPS = 400
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _orthogonal(normals: Array, q: int, basis: Array, upper: Array) -> None:
-    """Modified Gram-Schmidt, twice, of the first q columns of normals (m, m): normals = basis upper."""
+def _orthogonal(normals: Array, first: int, q: int, basis: Array, upper: Array) -> None:
+    """Modified Gram-Schmidt, twice, of columns first .. q - 1 of normals (m, m): normals = basis upper."""
     m = normals.shape[0]
-    for j in range(q):
+    for j in range(first, q):
         for i in range(m):
             basis[i, j] = normals[i, j]
         for k in range(j):
@@ -47,11 +47,13 @@ def _orthogonal(normals: Array, q: int, basis: Array, upper: Array) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _worst(rows: Array, b: Array, two_sided: bool, x: Array, level: float) -> tuple[float, int, float]:
-    """Largest of sign (rows_k . x + b_k) - level, its k and sign."""
-    n, p = rows.shape
+def _worst(
+    rows: Array, b: Array, two_sided: bool, x: Array, level: float, which: Array
+) -> tuple[float, int, float]:
+    """Largest of sign (rows_k . x + b_k) - level among k of `which`, its k and sign."""
+    p = rows.shape[1]
     most, where, side = -np.inf, -1, 1.0
-    for k in range(n):
+    for k in which:
         value = b[k]
         for i in range(p):
             value += rows[k, i] * x[i]
@@ -69,19 +71,23 @@ def nearest(
     """Move x (m,) to the nearest point of the polyhedron sign (rows_k . x + b_k) <= base (+ x[p] when levelled).
 
     rows (n, p), b (n,); m = p, or p + 1 with the level as last component. weight (n,): the multipliers, with the
-    sign of their side. False: too many steps.
+    sign of their side; those other than 0 on entry name constraints that are looked at first. False: too many
+    steps.
     """
     p, m = rows.shape[1], x.shape[0]
     normals, basis, upper = np.zeros((m, m)), np.zeros((m, m)), np.zeros((m, m))
     at, sides, u = np.zeros(m, np.int64), np.zeros(m), np.zeros(m)
-    normal, z, r = np.zeros(m), np.zeros(m), np.zeros(m)
+    normal, z, r, shares = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m)
+    everything, likely = np.arange(rows.shape[0]), np.flatnonzero(weight)
     weight[:] = 0.0
     q, added, held = 0, 0.0, True
     k, side = -1, 1.0
     for _ in range(MOST_STEPS):
         level = base + (x[p] if levelled else 0.0)
         if held:  # the last constraint is in: look for the next
-            violation, k, side = _worst(rows, b, two_sided, x, level)
+            violation, k, side = _worst(rows, b, two_sided, x, level, likely)
+            if violation <= rounding:
+                violation, k, side = _worst(rows, b, two_sided, x, level, everything)
             known = False
             for j in range(q):
                 known = known or (at[j] == k and sides[j] == side)
@@ -98,21 +104,22 @@ def nearest(
             violation = side * b[k] - level
             for i in range(p):
                 violation += normal[i] * x[i]
-        _orthogonal(normals, q, basis, upper)
         length = 0.0
         for i in range(m):
             z[i] = normal[i]
             length += normal[i] ** 2
         for j in range(q):
-            r[j] = 0.0
+            shares[j] = 0.0
         for _ in range(2):  # the part of the normal beside the active ones, and its shares in them
             for j in range(q):
                 share = 0.0
                 for i in range(m):
                     share += basis[i, j] * z[i]
-                r[j] += share
+                shares[j] += share
                 for i in range(m):
                     z[i] -= share * basis[i, j]
+        for j in range(q):
+            r[j] = shares[j]
         for j in range(q - 1, -1, -1):
             for i in range(j + 1, q):
                 r[j] -= upper[j, i] * r[i]
@@ -137,8 +144,12 @@ def nearest(
         added += step
         if full <= partial:
             at[q], sides[q], u[q] = k, side, added
+            for j in range(q):
+                upper[j, q] = shares[j]
+            upper[q, q] = np.sqrt(free)
             for i in range(m):
                 normals[i, q] = normal[i]
+                basis[i, q] = z[i] / upper[q, q]
             q += 1
             held = True
         else:
@@ -147,6 +158,7 @@ def nearest(
                 at[j], sides[j], u[j] = at[j + 1], sides[j + 1], u[j + 1]
                 for i in range(m):
                     normals[i, j] = normals[i, j + 1]
+            _orthogonal(normals, leaving, q, basis, upper)
     return False
 
 
@@ -251,6 +263,7 @@ def reaches(rows: Array, tight: Array, metric: Array, far: Array, out: Array) ->
         for axis in range(p):
             for side in (-1.0, 1.0):
                 x[:] = 0.0
+                weight[:] = 0.0
                 x[axis] = side * far[b]
                 nearest(white[:count], -np.ones(count), False, False, 0.0, x, weight[:count], 1e-9)
                 for i in range(p):

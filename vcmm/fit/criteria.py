@@ -24,7 +24,7 @@ import numpy as np
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.fit.checks import check_converged, element_of
 from vcmm.fit.elements import ELEMENTS, Array, Element, Fitted, Mask, free_pose, rows_of, signed_residuals
-from vcmm.fit.exchange import Goal, Settled, settle
+from vcmm.fit.exchange import Goal, Problem, Settled, settle
 from vcmm.fit.gauss import centred, gauss
 from vcmm.fit.newton import State, to_local
 from vcmm.fit.uniqueness import is_unique
@@ -154,12 +154,10 @@ def _chunk(
     unit = np.where(np.array(element.lengths, dtype=bool), scale, 1.0)
     sizes = np.zeros((len(data), 1)) if line else base.sizes / unit
     axis = base.axis if element.has_axis else np.tile([0.0, 0.0, 1.0], (len(data), 1))
-    free = free_pose(shape, held)
     goal = _goal(element.kind, criterion, inside)
-    found: Settled = settle(
-        shape, free, goal, data, State((base.point - centroid) / scale, axis, sizes)
-    )
-    unique = is_unique(shape, free, goal, data, found)
+    problem = Problem(shape, free_pose(shape, held), goal)
+    found: Settled = settle(problem, data, State((base.point - centroid) / scale, axis, sizes))
+    unique = is_unique(problem, data, found)
     state = found.state
     if not (goal.sized or line):
         state = state._replace(sizes=state.sizes + goal.sign * found.level[:, None])

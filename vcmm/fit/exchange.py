@@ -1,11 +1,12 @@
 """Elements that touch: minimax, circumscribed, inscribed and tangent elements of a whole batch.
 
-Each step solves the problem with distances replaced by their tangents (the Jacobian that the Gauss fit uses); the
-solution names the points of contact, the next step starts from there. Where the contacts determine the element
+Each round solves the problem with distances replaced by their tangents (the Jacobian that the Gauss fit uses); the
+solution names the points of contact, the next round starts from there. Where the contacts determine the element
 that is Newton's method on their equations; where they do not (a circumscribed circle that touches at two points)
-the curvature of the distances of the touching points completes it. A step that would make the result worse is
-taken back and shortened. Sequential programming for minimax problems: Madsen, J. Inst. Maths Applics 16 (1975) 321;
-geometry: Anthony et al., NPL Report DITC 228/93 (Chebyshev), Forbes.
+the curvature of the touching distances completes it. A step that would make the result worse is bent once along the
+curved distances, else shortened. Sequential programming for minimax problems: Madsen, J. Inst. Maths Applics 16
+(1975) 321; the bend ("second-order correction"): Fletcher, Practical Methods of Optimization, 14.4; elements:
+Anthony et al., Reference software for finding Chebyshev best-fit geometric elements, Precision Eng. 19 (1996) 28.
 
 In coordinates scaled by the extent of the data, as in vcmm.fit.newton.
 """
@@ -17,11 +18,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vcmm.fit.elements import Array, Element, Mask, Triple, frames, jacobian, pose_column
+from vcmm.fit.elements import Array, Element, Mask, jacobian
 from vcmm.fit.newton import State, magnitude, moved, seated, to_local
 
-MOST_STEPS = 100
+MOST_ROUNDS = 100
+PATIENCE = 12  # rounds after which a promise of 1e-13 of the extent is no longer waited for
 FAR = 10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
+TOUCH = 1e-11  # of the extent: a point so near to the level touches
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -42,85 +45,146 @@ class Goal:
 
     @property
     def convex(self) -> bool:
-        """Circumscribed: distances from a centre or axis curve upwards, which decides where contacts leave room."""
+        """Circumscribed: distances from a centre or axis curve upwards, which holds where contacts leave room."""
         return self.sign > 0.0 and not self.sized
 
 
-class Settled(NamedTuple):
-    """State; level (B,), 0 for a tangent element; contacts, lost and done, all masks."""
-
-    state: State
-    level: Array
-    contacts: Mask  # (B, n)
-    lost: Mask  # (B,): the first step ran away
-    done: Mask  # (B,)
-
-
 class Local(NamedTuple):
-    """Signed distances d (B, n), their Jacobian (B, p, n), local points (B, 3, n), frames (B, 3, 3)."""
+    """Distances d (B, n) as the goal counts them, their Jacobian (B, p, n), local points (B, 3, n), frames."""
 
     d: Array
     jac: Array
     local: Array
     frame: Array
-    normal: Triple
 
 
-def linearised(element: Element, free: tuple[int, ...], goal: Goal, data: Array, state: State) -> Local:
-    local, frame = to_local(data, state)
-    d, jac, rows = jacobian(element, free, local, state.sizes)
-    if not goal.sized:
-        jac = jac[:, : len(free)]
-    return Local(goal.sign * d, goal.sign * jac, local, frame, rows[0][1])
+@dataclass(frozen=True)
+class Problem:
+    """An element, its free motions (vcmm.fit.elements.free_pose) and the goal."""
+
+    element: Element
+    free: tuple[int, ...]
+    goal: Goal
+
+    def at(self, data: Array, state: State) -> Local:
+        """Distances of data (B, 3, n) and how they answer to the motions, and to the sizes where these are free."""
+        local, frame = to_local(data, state)
+        d, jac, _ = jacobian(self.element, self.free, local, state.sizes)
+        if not self.goal.sized:
+            jac = jac[:, : len(self.free)]
+        return Local(self.goal.sign * d, self.goal.sign * jac, local, frame)
+
+    def moved(self, state: State, frame: Array, step: Array) -> State:
+        """State after a step (B, p), sizes kept where they are not free."""
+        missing = len(self.free) + len(self.element.sizes) - step.shape[1]
+        padded = np.concatenate([step, np.zeros((len(step), missing))], axis=1)
+        return moved(self.element, self.free, state, frame, padded)
+
+    def top(self, d: Array) -> Array:
+        """What is to become smallest (B,): the largest distance, or the sum of squares of a tangent element."""
+        if self.goal.tangent:
+            return np.sum(d * d, axis=-1)
+        return np.max(np.abs(d) if self.goal.two_sided else d, axis=-1)
 
 
-def _top(goal: Goal, d: Array) -> Array:
-    """What is to become smallest (B,): the largest distance, or the sum of squares of a tangent element."""
-    if goal.tangent:
-        return np.sum(d * d, axis=-1)
-    return np.max(np.abs(d) if goal.two_sided else d, axis=-1)
+class Settled(NamedTuple):
+    """State; level (B,), 0 for a tangent element; masks of contacts (B, n), lost and done (B,).
 
-
-def crosswise(element: Element, free: tuple[int, ...], at: Local) -> tuple[list[Array], Array]:
-    """How far the place that a point touches is moved along the surface of a circle, cylinder or sphere: one or two
-    rows (B, p, n) per unit of each motion; and the distance rho (B, n) from centre or axis.
+    lost: the first step ran away, the points do not surround the element.
     """
-    x, y, z = at.local[:, 0], at.local[:, 1], at.local[:, 2]
-    height = z if element.kind == "sphere" else np.zeros_like(z)
-    rho = np.maximum(np.sqrt(x * x + y * y + height * height), 1e-150)
-    if element.kind == "sphere":
-        turned = frames(np.stack([x, y, z], axis=-1) / rho[..., None])
-        across: list[Triple] = [(turned[..., k, 0], turned[..., k, 1], turned[..., k, 2]) for k in (0, 1)]
-    else:
-        across = [(-y / rho, x / rho, 0.0)]
-    columns = [[np.broadcast_to(pose_column(m, at.local, t), x.shape) for m in free] for t in across]
-    return [np.stack(each, axis=1) for each in columns], rho
 
-
-def _curvature(element: Element, free: tuple[int, ...], at: Local, weight: Array) -> Array:
-    """Second derivative (B, p, p) of the weighted distances from a centre or axis: (1 - n n') / rho of each point."""
-    rows, rho = crosswise(element, free, at)
-    return sum(
-        ((row * (weight / rho)[:, None]) @ row.swapaxes(-1, -2) for row in rows), np.zeros(1)
-    )
-
-
-def _metric(jac: Array) -> Array:
-    """Mean square (B, p, p) by which a step moves the distances."""
-    return jac @ jac.swapaxes(-1, -2) / jac.shape[-1]
+    state: State
+    level: Array
+    contacts: Mask
+    lost: Mask
+    done: Mask
 
 
 class _Step(NamedTuple):
-    step: Array  # (B, p)
-    level: Array  # (B,) that the tangents promise
-    weight: Array  # (B, n)
+    """Step (B, p), the level (B,) that the tangents promise, multipliers (B, n) with the sign of their side."""
+
+    step: Array
+    level: Array
+    weight: Array
 
 
-def _minimax(at: Local, goal: Goal, metric: Array, rounding: Array) -> _Step:
+def settle(problem: Problem, data: Array, start: State) -> Settled:
+    """Element of each member (B, 3, n) that fulfils the goal, from a start near it (the Gauss element)."""
+    state = seated(problem.element, start)
+    damping = 1.0 / _radius(problem, problem.at(data, state), state)
+    least, weight = 1e-4 * damping, np.zeros((len(data), data.shape[2]))
+    lost, done = np.zeros(len(data), dtype=bool), np.zeros(len(data), dtype=bool)
+    for round_ in range(MOST_ROUNDS):
+        on = np.flatnonzero(~done & ~lost)
+        if len(on) == 0:
+            break
+        here, points = _rows(state, on), data[on]
+        at = problem.at(points, here)
+        metric = _metric(problem, points, here, at, weight[on], damping[on], round_)
+        found = _solved(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
+        trial, gained = _tried(problem, points, here, at, metric, found)
+        shift = np.abs(np.einsum("bp,bpn->bn", found.step, at.jac)).max(axis=-1)
+        if round_ == 0 and not problem.goal.sized:
+            lost[on] = shift > FAR * np.ptp(at.d, axis=-1) + 1e-9
+        done[on] = _is_done(problem, here, at, found, shift, round_)
+        state = _replaced(state, on[gained], _rows(trial, gained))
+        weight[on] = found.weight
+        damping[on] = np.where(gained, np.maximum(damping[on] / 8.0, least[on]), 8.0 * damping[on])
+    return _settled(problem, data, state, lost, done)
+
+
+def _radius(problem: Problem, at: Local, state: State) -> Array:
+    """Radius of curvature (B,) of the distances; 1, the extent of the data, where it is no smaller."""
+    if not problem.goal.convex:
+        return np.ones(len(at.d))
+    return np.clip(problem.top(at.d) + state.sizes[:, 0], 1e-12, 1.0)
+
+
+def _metric(
+    problem: Problem, data: Array, state: State, at: Local, weight: Array, damping: Array, round_: int
+) -> Array:
+    """What a step (B, p, p) costs: mean square of the distances moved, times the damping, and curvature where the
+    first rounds have not settled it. A tangent element wants that mean square itself.
+    """
+    mean = at.jac @ at.jac.swapaxes(-1, -2) / at.jac.shape[-1]
+    if problem.goal.tangent:
+        return mean
+    lift = 1e-9 * np.einsum("bii->b", mean)[:, None, None] * np.eye(mean.shape[1])
+    metric = damping[:, None, None] * (mean + lift)
+    line = problem.goal.convex and problem.element.slides
+    if round_ >= (1 if line else 3):
+        metric = metric + _curvature(problem, data, state, at, weight)
+    return np.asarray(metric)
+
+
+def _curvature(problem: Problem, data: Array, state: State, at: Local, weight: Array) -> Array:
+    """Second derivative (B, p, p) of the distances, weighted (B, n) by the multipliers; made positive.
+
+    From differences of the weighted Jacobian: where the weights are those of contact its sum vanishes, and the
+    derivative does not depend on how motions are written. What matters is the motion that the contacts leave free;
+    across it the curvature is raised, which changes nothing where they hold.
+    """
+    p = at.jac.shape[1]
+    small = 1e-4 * _radius(problem, at, state)
+    columns = []
+    for j in range(p):
+        step = np.zeros((len(weight), p))
+        step[:, j] = small
+        jacs = [problem.at(data, problem.moved(state, at.frame, way * step)).jac for way in (1.0, -1.0)]
+        columns.append(np.einsum("bn,bpn->bp", weight, jacs[0] - jacs[1]) / (2.0 * small[:, None]))
+    second = np.stack(columns, axis=-1)
+    second = 0.5 * (second + second.swapaxes(-1, -2))
+    touching = at.jac * (weight != 0.0)[:, None]
+    second = second + np.abs(second).max(axis=(-1, -2), keepdims=True) * (touching @ touching.swapaxes(-1, -2))
+    values, vectors = np.linalg.eigh(second)
+    return np.asarray((vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(-1, -2))
+
+
+def _solved(goal: Goal, at: Local, metric: Array, likely: Array, rounding: Array) -> _Step:
+    """The step of the problem with straight distances. likely (B, n): not 0 where contact is expected."""
     from vcmm.fit._nearest_kernels import minimax_steps, tangent_steps
 
-    step, level = np.zeros(at.jac.shape[:2]), np.zeros(len(at.d))
-    weight = np.zeros(at.d.shape)
+    step, level, weight = np.zeros(at.jac.shape[:2]), np.zeros(len(at.d)), likely.copy()
     jac, d = np.ascontiguousarray(at.jac), np.ascontiguousarray(at.d)
     if goal.tangent:
         tangent_steps(jac, d, metric, rounding, step, weight)
@@ -129,75 +193,54 @@ def _minimax(at: Local, goal: Goal, metric: Array, rounding: Array) -> _Step:
     return _Step(step, level, weight)
 
 
-def settle(element: Element, free: tuple[int, ...], goal: Goal, data: Array, start: State) -> Settled:
-    """Element of each member (B, 3, n) that fulfils the goal, from a start near it (the Gauss element)."""
-    batch, n = len(data), data.shape[2]
-    state = seated(element, start)
-    damping = _first_damping(element, free, goal, data, state)
-    least, weight = 1e-4 * damping, np.zeros((batch, n))
-    lost, done = np.zeros(batch, dtype=bool), np.zeros(batch, dtype=bool)
-    for round_ in range(MOST_STEPS):
-        on = np.flatnonzero(~done & ~lost)
-        if len(on) == 0:
-            break
-        here = State(*(a[on] for a in state))
-        at = linearised(element, free, goal, data[on], here)
-        size = magnitude(here)
-        metric = _metric(at.jac)
-        if not goal.tangent:
-            lift = 1e-9 * np.einsum("bii->b", metric)[:, None, None] * np.eye(metric.shape[1])
-            metric = damping[on, None, None] * (metric + lift)
-        if goal.convex:
-            metric = metric + _curvature(element, free, at, weight[on])
-        found = _minimax(at, goal, metric, 4.0 * _EPS * size)
-        shift = np.abs(np.einsum("bp,bpn->bn", found.step, at.jac)).max(axis=-1)
-        before = _top(goal, at.d)
-        if round_ == 0 and not goal.sized:
-            lost[on] = shift > FAR * np.ptp(at.d, axis=-1) + 1e-9
-        trial = moved(element, free, here, at.frame, _with_sizes(element, free, found.step))
-        after = _top(goal, linearised(element, free, goal, data[on], trial).d)
-        gained = goal.tangent | (after <= before + 4.0 * _EPS * size)
-        done[on] = _is_done(goal, found, shift, before, size)
-        state = _replaced(state, on[gained], State(*(a[gained] for a in trial)))
-        weight[on[gained]] = np.abs(found.weight[gained])
-        damping[on] = np.where(gained, np.maximum(damping[on] / 8.0, least[on]), 8.0 * damping[on])
-    return _settled(element, free, goal, data, state, lost, done)
+def _tried(
+    problem: Problem, data: Array, state: State, at: Local, metric: Array, found: _Step
+) -> tuple[State, Mask]:
+    """State after the step, bent where the straight one loses, and the mask (B,) of those that lose nothing."""
+    trial = problem.moved(state, at.frame, found.step)
+    if problem.goal.tangent:
+        return trial, np.ones(len(data), dtype=bool)
+    rounding = 4.0 * _EPS * magnitude(state)
+    limit = problem.top(at.d) + rounding
+    d = problem.at(data, trial).d
+    gained = problem.top(d) <= limit
+    again = np.flatnonzero(~gained)
+    if len(again) == 0:
+        return trial, gained
+    jac = at.jac[again]
+    straight = at._replace(d=d[again] - np.einsum("bp,bpn->bn", found.step[again], jac), jac=jac)
+    bent = _solved(problem.goal, straight, metric[again], found.weight[again], rounding[again])
+    second = problem.moved(_rows(state, again), at.frame[again], bent.step)
+    gained[again] = problem.top(problem.at(data[again], second).d) <= limit[again]
+    return _replaced(trial, again, second), gained
 
 
-def _first_damping(element: Element, free: tuple[int, ...], goal: Goal, data: Array, state: State) -> Array:
-    """One over the radius of curvature of the distances: 1 where it is that of the data or does not count."""
-    if not goal.convex:
-        return np.ones(len(data))
-    top = _top(goal, linearised(element, free, goal, data, state).d) + state.sizes[:, 0]
-    return 1.0 / np.clip(top, 1e-12, 1.0)
-
-
-def _with_sizes(element: Element, free: tuple[int, ...], step: Array) -> Array:
-    """The step with zeros for sizes that stand still."""
-    missing = len(free) + len(element.sizes) - step.shape[1]
-    return np.concatenate([step, np.zeros((len(step), missing))], axis=1) if missing else step
-
-
-def _is_done(goal: Goal, found: _Step, shift: Array, before: Array, size: Array) -> Mask:
-    """The step moves no distance, or it promises nothing more and hardly moves."""
+def _is_done(problem: Problem, state: State, at: Local, found: _Step, shift: Array, round_: int) -> Mask:
+    """The step moves no distance, or it promises nothing more and hardly moves; after many rounds the promise
+    decides alone: the place is then not held to the last digit.
+    """
+    size = magnitude(state)
     still = shift <= 1e-13 * size
-    if goal.tangent:
-        return still
-    return still | ((before - found.level <= 8.0 * _EPS * size) & (shift <= 1e-8))
+    if problem.goal.tangent:
+        return np.asarray(still)
+    promise, moves = (8.0 * _EPS, 1e-8) if round_ < PATIENCE else (1e-13, 1e-4)
+    return np.asarray(still | ((problem.top(at.d) - found.level <= promise * size) & (shift <= moves)))
 
 
-def _replaced(state: State, rows: Array, by: State) -> State:
+def _rows(state: State, which: Array | Mask) -> State:
+    return State(*(a[which] for a in state))
+
+
+def _replaced(state: State, which: Array, by: State) -> State:
     parts = [a.copy() for a in state]
     for part, new in zip(parts, by):
-        part[rows] = new
+        part[which] = new
     return State(*parts)
 
 
-def _settled(
-    element: Element, free: tuple[int, ...], goal: Goal, data: Array, state: State, lost: Mask, done: Mask
-) -> Settled:
-    d = linearised(element, free, goal, data, state).d
-    level = np.zeros(len(d)) if goal.tangent else _top(goal, d)
-    near = 1e-11 * (1.0 + magnitude(state))[:, None]
-    reached = np.abs(d) if goal.two_sided else d
+def _settled(problem: Problem, data: Array, state: State, lost: Mask, done: Mask) -> Settled:
+    d = problem.at(data, state).d
+    level = np.zeros(len(d)) if problem.goal.tangent else problem.top(d)
+    reached = np.abs(d) if problem.goal.two_sided else d
+    near = TOUCH * (1.0 + magnitude(state))[:, None]
     return Settled(state, level, np.abs(reached - level[:, None]) <= near, lost, done)
