@@ -36,7 +36,9 @@ def measure_command(
     loaded = load_scenario(scenario)
     with about(scenario):
         found = measure(loaded, seed)
-    content = document("vcmm.measure/1", measure_json(found), seed=seed, files=sources(scenario))
+    content = document(
+        "vcmm.measure/1", measure_json(found), seed=seed, files=sources(scenario), warnings=found.warnings
+    )
     if folder:
         _write(folder, found, content)
     if json:

@@ -115,7 +115,8 @@ class CharacteristicTable(Table):
     of: str | list[str] = Field(default_factory=list, examples=['"bore"'])
     between: list[str] = Field(default_factory=list, examples=['["front", "bore"]'])
     datums: list[str] = Field(default_factory=list, examples=['["top"]'])
-    criterion: str = "GG"
+    criterion: str = Field(default="GG", examples=['"GX"'])
+    datum_criterion: str = Field(default="G", examples=['"X"'])
     limits: Limits | None = None
     zone: str | None = Field(default=None, examples=['"0.01 mm"'])
 
@@ -286,4 +287,6 @@ def _characteristic(t: CharacteristicTable) -> Characteristic:
     if found:
         raise TableProblems(found)
     of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
-    return Characteristic(t.name, t.type, of, tuple(t.between), tuple(t.datums), t.criterion, limits, zone)
+    return Characteristic(
+        t.name, t.type, of, tuple(t.between), tuple(t.datums), t.criterion, limits, zone, t.datum_criterion
+    )

@@ -66,7 +66,14 @@ def _worst(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest(
-    rows: Array, b: Array, two_sided: bool, levelled: bool, base: float, x: Array, weight: Array, rounding: float
+    rows: Array,
+    b: Array,
+    two_sided: bool,
+    levelled: bool,
+    base: float,
+    x: Array,
+    weight: Array,
+    rounding: float,
 ) -> bool:
     """Move x (m,) to the nearest point of the polyhedron sign (rows_k . x + b_k) <= base (+ x[p] when levelled).
 
@@ -194,7 +201,14 @@ def _whiten(jac: Array, factor: Array, rows: Array) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def minimax_steps(
-    jac: Array, d: Array, two_sided: bool, metric: Array, rounding: Array, step: Array, level: Array, weight: Array
+    jac: Array,
+    d: Array,
+    two_sided: bool,
+    metric: Array,
+    rounding: Array,
+    step: Array,
+    level: Array,
+    weight: Array,
 ) -> None:
     """Per member: the step (B, p) that minimises level + level^2 / 2 + step' metric step / 2 under
     d_k + jac_k . step <= max d + level, and for two_sided its negative; weight (B, n) as in `nearest`.

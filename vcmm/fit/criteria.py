@@ -44,6 +44,8 @@ SUITS: dict[str, tuple[str, ...]] = {
     "X": ROUND,
     "T": ("line", "plane", "cone", "torus"),
 }
+NUDGE = 0.1  # of the form: how far beside the Gauss element the search for an inscribed element begins
+_ASIDE = np.array([0.6, 0.48, 0.64])  # a direction of no symmetry
 _CHUNK = 16_384
 
 
@@ -70,7 +72,8 @@ def associate(
     """Element by criterion G, C, N, X or T through points (..., n, 3) mm.
 
     start, fixed_axis   as for gauss(). A circle without fixed_axis lies in the least-squares plane of its points.
-    inside              T only: the material is on the side of increasing radius (bore), or of the plane's normal
+    inside              T only: the material is on the side of increasing radius (bore). The normal of a tangent plane,
+                        that of start, points out of the material
     sizes               C: the middle of the zone, so that residuals run from -h to +h; N, X: the radius itself
 
     UsageError: kind, criterion, shapes, NaN. ModelLimit: what gauss() refuses (too few points, one circle for a
@@ -78,6 +81,9 @@ def associate(
     """
     element = element_of(kind)
     check_criterion(kind, criterion, inside)
+    if criterion == "T" and (kind == "line" or (kind == "plane" and start is None)):
+        way = "use profile_line" if kind == "line" else "give start=, its normal out of the material"
+        raise UsageError(f"a tangent {kind} needs to know on which side the material is: {way}.")
     base = gauss(kind, points, start, fixed_axis=fixed_axis)
     points = np.asarray(points, dtype=np.float64)
     if criterion == "G":
@@ -133,7 +139,9 @@ def _flat(base: Fitted, count: int) -> Fitted:
 
 def _rows(base: Fitted, first: int, size: int) -> Fitted:
     cut = slice(first, first + size)
-    return replace(base, point=base.point[cut], axis=base.axis[cut], sizes=base.sizes[cut])
+    return replace(
+        base, point=base.point[cut], axis=base.axis[cut], sizes=base.sizes[cut], residuals=base.residuals[cut]
+    )
 
 
 def _goal(kind: str, criterion: str, inside: bool) -> Goal:
@@ -156,7 +164,10 @@ def _chunk(
     axis = base.axis if element.has_axis else np.tile([0.0, 0.0, 1.0], (len(data), 1))
     goal = _goal(element.kind, criterion, inside)
     problem = Problem(shape, free_pose(shape, held), goal)
-    found: Settled = settle(problem, data, State((base.point - centroid) / scale, axis, sizes))
+    point = (base.point - centroid) / scale
+    if criterion == "X":  # off the saddle between two opposite points
+        point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * _ASIDE
+    found: Settled = settle(problem, data, State(point, axis, sizes))
     unique = is_unique(problem, data, found)
     state = found.state
     if not (goal.sized or line):

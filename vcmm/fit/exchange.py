@@ -23,7 +23,9 @@ from vcmm.fit.newton import State, magnitude, moved, seated, to_local
 
 MOST_ROUNDS = 100
 PATIENCE = 12  # rounds after which a promise of 1e-13 of the extent is no longer waited for
-FAR = 10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
+FAR = (
+    10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
+)
 TOUCH = 1e-11  # of the extent: a point so near to the level touches
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -175,7 +177,9 @@ def _curvature(problem: Problem, data: Array, state: State, at: Local, weight: A
     second = np.stack(columns, axis=-1)
     second = 0.5 * (second + second.swapaxes(-1, -2))
     touching = at.jac * (weight != 0.0)[:, None]
-    second = second + np.abs(second).max(axis=(-1, -2), keepdims=True) * (touching @ touching.swapaxes(-1, -2))
+    second = second + np.abs(second).max(axis=(-1, -2), keepdims=True) * (
+        touching @ touching.swapaxes(-1, -2)
+    )
     values, vectors = np.linalg.eigh(second)
     return np.asarray((vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(-1, -2))
 

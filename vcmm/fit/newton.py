@@ -67,7 +67,7 @@ def moved(element: Element, free: tuple[int, ...], state: State, frame: Array, s
     motion[:, list(free)] = step[:, : len(free)]
     point = state.point + (motion[:, None, :3] @ frame)[:, 0]
     axis = state.axis
-    if RX in free:  # w x a with w = wu u + wv v is wv u - wu v
+    if RX in free or RY in free:  # w x a with w = wu u + wv v is wv u - wu v
         axis = axis + motion[:, RY, None] * frame[:, 0] - motion[:, RX, None] * frame[:, 1]
         axis = axis / np.sqrt(np.sum(axis * axis, axis=-1, keepdims=True))
     return seated(element, State(point, axis, state.sizes + step[:, len(free) :]))

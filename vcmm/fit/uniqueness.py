@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.fit.elements import Array, Mask, Triple, frames, pose_column
-from vcmm.fit.exchange import Local, Problem, Settled
+from vcmm.fit.exchange import TOUCH, Local, Problem, Settled
 
 LOOSE = 1e-6
 
@@ -33,7 +33,8 @@ def is_unique(problem: Problem, data: Array, found: Settled) -> Mask:
     loose = np.clip(4.0 * form / np.maximum(size, 1e-12), LOOSE, 0.05)
     out = np.zeros(len(data))
     reaches(np.ascontiguousarray(at.jac * side[:, None]), found.contacts, metric, 4.0 / loose, out)
-    return np.asarray(out < 1.0 / loose)
+    perfect = goal.two_sided & (form <= TOUCH)  # a zone without width: every point touches both sides
+    return np.asarray(perfect | (out < 1.0 / loose))
 
 
 def _held_by_curvature(problem: Problem, at: Local, found: Settled, metric: Array) -> Mask:
