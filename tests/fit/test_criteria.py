@@ -245,7 +245,7 @@ def test_degenerate_points_are_refused() -> None:
             associate("cylinder", criterion, level)  # one circle
         with pytest.raises(ModelLimit, match="at least 5 points, got 4"):
             associate("cylinder", criterion, level[:4])
-        with pytest.raises(ModelLimit, match="do not determine|converge"):
+        with pytest.raises(ModelLimit, match=r"do not determine|converge"):
             associate("cylinder", criterion, np.repeat(level[:2], 5, axis=0))  # two places, five times each
         with pytest.raises(ModelLimit, match="all points lie in one plane"):
             associate(
@@ -271,7 +271,7 @@ def test_short_arcs_are_refused_where_contact_needs_surrounding_points() -> None
 
 def test_words() -> None:
     points = ring(np.full(8, 10.0))
-    with pytest.raises(UsageError, match='"Q" is no criterion of association.*G, C, N, X, T'):
+    with pytest.raises(UsageError, match=r'"Q" is no criterion of association.*G, C, N, X, T'):
         associate("circle", "Q", points)
     with pytest.raises(UsageError, match="not for a plane; a plane takes G, C, T"):
         associate("plane", "N", points)

@@ -70,7 +70,9 @@ class LinearModel:
         """q (..., K) to fitted elements, axes of unit length."""
         fitted = {name: _unpack(block, self.base[name], q) for name, block in self.blocks.items()}
         part = self.task.part
-        return with_criteria(part.characteristics, part.features, lambda name: self._moved(name, q), fitted)
+        return with_criteria(
+            part.characteristics, part.features, lambda name: self._moved(name, q), fitted, False
+        )
 
     def _moved(self, name: str, q: Array) -> Array:
         """Points (..., n, 3) of a feature after the displacements in q, along the approach."""

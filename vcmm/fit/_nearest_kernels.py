@@ -48,7 +48,7 @@ def _orthogonal(normals: Array, first: int, q: int, basis: Array, upper: Array) 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _worst(
-    rows: Array, b: Array, two_sided: bool, x: Array, level: float, which: Array
+    rows: Array, b: Array, two_sided: bool, x: Array, level: Any, which: Array
 ) -> tuple[float, int, float]:
     """Largest of sign (rows_k . x + b_k) - level among k of `which`, its k and sign."""
     p = rows.shape[1]
@@ -62,6 +62,52 @@ def _worst(
         if two_sided and -value - level > most:
             most, where, side = -value - level, k, -1.0
     return most, where, side
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _beside(
+    normal: Array, q: int, basis: Array, upper: Array, z: Array, shares: Array, r: Array
+) -> tuple[float, float]:
+    """z (m,): the part of a normal beside the q active ones; its shares in their basis, and r in themselves. Returns
+    the squares of z and of the normal.
+    """
+    m = normal.shape[0]
+    length, free = 0.0, 0.0
+    for i in range(m):
+        z[i] = normal[i]
+        length += normal[i] ** 2
+    for j in range(q):
+        shares[j] = 0.0
+    for _ in range(2):
+        for j in range(q):
+            share = 0.0
+            for i in range(m):
+                share += basis[i, j] * z[i]
+            shares[j] += share
+            for i in range(m):
+                z[i] -= share * basis[i, j]
+    for j in range(q - 1, -1, -1):
+        r[j] = shares[j]
+        for i in range(j + 1, q):
+            r[j] -= upper[j, i] * r[i]
+        r[j] /= upper[j, j]
+    for i in range(m):
+        free += z[i] ** 2
+    return free, length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join(normal: Array, q: int, normals: Array, basis: Array, upper: Array, z: Array, shares: Array) -> None:
+    """The normal becomes active as number q; z and shares as `_beside` left them."""
+    size = 0.0
+    for j in range(q):
+        upper[j, q] = shares[j]
+    for i in range(normal.shape[0]):
+        size += z[i] ** 2
+    upper[q, q] = np.sqrt(size)
+    for i in range(normal.shape[0]):
+        normals[i, q] = normal[i]
+        basis[i, q] = z[i] / upper[q, q]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -90,7 +136,7 @@ def nearest(
     q, added, held = 0, 0.0, True
     k, side = -1, 1.0
     for _ in range(MOST_STEPS):
-        level = base + (x[p] if levelled else 0.0)
+        level = base + x[p] if levelled else base
         if held:  # the last constraint is in: look for the next
             violation, k, side = _worst(rows, b, two_sided, x, level, likely)
             if violation <= rounding:
@@ -111,29 +157,7 @@ def nearest(
             violation = side * b[k] - level
             for i in range(p):
                 violation += normal[i] * x[i]
-        length = 0.0
-        for i in range(m):
-            z[i] = normal[i]
-            length += normal[i] ** 2
-        for j in range(q):
-            shares[j] = 0.0
-        for _ in range(2):  # the part of the normal beside the active ones, and its shares in them
-            for j in range(q):
-                share = 0.0
-                for i in range(m):
-                    share += basis[i, j] * z[i]
-                shares[j] += share
-                for i in range(m):
-                    z[i] -= share * basis[i, j]
-        for j in range(q):
-            r[j] = shares[j]
-        for j in range(q - 1, -1, -1):
-            for i in range(j + 1, q):
-                r[j] -= upper[j, i] * r[i]
-            r[j] /= upper[j, j]
-        free = 0.0
-        for i in range(m):
-            free += z[i] ** 2
+        free, length = _beside(normal, q, basis, upper, z, shares, r)
         dependent = q == m or free <= DEPENDENT * length
         full = np.inf if dependent else violation / free
         partial, leaving = np.inf, -1
@@ -151,20 +175,12 @@ def nearest(
         added += step
         if full <= partial:
             at[q], sides[q], u[q] = k, side, added
-            for j in range(q):
-                upper[j, q] = shares[j]
-            upper[q, q] = np.sqrt(free)
-            for i in range(m):
-                normals[i, q] = normal[i]
-                basis[i, q] = z[i] / upper[q, q]
-            q += 1
-            held = True
+            _join(normal, q, normals, basis, upper, z, shares)
+            q, held = q + 1, True
         else:
             q -= 1
             for j in range(leaving, q):
-                at[j], sides[j], u[j] = at[j + 1], sides[j + 1], u[j + 1]
-                for i in range(m):
-                    normals[i, j] = normals[i, j + 1]
+                at[j], sides[j], u[j], normals[:, j] = at[j + 1], sides[j + 1], u[j + 1], normals[:, j + 1]
             _orthogonal(normals, leaving, q, basis, upper)
     return False
 

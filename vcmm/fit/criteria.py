@@ -18,6 +18,7 @@ motions but for terms of form^2 / radius, so that another optimum is larger by n
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,18 +47,19 @@ SUITS: dict[str, tuple[str, ...]] = {
 }
 NUDGE = 0.1  # of the form: how far beside the Gauss element the search for an inscribed element begins
 _ASIDE = np.array([0.6, 0.48, 0.64])  # a direction of no symmetry
+ROUGH = 1e-6  # of the extent: how well the Gauss element, from which the search begins, is fitted
 _CHUNK = 16_384
 
 
 @dataclass(frozen=True, eq=False)
 class Association:
     """element: like that of gauss(). contacts (..., n): points that touch, or reach the border of the zone, within
-    1e-11 of the extent. unique (...): False where other elements are as good (see vcmm.fit.uniqueness).
+    1e-11 of the extent. unique (...): False where other elements are as good (see vcmm.fit.uniqueness); None where not judged.
     """
 
     element: Fitted
     contacts: Mask
-    unique: Mask
+    unique: Mask | None
 
 
 def associate(
@@ -68,12 +70,14 @@ def associate(
     *,
     fixed_axis: Array | None = None,
     inside: bool = False,
+    judged: bool = True,
 ) -> Association:
     """Element by criterion G, C, N, X or T through points (..., n, 3) mm.
 
     start, fixed_axis   as for gauss(). A circle without fixed_axis lies in the least-squares plane of its points.
     inside              T only: the material is on the side of increasing radius (bore). The normal of a tangent plane,
                         that of start, points out of the material
+    judged              False: uniqueness is not judged, which saves a fifth of the time; `unique` is then None
     sizes               C: the middle of the zone, so that residuals run from -h to +h; N, X: the radius itself
 
     UsageError: kind, criterion, shapes, NaN. ModelLimit: what gauss() refuses (too few points, one circle for a
@@ -84,7 +88,8 @@ def associate(
     if criterion == "T" and (kind == "line" or (kind == "plane" and start is None)):
         way = "use profile_line" if kind == "line" else "give start=, its normal out of the material"
         raise UsageError(f"a tangent {kind} needs to know on which side the material is: {way}.")
-    base = gauss(kind, points, start, fixed_axis=fixed_axis)
+    close = 1e-12 if criterion == "G" else ROUGH
+    base = gauss(kind, points, start, fixed_axis=fixed_axis, tolerance=close)
     points = np.asarray(points, dtype=np.float64)
     if criterion == "G":
         none = np.zeros(base.residuals.shape, dtype=bool)
@@ -94,17 +99,21 @@ def associate(
     flat = _flat(base, len(points.reshape(-1, n, 3)))
     size = max(1, _CHUNK // n)
     parts = [
-        _chunk(element, criterion, inside, held, points.reshape(-1, n, 3)[i : i + size], _rows(flat, i, size))
+        _chunk(
+            _Ask(element, criterion, inside, held, judged),
+            points.reshape(-1, n, 3)[i : i + size],
+            _rows(flat, i, size),
+        )
         for i in range(0, len(flat.point), size)
     ]
     columns = [np.concatenate(column) for column in zip(*parts)]
     lost, done = columns.pop(), columns.pop()
     _check_surrounded(kind, criterion, lost)
     check_converged(element, done | lost, f"{kind} by criterion {criterion}")
-    point, axis, sizes, residuals, normals, contacts, unique = (
-        a.reshape((*batch, *a.shape[1:])) for a in columns
-    )
-    return Association(Fitted(kind, point, axis, sizes, residuals, normals), contacts, unique)
+    shaped = [a.reshape((*batch, *a.shape[1:])) for a in columns]
+    point, axis, sizes, residuals, normals = shaped[:5]
+    found = Fitted(kind, point, axis, sizes, residuals, normals)
+    return Association(found, shaped[5], shaped[6] if judged else None)
 
 
 def check_criterion(kind: str, criterion: str, inside: bool = False) -> None:
@@ -152,23 +161,32 @@ def _goal(kind: str, criterion: str, inside: bool) -> Goal:
     return Goal(sign=-1.0 if criterion == "X" else 1.0)
 
 
-def _chunk(
-    element: Element, criterion: str, inside: bool, held: bool, points: Array, base: Fitted
-) -> tuple[Array | Mask, ...]:
+class _Ask(NamedTuple):
+    """What every chunk of a batch is asked."""
+
+    element: Element
+    criterion: str
+    inside: bool
+    held: bool  # the axis is given
+    judged: bool
+
+
+def _chunk(ask: _Ask, points: Array, base: Fitted) -> tuple[Array | Mask, ...]:
     """Point, axis, sizes, residuals, normals, contacts, unique, done, lost of a chunk (B, n, 3)."""
+    element, criterion = ask.element, ask.criterion
     data, centroid, scale = centred(points)
     line = element.kind == "line"
     shape = element_of("cylinder") if line else element  # distances from a line: from a cylinder of radius 0
     unit = np.where(np.array(element.lengths, dtype=bool), scale, 1.0)
     sizes = np.zeros((len(data), 1)) if line else base.sizes / unit
     axis = base.axis if element.has_axis else np.tile([0.0, 0.0, 1.0], (len(data), 1))
-    goal = _goal(element.kind, criterion, inside)
-    problem = Problem(shape, free_pose(shape, held), goal)
+    goal = _goal(element.kind, criterion, ask.inside)
+    problem = Problem(shape, free_pose(shape, ask.held), goal)
     point = (base.point - centroid) / scale
     if criterion == "X":  # off the saddle between two opposite points
         point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * _ASIDE
     found: Settled = settle(problem, data, State(point, axis, sizes))
-    unique = is_unique(problem, data, found)
+    unique = is_unique(problem, data, found) if ask.judged else found.done
     state = found.state
     if not (goal.sized or line):
         state = state._replace(sizes=state.sizes + goal.sign * found.level[:, None])

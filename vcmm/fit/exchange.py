@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vcmm.fit.elements import Array, Element, Mask, jacobian
 from vcmm.fit.newton import State, magnitude, moved, seated, to_local
@@ -27,6 +28,7 @@ FAR = (
     10.0  # a first step longer than this many ranges of the distances: the points do not surround the element
 )
 TOUCH = 1e-11  # of the extent: a point so near to the level touches
+Ints = NDArray[np.intp]
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -231,11 +233,11 @@ def _is_done(problem: Problem, state: State, at: Local, found: _Step, shift: Arr
     return np.asarray(still | ((problem.top(at.d) - found.level <= promise * size) & (shift <= moves)))
 
 
-def _rows(state: State, which: Array | Mask) -> State:
+def _rows(state: State, which: Ints | Mask) -> State:
     return State(*(a[which] for a in state))
 
 
-def _replaced(state: State, which: Array, by: State) -> State:
+def _replaced(state: State, which: Ints, by: State) -> State:
     parts = [a.copy() for a in state]
     for part, new in zip(parts, by):
         part[which] = new

@@ -58,7 +58,8 @@ def gauss(
         axis = _associate(element_of("plane"), flat, bare, None, tolerance, "plane of the circle")[1]
     fit = _associate(element, flat, begin, axis, tolerance, kind)
     check_spread(element, flat, axis is not None, kind)
-    return Fitted(kind, *(a.reshape(*batch, *a.shape[1:]) for a in fit))
+    point, axis, sizes, residuals, normals = (a.reshape(*batch, *a.shape[1:]) for a in fit)
+    return Fitted(kind, point, axis, sizes, residuals, normals)
 
 
 def _flat_start(element: Element, start: Fitted, batch: tuple[int, ...]) -> State:

@@ -56,8 +56,10 @@ def profile_line(
     foot = (state.point * scale + centroid) + local.mean(axis=1) * [0.0, 1.0, 0.0]
     normals = np.repeat((state.axis @ axes)[:, None], n, axis=1)
     parts = (foot @ axes, along @ axes, np.empty((len(data), 0)), residuals, normals, contacts, unique)
-    shaped = [a.reshape((*batch, *a.shape[1:])) for a in parts]
-    return Association(Fitted("line", *shaped[:5]), shaped[5], shaped[6])
+    point, axis, sizes, residuals, normals, contacts, unique = (
+        a.reshape((*batch, *a.shape[1:])) for a in parts
+    )
+    return Association(Fitted("line", point, axis, sizes, residuals, normals), contacts, unique)
 
 
 def _axes(direction: Array, normal: Array) -> Array:

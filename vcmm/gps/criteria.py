@@ -141,25 +141,29 @@ def with_criteria(
     features: Mapping[str, Feature],
     points: Callable[[str], Array],
     fitted: Mapping[str, Fitted],
+    judged: bool = True,
 ) -> dict[str, Fitted]:
     """The Gauss elements, each with what the characteristics ask for beside it in `also`.
 
-    points: measured points (..., n, 3) of a feature by name, in the frame of the elements. ModelLimit, with the
-    name of the feature: points that do not hold such an element.
+    points: measured points (..., n, 3) of a feature by name, in the frame of the elements. judged: whether elements by
+    contact are unique is judged (trials need not). ModelLimit, with the name of the feature: points that do not hold
+    such an element.
     """
     out = dict(fitted)
     for name, criteria in wanted(characteristics).items():
         if name not in fitted:
             continue
         try:
-            also = {one: _associated(one, features[name], points(name), fitted[name]) for one in criteria}
+            also = {
+                one: _associated(one, features[name], points(name), fitted[name], judged) for one in criteria
+            }
         except ModelLimit as error:
             raise ModelLimit(f'feature "{name}": {error}') from None
         out[name] = replace(fitted[name], also=also)
     return out
 
 
-def _associated(criterion: str, feature: Feature, points: Array, base: Fitted) -> Fitted:
+def _associated(criterion: str, feature: Feature, points: Array, base: Fitted, judged: bool) -> Fitted:
     if criterion in LOCAL:
         radii = (two_point_radii if criterion == "LP" else sphere_radii)(points, base)
         return replace(base, sizes=radii)
@@ -167,7 +171,9 @@ def _associated(criterion: str, feature: Feature, points: Array, base: Fitted) -
         found = profile_line(criterion, points, feature.axis, frame(feature)[0])
     else:
         fixed = feature.axis if feature.kind == "circle" else None
-        found = associate(feature.kind, criterion, points, base, fixed_axis=fixed, inside=feature.inside)
+        found = associate(
+            feature.kind, criterion, points, base, fixed_axis=fixed, inside=feature.inside, judged=judged
+        )
     return replace(found.element, unique=found.unique)
 
 
