@@ -111,6 +111,25 @@ def _join(normal: Array, q: int, normals: Array, basis: Array, upper: Array, z: 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _holds(at: Array, sides: Array, q: int, k: int, side: float) -> bool:
+    """Whether constraint k on this side is among the q active ones."""
+    found = False
+    for j in range(q):
+        found = found or (at[j] == k and sides[j] == side)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _first_to_leave(u: Array, r: Array, q: int) -> tuple[float, int]:
+    """The step at which the first multiplier u - step r reaches 0, and which one; inf, -1 where none does."""
+    partial, leaving = np.inf, -1
+    for j in range(q):
+        if r[j] > 1e-14 and u[j] / r[j] < partial:
+            partial, leaving = u[j] / r[j], j
+    return partial, leaving
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def nearest(
     rows: Array,
     b: Array,
@@ -133,26 +152,19 @@ def nearest(
     normal, z, r, shares = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m)
     everything, likely = np.arange(rows.shape[0]), np.flatnonzero(weight)
     weight[:] = 0.0
-    q, added, held = 0, 0.0, True
-    k, side = -1, 1.0
+    q, k, side, added, held = 0, -1, 1.0, 0.0, True
     for _ in range(MOST_STEPS):
         level = base + x[p] if levelled else base
         if held:  # the last constraint is in: look for the next
             violation, k, side = _worst(rows, b, two_sided, x, level, likely)
             if violation <= rounding:
                 violation, k, side = _worst(rows, b, two_sided, x, level, everything)
-            known = False
-            for j in range(q):
-                known = known or (at[j] == k and sides[j] == side)
-            if violation <= rounding or known:
-                for j in range(q):
-                    weight[at[j]] += sides[j] * u[j]
+            if violation <= rounding or _holds(at, sides, q, k, side):
+                weight[at[:q]] += sides[:q] * u[:q]
                 return True
             added, held = 0.0, False
-            for i in range(p):
-                normal[i] = side * rows[k, i]
-            if levelled:
-                normal[p] = -1.0
+            normal[:p] = side * rows[k]
+            normal[p:] = -1.0  # of the level
         else:
             violation = side * b[k] - level
             for i in range(p):
@@ -160,18 +172,13 @@ def nearest(
         free, length = _beside(normal, q, basis, upper, z, shares, r)
         dependent = q == m or free <= DEPENDENT * length
         full = np.inf if dependent else violation / free
-        partial, leaving = np.inf, -1
-        for j in range(q):
-            if r[j] > 1e-14 and u[j] / r[j] < partial:
-                partial, leaving = u[j] / r[j], j
+        partial, leaving = _first_to_leave(u, r, q)
         step = min(full, partial)
         if step == np.inf:
             return False  # no point fulfils all constraints
         if not dependent:
-            for i in range(m):
-                x[i] -= step * z[i]
-        for j in range(q):
-            u[j] -= step * r[j]
+            x -= step * z
+        u[:q] -= step * r[:q]
         added += step
         if full <= partial:
             at[q], sides[q], u[q] = k, side, added

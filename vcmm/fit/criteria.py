@@ -7,7 +7,7 @@ C  minimax (Chebyshev): the largest |distance| is smallest; the points lie in a 
 N  minimum circumscribed circle, cylinder, sphere: the smallest that holds all points.
 X  maximum inscribed circle, cylinder, sphere: the largest free of points, among those near the Gauss element.
 T  tangent: no point on the free side of the element, sum of squared distances smallest (ISO 1101:2017; optimality:
-   Shakarji and Srinivasan, J. Comput. Inf. Sci. Eng. 18 (2018) 031008). For planes, lines, cones, tori; of round
+   Shakarji and Srinivasan, NIST, constrained least-squares fitting of planes to establish datums). For planes, lines, cones, tori; of round
    features the element in contact outside the material is N (shaft) or X (bore).
 G  least squares: vcmm.fit.gauss.
 
@@ -17,7 +17,7 @@ motions but for terms of form^2 / radius, so that another optimum is larger by n
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -96,16 +96,9 @@ def associate(
         return Association(base, none, np.ones(points.shape[:-2], dtype=bool))
     held = fixed_axis is not None or kind == "circle"
     batch, n = points.shape[:-2], points.shape[-2]
-    flat = _flat(base, len(points.reshape(-1, n, 3)))
-    size = max(1, _CHUNK // n)
-    parts = [
-        _chunk(
-            _Ask(element, criterion, inside, held, judged),
-            points.reshape(-1, n, 3)[i : i + size],
-            _rows(flat, i, size),
-        )
-        for i in range(0, len(flat.point), size)
-    ]
+    flat = points.reshape(-1, n, 3)
+    ask, size = _Ask(element, criterion, inside, held, judged), max(1, _CHUNK // n)
+    parts = [_chunk(ask, flat[i : i + size], _rows(base, n, i, size)) for i in range(0, len(flat), size)]
     columns = [np.concatenate(column) for column in zip(*parts)]
     lost, done = columns.pop(), columns.pop()
     _check_surrounded(kind, criterion, lost)
@@ -139,18 +132,14 @@ def _check_surrounded(kind: str, criterion: str, lost: Mask) -> None:
         )
 
 
-def _flat(base: Fitted, count: int) -> Fitted:
-    """The Gauss elements in one leading dimension."""
-    parts = (base.point, base.axis, base.sizes, base.residuals, base.normals)
-    kept = (1, 1, 1, 1, 2)
-    return Fitted(base.kind, *(a.reshape(count, *a.shape[a.ndim - k :]) for a, k in zip(parts, kept)))
-
-
-def _rows(base: Fitted, first: int, size: int) -> Fitted:
-    cut = slice(first, first + size)
-    return replace(
-        base, point=base.point[cut], axis=base.axis[cut], sizes=base.sizes[cut], residuals=base.residuals[cut]
-    )
+def _rows(base: Fitted, n: int, first: int, size: int) -> Fitted:
+    """Members first .. first + size - 1 of the Gauss elements of n points, in one leading dimension."""
+    parts = (base.point, base.axis, base.sizes, base.residuals)
+    cut = [
+        a.reshape(-1, w)[first : first + size] for a, w in zip(parts, (3, 3, base.sizes.shape[-1] or 1, n))
+    ]
+    sizes = cut[2] if base.sizes.shape[-1] else np.empty((len(cut[0]), 0))
+    return Fitted(base.kind, cut[0], cut[1], sizes, cut[3], base.normals)
 
 
 def _goal(kind: str, criterion: str, inside: bool) -> Goal:
