@@ -40,7 +40,7 @@ def placed():
         result("gap", 3.2e-3, {"a": 1e-3, "b": 3e-3}),
     )
     return Made(
-        objective=Made(unit="mm", weights={"gap": 1.0}), best=at(1.5e-3), present=at(2.0e-3), median=at(3e-3),
+        objective=Made(unit="mm", weights={"gap": 1.0}, goal=Goal()), best=at(1.5e-3), present=at(2.0e-3), median=at(3e-3),
         worst=at(4e-3), region=region, before=Made(characteristics=[before]), after=Made(characteristics=[after]),
     )  # fmt: skip
 
