@@ -1,4 +1,7 @@
-"""Association of geometric elements with points: gauss(kind, points, start), associate(kind, criterion, points)."""
+"""Elements through points: association by every criterion, and its sensitivities.
+
+Imports core.
+"""
 
 from __future__ import annotations
 

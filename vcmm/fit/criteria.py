@@ -25,7 +25,7 @@ import numpy as np
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.fit.checks import check_converged, element_of
 from vcmm.fit.elements import ELEMENTS, Array, Element, Fitted, Mask, free_pose, rows_of, signed_residuals
-from vcmm.fit.exchange import Goal, Problem, Settled, settle
+from vcmm.fit.exchange import ContactGoal, ContactProblem, Settled, settle
 from vcmm.fit.gauss import centred, gauss
 from vcmm.fit.newton import State, to_local
 from vcmm.fit.uniqueness import is_unique
@@ -142,12 +142,12 @@ def _rows(base: Fitted, n: int, first: int, size: int) -> Fitted:
     return Fitted(base.kind, cut[0], cut[1], sizes, cut[3], base.normals)
 
 
-def _goal(kind: str, criterion: str, inside: bool) -> Goal:
+def _goal(kind: str, criterion: str, inside: bool) -> ContactGoal:
     if criterion == "T":
-        return Goal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
+        return ContactGoal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
     if criterion == "C" and kind != "line":
-        return Goal(two_sided=True, sized=True)
-    return Goal(sign=-1.0 if criterion == "X" else 1.0)
+        return ContactGoal(two_sided=True, sized=True)
+    return ContactGoal(sign=-1.0 if criterion == "X" else 1.0)
 
 
 class _Ask(NamedTuple):
@@ -170,7 +170,7 @@ def _chunk(ask: _Ask, points: Array, base: Fitted) -> tuple[Array | Mask, ...]:
     sizes = np.zeros((len(data), 1)) if line else base.sizes / unit
     axis = base.axis if element.has_axis else np.tile([0.0, 0.0, 1.0], (len(data), 1))
     goal = _goal(element.kind, criterion, ask.inside)
-    problem = Problem(shape, free_pose(shape, ask.held), goal)
+    problem = ContactProblem(shape, free_pose(shape, ask.held), goal)
     point = (base.point - centroid) / scale
     if criterion == "X":  # off the saddle between two opposite points
         point = point + NUDGE * np.ptp(base.residuals, axis=-1, keepdims=True) / scale * _ASIDE

@@ -33,7 +33,7 @@ _EPS = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
-class Goal:
+class ContactGoal:
     """What is wanted of the signed distances d of the points.
 
     two_sided   the largest |d| becomes smallest; else the largest d
@@ -63,12 +63,12 @@ class Local(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Problem:
+class ContactProblem:
     """An element, its free motions (vcmm.fit.elements.free_pose) and the goal."""
 
     element: Element
     free: tuple[int, ...]
-    goal: Goal
+    goal: ContactGoal
 
     def at(self, data: Array, state: State) -> Local:
         """Distances of data (B, 3, n) and how they answer to the motions, and to the sizes where these are free."""
@@ -112,7 +112,7 @@ class _Step(NamedTuple):
     weight: Array
 
 
-def settle(problem: Problem, data: Array, start: State) -> Settled:
+def settle(problem: ContactProblem, data: Array, start: State) -> Settled:
     """Element of each member (B, 3, n) that fulfils the goal, from a start near it (the Gauss element)."""
     state = seated(problem.element, start)
     damping = 1.0 / _radius(problem, problem.at(data, state), state)
@@ -137,7 +137,7 @@ def settle(problem: Problem, data: Array, start: State) -> Settled:
     return _settled(problem, data, state, lost, done)
 
 
-def _radius(problem: Problem, at: Local, state: State) -> Array:
+def _radius(problem: ContactProblem, at: Local, state: State) -> Array:
     """Radius of curvature (B,) of the distances; 1, the extent of the data, where it is no smaller."""
     if not problem.goal.convex:
         return np.ones(len(at.d))
@@ -145,7 +145,7 @@ def _radius(problem: Problem, at: Local, state: State) -> Array:
 
 
 def _metric(
-    problem: Problem, data: Array, state: State, at: Local, weight: Array, damping: Array, round_: int
+    problem: ContactProblem, data: Array, state: State, at: Local, weight: Array, damping: Array, round_: int
 ) -> Array:
     """What a step (B, p, p) costs: mean square of the distances moved, times the damping, and curvature where the
     first rounds have not settled it. A tangent element wants that mean square itself.
@@ -161,7 +161,7 @@ def _metric(
     return np.asarray(metric)
 
 
-def _curvature(problem: Problem, data: Array, state: State, at: Local, weight: Array) -> Array:
+def _curvature(problem: ContactProblem, data: Array, state: State, at: Local, weight: Array) -> Array:
     """Second derivative (B, p, p) of the distances, weighted (B, n) by the multipliers; made positive.
 
     From differences of the weighted Jacobian: where the weights are those of contact its sum vanishes, and the
@@ -186,7 +186,7 @@ def _curvature(problem: Problem, data: Array, state: State, at: Local, weight: A
     return np.asarray((vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(-1, -2))
 
 
-def _solved(goal: Goal, at: Local, metric: Array, likely: Array, rounding: Array) -> _Step:
+def _solved(goal: ContactGoal, at: Local, metric: Array, likely: Array, rounding: Array) -> _Step:
     """The step of the problem with straight distances. likely (B, n): not 0 where contact is expected."""
     from vcmm.fit._nearest_kernels import minimax_steps, tangent_steps
 
@@ -200,7 +200,7 @@ def _solved(goal: Goal, at: Local, metric: Array, likely: Array, rounding: Array
 
 
 def _tried(
-    problem: Problem, data: Array, state: State, at: Local, metric: Array, found: _Step
+    problem: ContactProblem, data: Array, state: State, at: Local, metric: Array, found: _Step
 ) -> tuple[State, Mask]:
     """State after the step, bent where the straight one loses, and the mask (B,) of those that lose nothing."""
     trial = problem.moved(state, at.frame, found.step)
@@ -221,7 +221,9 @@ def _tried(
     return _replaced(trial, again, second), gained
 
 
-def _is_done(problem: Problem, state: State, at: Local, found: _Step, shift: Array, round_: int) -> Mask:
+def _is_done(
+    problem: ContactProblem, state: State, at: Local, found: _Step, shift: Array, round_: int
+) -> Mask:
     """The step moves no distance, or it promises nothing more and hardly moves; after many rounds the promise
     decides alone: the place is then not held to the last digit.
     """
@@ -244,7 +246,7 @@ def _replaced(state: State, which: Ints, by: State) -> State:
     return State(*parts)
 
 
-def _settled(problem: Problem, data: Array, state: State, lost: Mask, done: Mask) -> Settled:
+def _settled(problem: ContactProblem, data: Array, state: State, lost: Mask, done: Mask) -> Settled:
     d = problem.at(data, state).d
     level = np.zeros(len(d)) if problem.goal.tangent else problem.top(d)
     reached = np.abs(d) if problem.goal.two_sided else d

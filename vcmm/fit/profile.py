@@ -13,7 +13,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.fit.checks import check_converged, element_of
 from vcmm.fit.criteria import Association, check_criterion
 from vcmm.fit.elements import RY, TZ, Array, Fitted
-from vcmm.fit.exchange import Goal, Problem, settle
+from vcmm.fit.exchange import ContactGoal, ContactProblem, settle
 from vcmm.fit.gauss import centred
 from vcmm.fit.newton import State
 from vcmm.fit.uniqueness import is_unique
@@ -41,10 +41,10 @@ def profile_line(
     tilted = np.stack([-slope, np.zeros_like(slope), np.ones_like(slope)], axis=-1)
     tilted /= np.sqrt(1.0 + slope[:, None] ** 2)
     zero = np.zeros((len(data), 3))
-    goal = Goal(two_sided=True, sized=True)
+    goal = ContactGoal(two_sided=True, sized=True)
     if criterion != "C":
-        goal = Goal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
-    problem = Problem(element_of("plane"), (TZ, RY), goal)
+        goal = ContactGoal(sized=True, tangent=True, sign=-1.0 if inside else 1.0)
+    problem = ContactProblem(element_of("plane"), (TZ, RY), goal)
     state, contacts = State(zero, tilted, np.empty((len(data), 0))), np.zeros((len(data), n), dtype=bool)
     unique = np.ones(len(data), dtype=bool)
     if criterion != "G":

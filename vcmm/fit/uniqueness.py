@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.fit.elements import Array, Mask, Triple, frames, pose_column
-from vcmm.fit.exchange import TOUCH, Local, Problem, Settled
+from vcmm.fit.exchange import TOUCH, ContactProblem, Local, Settled
 
 LOOSE = 1e-6
 
 
-def is_unique(problem: Problem, data: Array, found: Settled) -> Mask:
+def is_unique(problem: ContactProblem, data: Array, found: Settled) -> Mask:
     """Mask (B,) of the members of data (B, 3, n) whose contacts leave no motion free."""
     goal = problem.goal
     if goal.tangent:  # strictly convex where the points determine the element
@@ -37,7 +37,7 @@ def is_unique(problem: Problem, data: Array, found: Settled) -> Mask:
     return np.asarray(perfect | (out < 1.0 / loose))
 
 
-def _held_by_curvature(problem: Problem, at: Local, found: Settled, metric: Array) -> Mask:
+def _held_by_curvature(problem: ContactProblem, at: Local, found: Settled, metric: Array) -> Mask:
     """Circumscribed: a problem that curves upwards, held where the contacts' own motions determine the pose."""
     touching = found.contacts[:, None].astype(np.float64)
     rows = [at.jac * touching, *(row * touching for row in _crosswise(problem, at))]
@@ -46,7 +46,7 @@ def _held_by_curvature(problem: Problem, at: Local, found: Settled, metric: Arra
     return np.asarray(np.linalg.eigvalsh(factor @ held @ factor.swapaxes(-1, -2))[:, 0] > 1e-6)
 
 
-def _crosswise(problem: Problem, at: Local) -> list[Array]:
+def _crosswise(problem: ContactProblem, at: Local) -> list[Array]:
     """How far a motion carries the surface along itself under each point of a circle, cylinder or sphere: one or
     two arrays of rows (B, p, n).
     """

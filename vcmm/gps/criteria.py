@@ -44,7 +44,7 @@ FORMS = ("straightness", "flatness", "roundness", "cylindricity")
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ChosenCriteria:
     """Criterion of each toleranced feature and of each datum; `rank` of a local size, "" for all of them."""
 
     of: tuple[str, ...]
@@ -56,16 +56,16 @@ class Chosen:
         return set(self.of) | set(self.datums) <= {"G"}
 
 
-def chosen(c: Characteristic) -> Chosen:
+def chosen(c: Characteristic) -> ChosenCriteria:
     """What the words of a characteristic mean. UsageError for words that mean nothing here."""
     words = c.criterion.split()
     if not c.datums and c.datum_criterion.split() not in (["G"], ["GG"]):
         raise UsageError(f'"{c.name}": datum_criterion is given, but no datums. Name them, or leave it out.')
     if c.type == "size":
         size, rank = _size(c, words)
-        return Chosen((size,), (), rank)
+        return ChosenCriteria((size,), (), rank)
     datums = _letters(c, "datum_criterion", c.datum_criterion.split(), len(c.datums))
-    return Chosen(_letters(c, "criterion", words, len(c.of) + len(c.between)), datums)
+    return ChosenCriteria(_letters(c, "criterion", words, len(c.of) + len(c.between)), datums)
 
 
 def _size(c: Characteristic, words: list[str]) -> tuple[str, str]:
