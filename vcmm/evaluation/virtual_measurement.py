@@ -59,5 +59,6 @@ def measure_task(task: Task, seed: int | None = None) -> Measurement:
     names = tuple(str(f) for f in run.labels["feature"])
     warnings = tuple(notes(task.part.characteristics, fitted))
     return Measurement(
-        values, points, task.touches.normals, task.touches.points, np.asarray(along), names, warnings
-    )
+        values, points, normals=task.touches.normals, nominal_points=task.touches.points,
+        errors=np.asarray(along), features=names, warnings=warnings,
+    )  # fmt: skip

@@ -124,7 +124,7 @@ def settle(problem: ContactProblem, data: Array, start: State) -> Settled:
             break
         here, points = _rows(state, on), data[on]
         at = problem.at(points, here)
-        metric = _metric(problem, points, here, at, weight[on], damping[on], round_)
+        metric = _metric(problem, points, here, at, weight=weight[on], damping=damping[on], round_=round_)
         found = _solved(problem.goal, at, metric, weight[on], 4.0 * _EPS * magnitude(here))
         trial, gained = _tried(problem, points, here, at, metric, found)
         shift = np.abs(np.einsum("bp,bpn->bn", found.step, at.jac)).max(axis=-1)
