@@ -106,7 +106,8 @@ points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
     assert found.shares["diameter"]["measurement"] == pytest.approx(0.2, rel=1e-2)
 
 
-def test_json_and_files(tmp_path, capsys):
+def test_json_and_files(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("vcmm.machining.patches.MOST_ACROSS", 41)  # the extreme lies between coarse points
     path = shop.write(tmp_path, SQUARENESS)
     assert command(["cut", str(path), "--json", "--out", str(tmp_path / "out")]) == 0
     document = json.loads(capsys.readouterr().out)

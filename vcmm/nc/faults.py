@@ -8,6 +8,8 @@ from vcmm.core.errors import DataError
 class BlockFault(DataError):
     """A block cannot be understood: column from 1, and one sentence that ends with what to do."""
 
+    column: int
+
     def __init__(self, column: int, text: str) -> None:
         super().__init__(text)
         self.column, self.text = column, text
@@ -15,6 +17,9 @@ class BlockFault(DataError):
 
 class ProgramFault(DataError):
     """The same with its place: 'part.nc:12:7: ...'."""
+
+    line: int
+    column: int
 
     def __init__(self, name: str, line: int, column: int, text: str) -> None:
         super().__init__(f"{name}:{line}:{column}: {text}")
