@@ -44,7 +44,7 @@ def test_a_bent_scale_is_least_harm_where_it_is_least_bent(tmp_path):
 def test_document_of_the_contract(tmp_path, capsys):
     path = shop.write(tmp_path, STRETCHED + SCATTER)
     assert (
-        command(["place", str(path), "--json", "--evaluations", "300", "--scan", "128", "--trials", "1000"])
+        command(["place", str(path), "--json", "--evaluations", "60", "--scan", "32", "--trials", "1000"])
         == 0
     )
     document = json.loads(capsys.readouterr().out)

@@ -60,6 +60,10 @@ class MillingProcess(Process):
                 raise
             raise ModelLimit(hint) from None
 
+    def depth_hint(self, job: PreparedCut, depth: float, error: Exception) -> str | None:
+        """A better message for a search that found too many moves below the surface."""
+        return None
+
     def standing(self, row: Ints, share: Array) -> tuple[Array, Array | None]:
         """Tips (k, 3) at shares of rows of the sweep, and frames of the tools there; None: all point along Z."""
         return position(self.sweep.take(row), share), None

@@ -182,10 +182,6 @@ class Process(ABC):
         """Settings of the evaluation where none were asked for, and what is to be said of them."""
         return settings, ()
 
-    def depth_hint(self, job: PreparedCut, depth: float, error: Exception) -> str | None:
-        """A better message for a search that found too many moves below the surface."""
-        return None
-
     def remarks(self) -> Sequence[str]:
         """What the process leaves to be said of the program."""
         return ()
