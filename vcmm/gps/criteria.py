@@ -184,7 +184,7 @@ def by_criterion(name: str, fitted: Fitted, criterion: str) -> Fitted:
     if criterion not in fitted.also:
         raise UsageError(
             f'criterion "{criterion}" of "{name}" needs its measured points, which this calculation does not keep; '
-            'it is evaluated by measure and uncertainty. Use criterion = "G" here.'
+            'measure, uncertainty and cut do. Use criterion = "G" here.'
         )
     return fitted.also[criterion]
 
