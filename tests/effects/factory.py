@@ -13,6 +13,7 @@ from vcmm.effects import (
     AbbeOffset,
     AirIndex,
     Backlash,
+    CalibrationModes,
     Clamping,
     ComponentPolynomial,
     ComponentSpline,
@@ -87,6 +88,10 @@ INSTANCES: tuple[Effect, ...] = (
     ),
     ComponentSpline("EZY", np.array([0.0, 100.0, 200.0, 300.0]), _numbers(4)),
     ComponentPolynomial("EAZ", _numbers(3)),
+    CalibrationModes(
+        "EBX", np.array([0.0, 150.0, 400.0]), 1e-2 * _numbers(3, 2), "cubic", np.array([1.5, -0.5])
+    ),
+    CalibrationModes("A0Z", np.zeros(0), 1e-2 * _numbers(1, 2), modes=np.array([0.5, 2.0])),
     Squareness("B0Z", 2e-6),
     RotaryLocation("X0C", offset=1.5e-3),
     RotaryLocation("A0C", tilt=3e-6),

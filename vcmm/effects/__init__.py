@@ -7,7 +7,7 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects.abbe import AbbeCountedTwice, AbbeOffset
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.clamping import Clamping
-from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable
+from vcmm.effects.component import CalibrationModes, ComponentPolynomial, ComponentSpline, ComponentTable
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
@@ -39,6 +39,7 @@ ALL: tuple[type[Effect], ...] = (
     ComponentTable,
     ComponentSpline,
     ComponentPolynomial,
+    CalibrationModes,
     ScaleFactor,
     Squareness,
     GeometricChange,

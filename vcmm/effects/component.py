@@ -155,11 +155,9 @@ class ComponentSpline(_Component):
         return np.asarray(self._weights(run) * weights[:, self.column, None])
 
     def _weights(self, run: Run) -> Array:
-        from scipy.interpolate import CubicSpline
-
         nodes = np.asarray(self.nodes, dtype=float)
         q = _inside(self.component, self.link, run.q(self.link), nodes)
-        return np.asarray(CubicSpline(nodes, np.eye(len(nodes)), bc_type="natural")(q))
+        return node_weights(nodes, q, "cubic")
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,3 +179,95 @@ class ComponentPolynomial(_Component):
         return self._place(
             np.vander(s, len(self.coefficients), increasing=True) @ np.asarray(self.coefficients, dtype=float)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationModes(Effect):
+    """How one error may depart together with all others of a joint calibration: departure = loadings @ modes.
+
+    One of these per component, squareness and location error; all share the numbers `modes`, which are 0 in the machine and
+    have one Input (where = "*", unit variance). The joint covariance of the errors is loadings @ loadings.T, over all of
+    them. It is made by [errors] covariance = "..." of a machine file.
+    """
+
+    name = "calibration_modes"
+    per = "component"
+    cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
+    component: str = at("EXX", "component, squareness or location error, for example EXX, C0Y, X0C")
+    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
+    loadings: Any = field(default_factory=lambda: np.zeros((0, 0)), metadata={"internal": True})
+    interpolation: str = "linear"
+    modes: Any = param(
+        lambda: np.zeros(0), "1", "departure in each mode; zero when left out", shape="(modes,)"
+    )
+
+    def __post_init__(self) -> None:
+        rows = np.shape(self.loadings)
+        if rows == (0, 0):
+            raise UsageError(
+                'calibration_modes are made by covariance = "errors_covariance.csv" in [errors]; use that'
+            )
+        due = len(self.nodes) if self.varies else 1
+        if len(rows) != 2 or rows[0] != due:
+            raise UsageError(f"{self.id}: loadings of shape {rows}; {due} rows are due, one per node")
+        if np.size(self.modes) == 0:
+            object.__setattr__(self, "modes", np.zeros(rows[1]))
+
+    @property
+    def varies(self) -> bool:
+        """Does the error depend on a position (EXX), or is it one number (C0Y)?"""
+        return self.component[0] == "E"
+
+    @property
+    def link(self) -> str:
+        return self.component[2]
+
+    @property
+    def column(self) -> int:
+        return COLUMN[self.component[1 if self.varies else 0]]
+
+    @property
+    def place(self) -> str:  # type: ignore[override]
+        if self.varies:
+            return "motion"
+        return "travel" if self.component[2] in "XYZ" else "location"
+
+    @property
+    def own(self) -> bool:  # type: ignore[override]
+        return self.place != "travel"
+
+    def error_motion(self, run: Run) -> Array:
+        out = np.zeros((run.n, 6))
+        out[:, self.column] = self._shapes(run) @ self.modes
+        return out
+
+    def response(self, name: str, run: Run) -> Array:
+        shapes = self._shapes(run)
+        out = np.zeros((run.n, 6, shapes.shape[1]))
+        out[:, self.column, :] = shapes
+        return out
+
+    def projected(self, name: str, run: Run, weights: Array) -> Array:
+        return np.asarray(self._shapes(run) * weights[:, self.column, None])
+
+    def _shapes(self, run: Run) -> Array:
+        """(n, modes): the error per unit of every mode."""
+        loadings = np.asarray(self.loadings, dtype=float)
+        if not self.varies:
+            return np.broadcast_to(loadings, (run.n, loadings.shape[1]))
+        nodes = np.asarray(self.nodes, dtype=float)
+        q = _inside(self.component, self.link, run.q(self.link), nodes)
+        return node_weights(nodes, q, self.interpolation) @ loadings
+
+
+def node_weights(nodes: Array, q: Array, interpolation: str) -> Array:
+    """(n, nodes): value at q (n,) = weights @ values; "cubic" (natural spline, 3 nodes or more) or "linear"."""
+    if interpolation == "cubic" and len(nodes) > 2:
+        from scipy.interpolate import CubicSpline
+
+        return np.asarray(CubicSpline(nodes, np.eye(len(nodes)), bc_type="natural")(q))
+    shares, number = multilinear([q], (nodes,))
+    out = np.zeros((len(q), len(nodes)))
+    for corner in range(shares.shape[1]):
+        out[np.arange(len(q)), number[:, corner]] += shares[:, corner]
+    return out

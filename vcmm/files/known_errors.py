@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -21,6 +21,7 @@ from vcmm.effects.expansion import ScaleExpansion
 from vcmm.effects.scatter import Scatter
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.files.isg import ErrorFile, read_isg
+from vcmm.files.joint_covariance import joint_knowledge, read_joint_covariance
 from vcmm.files.machine_tables import MachineFile, Repeatability, Scales, Uncertainty
 from vcmm.files.problems import Problems
 from vcmm.files.schema import whole
@@ -52,6 +53,11 @@ def known_errors(
             _check_on_machine(effect, chain, problems, here, path)
         effects += found or []
         inputs += _table_inputs(found or [], model.errors.uncertainty)
+        if model.errors.covariance is not None:
+            more = problems.attempt(
+                (*at, "errors", "covariance"), lambda: _joint(model, document, found or [])
+            )
+            effects, inputs = effects + (more or ([], []))[0], inputs + (more or ([], []))[1]
     if model.repeatability and whole(model.repeatability, data["repeatability"]):
         repeatability = model.repeatability
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))
@@ -63,6 +69,18 @@ def known_errors(
         more, known = _scales(model.environment.scales, [a for a in chain.letters if a in "XYZ"])
         effects, inputs = effects + more, inputs + known
     return effects, inputs
+
+
+def _joint(
+    model: MachineFile, document: Document, found: Sequence[Effect]
+) -> tuple[list[Effect], list[Input]]:
+    """What [errors] covariance says of the table. Raises UsageError beside an `uncertainty`."""
+    errors = model.errors
+    assert errors is not None and errors.covariance is not None
+    if errors.uncertainty is not None:
+        raise UsageError("covariance and uncertainty both say how well the table is known; keep one of them")
+    joint = read_joint_covariance(document.path.parent / errors.covariance)
+    return joint_knowledge(joint, found, errors.evidence)
 
 
 def read_error_file(path: Path) -> ErrorFile:
