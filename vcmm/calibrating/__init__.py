@@ -1,0 +1,1 @@
+"""From an instrument's readings to a machine: identification, what could not be identified, design, standard figures."""
