@@ -18,6 +18,8 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
+    "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
+    "test": "Predict the figures of an acceptance test (ISO 230, ISO 10360-2) with uncertainty, or evaluate a recorded one.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
@@ -27,9 +29,10 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose", "nc", "cut", "compensate",
+    "demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose", "calibrate", "test", "nc", "cut",
+    "compensate",
 )  # fmt: skip
-LATER = ("calibrate", "audit", "serve")
+LATER = ("audit", "serve")
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
 

@@ -50,7 +50,7 @@ def lengths_to(
 
 def at_station(recording: Recording, machine: Machine, station: Array) -> Recording:
     """The same rows with stations (n, 3) in from_x_mm ..., the directions and lengths that follow."""
-    run = recording.run
+    run, station = recording.run, np.asarray(station, dtype=float)
     way = _tip(machine, run) - station
     length = np.linalg.norm(way, axis=1)
     columns = {c: station[:, i] for i, c in enumerate(FROM)} | {"length_mm": length}
