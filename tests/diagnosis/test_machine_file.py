@@ -10,7 +10,7 @@ import pytest
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
 from vcmm.diagnosis.accepted import notes, remarks, written
-from vcmm.diagnosis.machine_file import _moved_tables, effect_toml, improved_machine
+from vcmm.diagnosis.machine_file import moved_tables, effect_toml, improved_machine
 from vcmm.diagnosis.result import Answer
 from vcmm.effects import ALL
 from vcmm.effects.abbe import AbbeOffset
@@ -79,7 +79,7 @@ def test_tables_are_found_from_the_new_folder(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "errors.csv").write_text("C0Y\n0\n")
     for quote in "\"'":
-        text = _moved_tables(f"table = {quote}errors.csv{quote}\n", tmp_path / "a", tmp_path / "b")
+        text = moved_tables(f"table = {quote}errors.csv{quote}\n", tmp_path / "a", tmp_path / "b")
         assert text == 'table = "../a/errors.csv"\n'
 
 

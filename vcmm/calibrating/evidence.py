@@ -27,6 +27,7 @@ SHARES = (0.1, 0.13, 0.16, 0.2, 0.26, 0.34, 0.45, 0.65, 1.0, 1.6)  # correlation
 SPAN, WIDE = 0.45, 0.8  # usual correlation length in parts of the travel; spread of its logarithm
 ROUNDS, STEPS, ENOUGH = 6, 20, 0.05
 NODES = ((-np.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (np.sqrt(3.0), 1 / 6))  # Gauss-Hermite, three nodes of a normal law
+ROUNDING = 1e-10  # of the precision of a curve: smaller differences of precisions are rounding
 FAINT = 12.0  # nats below the best: no weight in the mixture
 
 
@@ -159,8 +160,14 @@ class Joint:
     def without(self, number: int) -> tuple[Array, Array]:
         """Precision (g, g) and precision times mean (g,) of one curve by the readings and all other priors."""
         part, site = self.parts[number], self.sites[number]
-        precision = np.linalg.inv(self.inverse[part, part])
-        return _clipped(precision - site.precision), precision @ (self.inverse[part] @ self.b) - site.shift
+        block = self.inverse[part, part]
+        precision = np.linalg.inv((block + block.T) / 2)
+        told = precision - site.precision
+        size, ways = np.linalg.eigh((told + told.T) / 2)
+        ways = ways[:, size > ROUNDING * np.linalg.norm(precision, 2)]  # elsewhere the readings say nothing
+        size = size[size > ROUNDING * np.linalg.norm(precision, 2)]
+        pull = precision @ (self.inverse[part] @ self.b) - site.shift
+        return (ways * size) @ ways.T, ways @ (ways.T @ pull)
 
     def replace(self, number: int, site: Site) -> None:
         """Another prior of one curve (Woodbury)."""

@@ -122,6 +122,8 @@ def _curve_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
     x = (curve.nodes - curve.nodes.mean()) / (curve.nodes[-1] - curve.nodes[0]) * 2
     powers = np.linalg.qr(np.vander(x, 4, increasing=True))[0][:, 1:]
     powers = powers * np.sqrt(len(x)) * np.sign(powers[-1])
+    if curve.reversal:
+        return ["level", *SHAPES[:2]], [np.ones(len(x)), powers[:, 0], powers[:, 1]]
     first = 1 if curve.straightness else 0
     return list(SHAPES[first:]), [powers[:, i] for i in range(first, 3)]
 
@@ -179,13 +181,19 @@ def _several(members: Sequence[tuple[str, str, float]]) -> str:
 
 
 def _amount(name: str, value: float) -> str:
-    turns = name[0] in "ABC" or name[1] in "ABC"
-    return f"{value * 1e6:+.2g} urad" if turns else f"{value * 1e3:+.2g} um"
+    return f"{value * 1e6:+.2g} urad" if is_angle(name) else f"{value * 1e3:+.2g} um"
+
+
+def is_angle(name: str) -> bool:
+    """Is an error in rad: EAX, C0Y? (BX, a lost motion, is in mm.)"""
+    return len(name) == 3 and (name[1] in "ABC" or name[1] == "0")
 
 
 def hint(name: str) -> str:
     """What measurement determines an error, as an instruction."""
-    axis = name[2]
+    axis = name[-1]
+    if name[0] == "B" and len(name) == 2:
+        return f"approach places along {axis} from both sides, with the column sense_{axis}"
     if name[0] != "E":
         both = {"C0Y": "X and Y", "B0Z": "X and Z", "A0Z": "Y and Z"}[name]
         return f"measure the angle between {both}: a square, a plate turned by 90 degrees, or diagonals in both senses"

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vcmm.calibrating.checks import check_recordings
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.identified import Identified, identified
+from vcmm.calibrating.known import Known, known_errors_of, known_ranges
 from vcmm.calibrating.model import ErrorModel, error_model
-from vcmm.calibrating.readings import Readings, readings
+from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
-from vcmm.calibrating.solve import Posterior, solve
+from vcmm.calibrating.solve import Before, Posterior, solve
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -68,47 +69,89 @@ def calibrate(
     ranges = ranges_of(recordings)
     if not ranges:
         raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
+    before = known_ranges(machine)
+    _check_reach(before, ranges)
+    ranges = ranges | before
+    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress)
     progress("reading", 0.1)
-    parts, post = _fitted(recordings, machine, certificates or {}, ranges, only, FINE, progress)
-    if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post, parts):
-        more, finer = _fitted(recordings, machine, certificates or {}, ranges, only, FINEST, progress)
+    parts, post, known = job.fitted(FINE)
+    if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
+        more, finer, better = job.fitted(FINEST)
         if finer.log_evidence > post.log_evidence + BETTER:
-            parts, post = more, finer
+            parts, post, known = more, finer, better
     progress("what is identified", 0.9)
     found = identified(post.information)
-    _refuse_if_nothing(found)
-    kept, theta, covariance = _kept(post, found)
-    return Calibration(
-        _travelled(machine, ranges), kept, theta, covariance, post, found, tuple(parts), (*warnings, *_remarks(parts, post, only))
-    )
+    if not known.names:
+        _refuse_if_nothing(found)
+    kept, theta, covariance = _kept(post, known, (*found.names, *known.names))
+    remarks = (*warnings, *_remarks(parts, post, only), *_as_before(found, known))
+    return Calibration(_travelled(machine, ranges), kept, theta, covariance, post, found, tuple(parts), remarks)
 
 
-def _fitted(
-    recordings: Sequence[Recording],
-    machine: Machine,
-    certificates: Mapping[str, Certificate],
-    ranges: Mapping[str, tuple[float, float]],
-    only: Sequence[str],
-    nodes: int,
-    progress: Progress,
-) -> tuple[list[Readings], Posterior]:
-    """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
-    model = error_model(ranges, nodes, only)
-    parts = [readings(r, machine, model, certificates.get(r.name)) for r in recordings]
-    progress("errors and smoothness", 0.4)
-    best = solve(parts, model)
-    for step in (4, 2):
-        coarse, lift = model.coarser(step)
-        if smoothness(best.information.lifted(coarse, lift)).log_evidence > best.smooth.log_evidence - BETTER:
-            fewer = [replace(p, errors=p.errors @ lift) for p in parts]
-            return fewer, solve(fewer, coarse)
-    return parts, best
+def _check_reach(before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]) -> None:
+    """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated."""
+    for axis, (low, high) in ranges.items():
+        if axis in before and (low < before[axis][0] - REST or high > before[axis][1] + REST):
+            raise ModelLimit(
+                f"the readings go from {axis} = {low:g} to {high:g} mm, the tables of the machine file from {before[axis][0]:g} to "
+                f"{before[axis][1]:g} mm: leave out the readings beyond, or calibrate anew with --structure"
+            )
 
 
-def _rough(post: Posterior, parts: Sequence[Readings]) -> bool:
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """What `calibrate` was asked."""
+
+    recordings: Sequence[Recording]
+    machine: Machine
+    certificates: Mapping[str, Certificate]
+    ranges: Mapping[str, tuple[float, float]]
+    only: tuple[str, ...]
+    progress: Progress
+
+    def fitted(self, nodes: int) -> tuple[list[Readings], Posterior, Known]:
+        """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
+        both = sorted({a for r in self.recordings for a in read_both_ways(r)})
+        model = error_model(self.ranges, nodes, self.only, both)
+        parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        self.progress("errors and smoothness", 0.4)
+        known = known_errors_of(self.machine, model)
+        best = solve(parts, model, _since(known, model, None))
+        for step in (4, 2):
+            coarse, lift = model.coarser(step)
+            if known.names or smoothness(best.information.lifted(coarse, lift)).log_evidence > best.smooth.log_evidence - BETTER:
+                if known.names and step == 4:
+                    continue
+                model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
+                known = known_errors_of(self.machine, model)
+                best = solve(parts, model, _since(known, model, None))
+                break
+        if known.names:
+            best = solve(parts, model, _since(known, model, identified(best.information)))
+        return parts, best, known
+
+
+def _since(known: Known, model: ErrorModel, found: Identified | None) -> Before:
+    """Errors that the file states may have changed only where the readings can tell."""
+    changed = np.ones(model.size)
+    for name in known.names:
+        if found is not None and name not in found.names:
+            changed[model.slices[name]] = 0.0
+    return Before(known.factor, changed)
+
+
+def _as_before(found: Identified, known: Known) -> list[str]:
+    """What is taken over from the machine file unchanged."""
+    kept = [n for n in known.names if n not in found.names]
+    if not kept:
+        return []
+    return [f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"]
+
+
+def _rough(post: Posterior) -> bool:
     """Is a curve so rough that more nodes may be needed: its correlation length near the shortest that was tried?"""
     spans = {c.axis: float(c.nodes[-1] - c.nodes[0]) for c in post.model.curves}
-    return any(length < 0.15 * spans[name[2]] for name, length in post.smooth.lengths.items()) and len(parts) > 0
+    return any(length < 0.15 * spans[name[-1]] for name, length in post.smooth.lengths.items())
 
 
 def _refuse_if_nothing(found: Identified) -> None:
@@ -120,14 +163,14 @@ def _refuse_if_nothing(found: Identified) -> None:
         )
 
 
-def _kept(post: Posterior, found: Identified) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
-    """The identified errors alone: model, numbers, covariance (what is not identified stays in it as uncertainty)."""
+def _kept(post: Posterior, known: Known, names: Sequence[str]) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
+    """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty)."""
     model = post.model
     kept = ErrorModel(
-        tuple(c for c in model.curves if c.component in found.names), tuple(p for p in model.pairs if p in found.names)
+        tuple(c for c in model.curves if c.component in names), tuple(p for p in model.pairs if p in names)
     )
     rows = np.concatenate([np.arange(model.size)[model.slices[n]] for n in kept.names])
-    return kept, post.theta[rows], post.covariance[np.ix_(rows, rows)]
+    return kept, (known.theta + post.theta)[rows], post.covariance[np.ix_(rows, rows)]
 
 
 def _travelled(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> Machine:

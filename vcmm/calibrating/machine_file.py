@@ -7,12 +7,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vcmm.calibrating.model import Curve
 from vcmm.calibrating.result import Calibration, rms
+from vcmm.core.inputs import Input
+from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.diagnosis.machine_file import effect_toml, input_toml
+from vcmm.effects.reversal_curve import LostMotionTable
 from vcmm.files.isg import ErrorFile, ErrorTable
 from vcmm.files.isg_writer import isg_text
 from vcmm.files.joint_covariance import JointCovariance, covariance_text
+
+
+CHANCE = 0.01  # a lost motion that chance would make so often is none
 
 
 def machine_texts(found: Calibration, stem: str, sources: Sequence[str], prior: str = "") -> dict[str, str]:
@@ -24,18 +32,23 @@ def machine_texts(found: Calibration, stem: str, sources: Sequence[str], prior: 
     table, covariance = f"{stem}_errors.csv", f"{stem}_covariance.csv"
     said = f"calibrated from {', '.join(sources)}"
     names, nodes = found.kept.labels
+    stored = np.array([not (n[0] == "B" and len(n) == 2) for n in names])
+    joint = JointCovariance(
+        tuple(n for n, s in zip(names, stored) if s), nodes[stored], found.covariance[np.ix_(stored, stored)]
+    )
     return {
         f"{stem}.toml": _toml(found, table, covariance, said, prior),
         table: isg_text(error_file(found), said),
-        covariance: covariance_text(JointCovariance(names, nodes, found.covariance)),
+        covariance: covariance_text(joint),
     }
 
 
 def error_file(found: Calibration) -> ErrorFile:
     """One table per axis over its nodes, and the squareness."""
     tables, model = [], found.kept
-    for axis in dict.fromkeys(c.axis for c in model.curves):
-        mine = [c for c in model.curves if c.axis == axis]
+    curves = [c for c in model.curves if not c.reversal]
+    for axis in dict.fromkeys(c.axis for c in curves):
+        mine = [c for c in curves if c.axis == axis]
         values: dict[str, Array] = {c.component: found.theta[model.slices[c.component]] for c in mine}
         tables.append(ErrorTable((axis,), (mine[0].nodes,), values, 0))
     return ErrorFile(tuple(tables), {p: float(found.theta[model.slices[p]][0]) for p in model.pairs})
@@ -47,9 +60,23 @@ def _toml(found: Calibration, table: str, covariance: str, said: str, prior: str
         f'{missing}[errors]\ntable = "{table}"\ninterpolation = "cubic"\nstate = "{found.machine.state}"\n'
         f'covariance = "{covariance}"\nevidence = "{said}"\n'
     )
+    reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
     if prior:
-        return _without_errors(prior).rstrip() + "\n\n" + errors
-    return _head(found.machine) + errors + _repeatability(found)
+        return _without_errors(prior).rstrip() + "\n\n" + errors + reversals
+    return _head(found.machine) + errors + _repeatability(found) + reversals
+
+
+def _reversal(found: Calibration, curve: Curve) -> str:
+    """A lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
+    from scipy.stats import chi2
+
+    part = found.kept.slices[curve.component]
+    value, covariance = found.theta[part], found.covariance[part, part]
+    if chi2.sf(float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value), len(value)) > CHANCE:
+        return f"# lost motion of {curve.axis}: none beyond chance\n"
+    effect = LostMotionTable(curve.axis, curve.nodes, value)
+    known = Input(effect.name, curve.axis, "values", MultivariateNormal(covariance), "machine", "")
+    return effect_toml(effect) + input_toml(effect, known, "this calibration").replace("diagnosed from", "fitted in")
 
 
 def _head(machine: Machine) -> str:
@@ -80,7 +107,7 @@ def _without_errors(text: str) -> str:
         head = block.strip().split("\n", 1)[0].strip()
         skip = head.startswith("[errors") or (
             head.startswith(("[[inputs]]", "[[effects]]"))
-            and re.search(r'(?m)^\s*effect\s*=\s*"(component_table|component_spline|squareness)"', block) is not None
+            and re.search(r'(?m)^\s*effect\s*=\s*"(component_table|component_spline|component_polynomial|squareness|lost_motion_table)"', block) is not None
         )
         if not skip:
             kept.append(block)

@@ -6,6 +6,7 @@ by convention (the gauge):
     a rotation EAX ...        its mean over the nodes is zero
     a positioning error EXX   its mean over the nodes is zero
     a straightness EYX ...    its least-squares line over the nodes is zero: direction of travel is squareness
+    lost motion BX ...        as it is: half of it is added in one sense of motion and taken in the other
     squareness C0Y B0Z A0Z    as in ISO 230-1: X is the primary axis, Y the secondary
 
 The means and lines taken away are a rigid motion of the workpiece, a turn of the tool in its holder, and squareness;
@@ -27,6 +28,7 @@ from vcmm.core.kinematics import Axis, Chain, Motion, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.effects.component import ComponentSpline, node_weights
+from vcmm.effects.reversal_curve import LostMotionTable
 from vcmm.effects.squareness import Squareness
 
 PAIR_AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
@@ -42,7 +44,12 @@ class Curve:
 
     @property
     def axis(self) -> str:
-        return self.component[2]
+        return self.component[-1]
+
+    @property
+    def reversal(self) -> bool:
+        """BX: lost motion of axis X over its travel, half of it with the sense of motion; nothing of it is convention."""
+        return self.component[0] == "B"
 
     @property
     def travel(self) -> float:
@@ -51,16 +58,18 @@ class Curve:
     @property
     def turns(self) -> bool:
         """Is it a rotation (rad), or a translation (mm)?"""
-        return self.component[1] in "ABC"
+        return not self.reversal and self.component[1] in "ABC"
 
     @property
     def straightness(self) -> bool:
-        return not self.turns and self.component[1] != self.axis
+        return not self.turns and not self.reversal and self.component[1] != self.axis
 
     @cached_property
     def taken(self) -> Array:
         """(k, 1 or 2): what the convention takes away, a constant and for a straightness the position from the middle."""
         one = np.ones(len(self.nodes))
+        if self.reversal:
+            return np.zeros((len(one), 0))
         return np.stack([one, self.nodes - self.nodes.mean()] if self.straightness else [one], axis=1)
 
     @cached_property
@@ -108,7 +117,7 @@ class ErrorModel:
     def effects(self, theta: Array | None = None) -> list[Effect]:
         """The errors as effects of a machine; without theta all zero."""
         theta = np.zeros(self.size) if theta is None else theta
-        splines = [ComponentSpline(c.component, c.nodes, theta[self.slices[c.component]]) for c in self.curves]
+        splines = [curve_effect(c, theta[self.slices[c.component]]) for c in self.curves]
         return [*splines, *(Squareness(p, float(theta[self.slices[p]][0])) for p in self.pairs)]
 
     def coarser(self, step: int) -> tuple[ErrorModel, Array]:
@@ -116,20 +125,32 @@ class ErrorModel:
         model = ErrorModel(tuple(Curve(c.component, c.nodes[::step]) for c in self.curves), self.pairs)
         lift = np.zeros((self.size, model.size))
         for new, old in zip(model.curves, self.curves):
-            block = node_weights(new.nodes, old.nodes, "cubic")
+            block = node_weights(new.nodes, old.nodes, "linear" if old.reversal else "cubic")
             lift[self.slices[old.component], model.slices[new.component]] = block
         for pair in self.pairs:
             lift[self.slices[pair], model.slices[pair]] = 1.0
         return model, lift
 
 
-def error_model(ranges: Mapping[str, tuple[float, float]], nodes: int, only: Sequence[str] = ()) -> ErrorModel:
+def curve_effect(curve: Curve, values: Array) -> Effect:
+    """One curve as an effect of a machine."""
+    if curve.reversal:
+        return LostMotionTable(curve.axis, curve.nodes, values)
+    return ComponentSpline(curve.component, curve.nodes, values)
+
+
+def error_model(
+    ranges: Mapping[str, tuple[float, float]], nodes: int, only: Sequence[str] = (), both_ways: Sequence[str] = ()
+) -> ErrorModel:
     """All errors of the linear axes that moved; ranges: axis -> (low, high) mm. only: names of the errors to look for.
+
+    both_ways: axes that were approached from both sides, whose lost motion is looked for too.
 
     Raises UsageError for a name that is no error of these axes.
     """
     axes = [a for a in "XYZ" if a in ranges]
     curves = [Curve(f"E{kind}{a}", np.linspace(*ranges[a], nodes)) for a in axes for kind in "XYZABC"]
+    curves += [Curve(f"B{a}", np.linspace(*ranges[a], nodes)) for a in axes if a in both_ways]
     pairs = [p for p, needed in PAIR_AXES.items() if set(needed) <= set(axes)]
     known = [*(c.component for c in curves), *pairs]
     for name in only:
@@ -153,7 +174,7 @@ def gauge(model: ErrorModel, machine: Machine) -> Array:
         out[model.slices[pair], model.slices[pair]] = 1.0
     if model.pairs:
         rows = [model.slices[p].start for p in model.pairs]
-        for curve in model.curves:
+        for curve in (c for c in model.curves if not c.reversal):
             share = _as_squareness(model, curve, machine)
             out[rows, model.slices[curve.component]] += share @ np.linalg.pinv(curve.taken)
     return out

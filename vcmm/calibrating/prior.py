@@ -44,7 +44,7 @@ def unit_factor(curve: Curve, length: float) -> Array:
 
 def line_factor(curve: Curve) -> Array:
     """(k, 0 or 1): the line that a positioning error may have besides, of a scale error of 1 SLOPE."""
-    if curve.turns or curve.straightness:
+    if curve.turns or curve.straightness or curve.reversal:
         return np.zeros((len(curve.nodes), 0))
     return SLOPE * (curve.nodes - curve.nodes.mean())[:, None]
 

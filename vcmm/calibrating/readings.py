@@ -24,11 +24,12 @@ from vcmm.effects.squareness import Squareness
 from vcmm.instruments.instrument import Certificate
 from vcmm.instruments.tracker import settled
 from vcmm.response.nuisance import nuisance_columns
-from vcmm.response.observe import Observer, noise_u
+from vcmm.response.observe import Observer, lacking, noise_u
 from vcmm.response.recording import Recording
 
 UNKNOWN_NOISE = {"angle": 1e-6}  # rad; lengths 1 um: only a start, the residuals decide
 ALONG, ACROSS = 0.9, 0.1  # |direction . travel| of a reading along, across the travel
+FEW = 3  # readings in either sense that tell a lost motion
 PLACED = ("zero", "rigid", "alignment")
 
 
@@ -85,9 +86,23 @@ def readings(
 def error_columns(observer: Observer, model: ErrorModel) -> Array:
     """(m, size): the observations per unit of every number of theta."""
     out = np.zeros((observer.recording.m, model.size))
-    for effect in model.effects():
-        parameter = "angle" if isinstance(effect, Squareness) else "values"
-        out[:, model.slices[effect.where]] = observer.of_parameter(effect, parameter)
+    for name, effect in zip(model.names, model.effects()):
+        if not lacking(effect, observer.run):
+            parameter = "angle" if isinstance(effect, Squareness) else "values"
+            out[:, model.slices[name]] = observer.of_parameter(effect, parameter)
+    return out
+
+
+def read_both_ways(recording: Recording) -> list[str]:
+    """Linear axes along which this recording reads from both sides, by its columns sense_X ..."""
+    out = []
+    for axis in "XYZ":
+        name = f"sense_{axis}"
+        if recording.kind in ("displacement", "path") and name in recording.run.columns:
+            sense = recording.run.column(name)[recording.row]
+            along = np.abs(recording.direction[:, "XYZ".index(axis)]) > ALONG
+            if min(int((along & (sense > 0)).sum()), int((along & (sense < 0)).sum())) >= FEW:
+                out.append(axis)
     return out
 
 

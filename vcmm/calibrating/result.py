@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.calibrating.identified import Identified
+from vcmm.calibrating.identified import Identified, is_angle
 from vcmm.calibrating.model import ErrorModel
 from vcmm.calibrating.readings import Readings
 from vcmm.calibrating.solve import Posterior
@@ -48,10 +48,10 @@ class Calibration:
         out: list[Mapping[str, object]] = []
         for name in self.kept.names:
             _, value, u = self.band(name)
-            turns = name[0] in "ABC" or name[1] in "ABC"
+            turns = is_angle(name)
             scale = 1e6 if turns else 1e3
             row: dict[str, object] = {"error": name, "unit": "urad" if turns else "um"}
-            if name[0] == "E":
+            if len(value) > 1:
                 row |= {"low": float(value.min() * scale), "high": float(value.max() * scale)}
             else:
                 row |= {"value": float(value[0] * scale)}

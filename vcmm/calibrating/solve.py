@@ -82,9 +82,27 @@ class Whitened:
         return self.rank + float((self.gram * covariance).sum())
 
 
-def columns_of(parts: Sequence[Readings]) -> tuple[list[Array], tuple[str, ...]]:
-    """Per recording (m, size + c) with the own errors of all instruments behind theta, and their names."""
-    names = [f"{p.recording.name}: {n}" for p in parts for n, _ in p.own]
+@dataclass(frozen=True, eq=False)
+class Before:
+    """What was known of theta before: factor (size, r) of its covariance; changed (size,): 1 where it may have changed since."""
+
+    factor: Array
+    changed: Array
+
+    @staticmethod
+    def nothing(model: ErrorModel) -> Before:
+        return Before(np.zeros((model.size, 0)), np.ones(model.size))
+
+    def lift(self, size: int) -> Array:
+        """(theta, all numbers): theta = change + what was known; `size` numbers in all."""
+        out = np.zeros((len(self.changed), size))
+        out[:, : len(self.changed)] = np.diag(self.changed)
+        out[:, len(self.changed) : len(self.changed) + self.factor.shape[1]] = self.factor
+        return out
+
+
+def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], tuple[str, ...]]:
+    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these."""
     widths = [sum(c.shape[1] for _, c in p.own) for p in parts]
     total, at, out = sum(widths), 0, []
     for part, width in zip(parts, widths):
@@ -92,9 +110,9 @@ def columns_of(parts: Sequence[Readings]) -> tuple[list[Array], tuple[str, ...]]
         if width:
             own[:, at : at + width] = np.concatenate([c for _, c in part.own], axis=1)
         at += width
-        out.append(np.concatenate([part.errors, own], axis=1))
-    spread = [f"{n} {k + 1}" if c.shape[1] > 1 else n for p in parts for n, c in p.own for k in range(c.shape[1])]
-    return out, tuple(spread) if spread else tuple(names)
+        out.append(np.concatenate([part.errors * before.changed, part.errors @ before.factor, own], axis=1))
+    named = [(f"{p.recording.name}: {n}", c.shape[1]) for p in parts for n, c in p.own]
+    return out, tuple(f"{n} {k + 1}" if count > 1 else n for n, count in named for k in range(count))
 
 
 def project(part: Readings, columns: Array, weight: Array) -> Whitened:
@@ -122,9 +140,10 @@ def reduced(whitened: Sequence[Whitened], model: ErrorModel) -> Reduced:
     return Reduced(a, np.sum([w.x.T @ w.y for w in whitened], axis=0), model)
 
 
-def solve(parts: Sequence[Readings], model: ErrorModel) -> Posterior:
-    """The joint posterior. The parts' columns belong to this model."""
-    columns, names = columns_of(parts)
+def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> Posterior:
+    """The joint posterior. The parts' columns belong to this model; theta is the departure from the numbers known before."""
+    known = known or Before.nothing(model)
+    columns, names = columns_of(parts, known)
     noise = [Noise(1.0, np.inf if p.dof is None else p.dof, np.zeros(p.m, dtype=bool)) for p in parts]
     weights = [1.0 / p.u**2 for p in parts]
     smooth: Smoothness | None = None
@@ -148,10 +167,11 @@ def solve(parts: Sequence[Readings], model: ErrorModel) -> Posterior:
     fisher = [project(p, c, _information(p, n)) for p, c, n in zip(parts, columns, noise)]
     told = replace(reduced(fisher, model), b=told.b)
     _, covariance = posterior(told, smooth)
-    k, used = model.size, float((told.a * covariance).sum())
+    lift, own = known.lift(len(mean)), model.size + known.factor.shape[1]
+    used = float((told.a * covariance).sum())
     shared = sum(float(np.log(w.root).sum()) - float(w.y @ w.y) / 2 for w in white)
     return Posterior(
-        model, smooth, mean[:k], covariance[:k, :k], mean[k:], names, tuple(residual), tuple(noise), told, used,
+        model, smooth, lift @ mean, lift @ covariance @ lift.T, mean[own:], names, tuple(residual), tuple(noise), told, used,
         smooth.log_evidence + shared,
     )  # fmt: skip
 

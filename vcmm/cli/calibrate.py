@@ -101,10 +101,10 @@ def _calibrate(
 def _texts(found: Any, out: Path, files: list[Path], prior: str, machine: Path | None) -> dict[str, str]:
     """The machine file and its tables; file names in the prior text are seen from the new folder."""
     from vcmm.calibrating.machine_file import machine_texts
-    from vcmm.diagnosis.machine_file import _moved_tables
+    from vcmm.diagnosis.machine_file import moved_tables
 
     if machine is not None:
-        prior = _moved_tables(prior, machine.parent, out.parent)
+        prior = moved_tables(prior, machine.parent, out.parent)
     return machine_texts(found, out.stem, [f.name for f in files], prior)
 
 

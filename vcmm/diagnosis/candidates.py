@@ -25,7 +25,7 @@ from vcmm.evaluation.gaussian import thin_svd
 
 NEVER = (  # forms of the stored table, what setting up may err by, and what noise audit and mistakes handle
     "component_table", "component_spline", "component_polynomial", "residual_field", "correlated_field", "scatter",
-    "calibration_modes",
+    "calibration_modes", "lost_motion_table",
     "tip_offset", "stylus_qualification", "work_offset", "tool_length", "tool_radius", "tool_offset", "map_mistake", "abbe_counted_twice",
     "outliers", "heavy_tails", "correlated_noise", "speed_dependent_noise",
 )  # fmt: skip

@@ -40,7 +40,7 @@ def improved_machine(
     the file is read. A quantity that has an Input keeps it. Candidates and errors of the instrument are named in a comment.
     """
     text = original.read_text(encoding="utf-8").rstrip() + "\n"
-    text = _moved_tables(text, original.parent, target.parent)
+    text = moved_tables(text, original.parent, target.parent)
     known = {i.id for i in machine.inputs}
     blocks = [f"# {note}\n" for note in notes(answers)]
     for answer in written(answers):
@@ -93,7 +93,7 @@ def _departure(effect: Effect, machine: Machine) -> Effect:
     return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
 
 
-def _moved_tables(text: str, old: Path, new: Path) -> str:
+def moved_tables(text: str, old: Path, new: Path) -> str:
     """File names in the text, seen from the new folder."""
 
     def moved(match: re.Match[str]) -> str:
@@ -141,7 +141,7 @@ def _array_lines(effect: Effect) -> list[str]:
         if not value.size or name in {f.name for f in parameter_fields(effect)}:
             continue
         if value.ndim == 1:
-            lines.append(f"{name} = {_positions(str(vars(effect)['component'])[-1], value)}")
+            lines.append(f"{name} = {_positions(effect.link, value)}")
         else:
             points = (f'"{" ".join(f"{v:.10g}" for v in row)} mm"' for row in value)
             lines.append(f"{name} = [{', '.join(points)}]")

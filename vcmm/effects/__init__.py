@@ -25,7 +25,7 @@ from vcmm.effects.probe import ProbeLobing, StylusBending, TipOffset, TipRadius,
 from vcmm.effects.qualification import StylusQualification
 from vcmm.effects.residual import CorrelatedField, ResidualField
 from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
-from vcmm.effects.reversal_curve import LostMotionCurve
+from vcmm.effects.reversal_curve import LostMotionCurve, LostMotionTable
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
@@ -63,6 +63,7 @@ ALL: tuple[type[Effect], ...] = (
     Backlash,
     LostMotion,
     LostMotionCurve,
+    LostMotionTable,
     Hysteresis,
     ReversalSpike,
     ScrewPitch,

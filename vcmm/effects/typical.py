@@ -35,6 +35,7 @@ TYPICAL: Mapping[str, Mapping[str, Typical]] = {
     "component_polynomial": {
         "coefficients": Typical(2 * UM, "the same over a travel of the order of 1 m", 5 * URAD)
     },
+    "lost_motion_table": {"values": Typical(1 * UM, "as lost_motion")},
     "calibration_modes": {"modes": Typical(1.0, "standardised by its own loadings")},
     "squareness": {"angle": Typical(10 * URAD, "usual: stale squareness 1-50 urad")},
     "scale_factor": {"k": Typical(5e-6, "usual: scale or gain error 1-10 ppm")},
