@@ -20,13 +20,14 @@ from itertools import pairwise
 import numpy as np
 
 from vcmm.calibrating.model import Curve, ErrorModel
-from vcmm.calibrating.prior import ANGLE, SIZE, SPREAD, TURN, line_factor, unit_factor, usual
+from vcmm.calibrating.prior import ANGLE, SPREAD, line_factor, unit_factor, usual
 from vcmm.core.run import Array
 
 SHARES = (0.1, 0.13, 0.16, 0.2, 0.26, 0.34, 0.45, 0.65, 1.0, 1.6)  # correlation length in parts of the travel
 SPAN, WIDE = 0.45, 0.8  # usual correlation length in parts of the travel; spread of its logarithm
 ROUNDS, STEPS, ENOUGH = 6, 20, 0.05
 NODES = ((-np.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (np.sqrt(3.0), 1 / 6))  # Gauss-Hermite, three nodes of a normal law
+EXTREMES = (1e-4, 1e2)  # of the usual size: smaller and larger ones are not looked at
 ROUNDING = 1e-10  # of the precision of a curve: smaller differences of precisions are rounding
 FAINT = 12.0  # nats below the best: no weight in the mixture
 
@@ -206,6 +207,7 @@ class Local:
         value, slope, count = self.value(length, size)
         for _ in range(STEPS):
             step = float(np.clip(slope / (2 * count + 1 / SPREAD**2), -1.5, 1.5))
+            step = float(np.clip(step, *(np.log(np.array(EXTREMES) * self.curve.usual / size))))
             new = self.value(length, size * np.exp(step))
             while new[0] < value - 1e-9 and abs(step) > 1e-3:
                 step /= 2
@@ -223,7 +225,7 @@ class Local:
         value, mean, variance = _evidence(factor.T @ self.a @ factor, factor.T @ self.b)
         smooth = slice(0, self.curve.free.shape[1])
         used, count = float((mean[smooth] ** 2).sum()), float((1 - variance[smooth]).sum())
-        away = np.log(size / (TURN if self.curve.turns else SIZE)) / SPREAD
+        away = np.log(size / self.curve.usual) / SPREAD
         far = np.log(length / (SPAN * self.curve.travel)) / WIDE
         return value - (away**2 + far**2) / 2, used - count - away / SPREAD, max(used, count)
 
@@ -259,7 +261,7 @@ class Local:
 
 def _evidence(a: Array, b: Array) -> tuple[float, Array, Array]:
     """(ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
-    m = a.copy()
+    m = (a + a.T) / 2
     m[np.diag_indices_from(m)] += 1.0
     lower = np.linalg.cholesky(m)
     inverse = np.linalg.inv(lower)

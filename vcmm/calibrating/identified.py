@@ -1,6 +1,6 @@
 """What the recordings identify, and what they do not: which combinations of errors change no reading, in words.
 
-The question is asked of a prior that knows next to nothing (every error 5 times its usual size, squareness 1 mrad), so that
+The question is asked of a prior that knows next to nothing (every error 5 times its usual size), so that
 smoothness does not answer in place of readings. An error is identified where the readings bring its standard uncertainty
 below a fifth of that prior, at every node. What is not is searched in the few shapes that people have words for: slope, bow
 and S of every curve, and squareness.
@@ -15,11 +15,12 @@ import numpy as np
 
 from vcmm.calibrating.evidence import Reduced, with_others
 from vcmm.calibrating.model import Curve, ErrorModel
-from vcmm.calibrating.prior import BROAD, prior, scaled, usual
+from vcmm.calibrating.prior import ANGLE, BROAD, prior, scaled, usual
 from vcmm.calibrating.solve import conditioned
 from vcmm.core.run import Array
 
 WORSE = 0.2  # u after over u before: below, an error is identified
+SQUARE = 1e-5  # rad: usual squareness
 OPEN = 0.25  # variance after over before, of a combination that is not identified
 SHAPES = ("slope", "bow", "S shape")
 SHOWN = 0.12  # share of a member of a combination, of its largest
@@ -64,10 +65,13 @@ def identified(reduced: Reduced) -> Identified:
     return Identified(names, found, ratio, _condition(reduced, factor, names))
 
 
-def broad_factor(model: ErrorModel) -> Array:
-    """Factor of the prior that knows next to nothing: a third of the travel is smooth."""
-    lengths = {c.component: 0.35 * float(c.nodes[-1] - c.nodes[0]) for c in model.curves}
-    return scaled(prior(model, lengths), BROAD * usual(model))
+def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
+    """Factor of the prior that knows next to nothing; share: correlation length in parts of the travel."""
+    lengths = {c.component: share * float(c.nodes[-1] - c.nodes[0]) for c in model.curves}
+    out = scaled(prior(model, lengths), BROAD * usual(model))
+    for pair in model.pairs:
+        out[model.slices[pair]] *= BROAD * SQUARE / ANGLE
+    return out
 
 
 def _condition(reduced: Reduced, factor: Array, names: Sequence[str]) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.calibrating.checks import check_recordings
+from vcmm.calibrating.checks import check_agreement, check_recordings
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.identified import Identified, identified
 from vcmm.calibrating.known import Known, known_errors_of, known_ranges
@@ -65,7 +65,7 @@ def calibrate(
     its instrument. only: names of the errors to look for, the others are taken as zero. Raises UsageError where nothing is
     identified, naming the combinations, and for recordings that contradict themselves.
     """
-    warnings = check_recordings(recordings, machine)
+    check_recordings(recordings)
     ranges = ranges_of(recordings)
     if not ranges:
         raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
@@ -79,12 +79,13 @@ def calibrate(
         more, finer, better = job.fitted(FINEST)
         if finer.log_evidence > post.log_evidence + BETTER:
             parts, post, known = more, finer, better
+    check_agreement(parts, post.model)
     progress("what is identified", 0.9)
     found = identified(post.information)
     if not known.names:
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names))
-    remarks = (*warnings, *_remarks(parts, post, only), *_as_before(found, known))
+    remarks = (*_remarks(parts, post, only), *_as_before(found, known))
     return Calibration(_travelled(machine, ranges), kept, theta, covariance, post, found, tuple(parts), remarks)
 
 

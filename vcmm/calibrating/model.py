@@ -31,6 +31,7 @@ from vcmm.effects.component import ComponentSpline, node_weights
 from vcmm.effects.reversal_curve import LostMotionTable
 from vcmm.effects.squareness import Squareness
 
+SIZE, TURN = 3e-3, 5e-6  # mm, rad: usual rms of a component
 PAIR_AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
 SPANS = ((0.0, 0.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0))  # mm, tips for the gauge
 
@@ -45,6 +46,11 @@ class Curve:
     @property
     def axis(self) -> str:
         return self.component[-1]
+
+    @property
+    def usual(self) -> float:
+        """Usual rms, mm or rad: what a search starts from and what a broad prior is counted in."""
+        return TURN if self.turns else SIZE
 
     @property
     def reversal(self) -> bool:

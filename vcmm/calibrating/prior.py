@@ -16,7 +16,6 @@ import numpy as np
 from vcmm.calibrating.model import Curve, ErrorModel
 from vcmm.core.run import Array
 
-SIZE, TURN = 3e-3, 5e-6  # mm, rad: usual rms of a component
 SPREAD = 2.5  # of ln size: machines from 20 nm to 0.5 mm
 SLOPE, ANGLE = 2e-4, 1e-3  # prior u of a scale error, rad of squareness: far beyond any machine
 BROAD = 5.0  # times the usual size: nothing is known
@@ -74,7 +73,7 @@ def _placed(model: ErrorModel, name: str, block: Array) -> Array:
 
 def usual(model: ErrorModel) -> Array:
     """(curves,): usual size, mm or rad."""
-    return np.array([TURN if c.turns else SIZE for c in model.curves])
+    return np.array([c.usual for c in model.curves])
 
 
 def scaled(prior: Prior, sizes: Array) -> Array:
