@@ -80,7 +80,14 @@ def tracers(machine: Machine, u: float = 0.3e-3, step: int = 7) -> list[Recordin
     """Lengths from six stations to a grid of the volume, with different tips: complete, stations and dead paths unknown."""
     grid = [np.linspace(*TRAVEL[a], step) for a in "XYZ"]
     points = np.stack([m.ravel() for m in np.meshgrid(*grid, indexing="ij")], axis=1)
-    stations = ((-200, -150, -500), (800, -150, -450), (300, 700, -550), (-150, 650, 100), (750, 600, 150), (300, -300, -100))
+    stations = (
+        (-200, -150, -500),
+        (800, -150, -450),
+        (300, 700, -550),
+        (-150, 650, 100),
+        (750, 600, 150),
+        (300, -300, -100),
+    )
     tips = ((0, 0, -100), (0, 0, -250), (120, 0, -100), (0, 120, -100), (-120, 0, -150), (0, -120, -200))
     free = {"station": "setup", "zero": "setup"}
     return [
@@ -91,5 +98,3 @@ def tracers(machine: Machine, u: float = 0.3e-3, step: int = 7) -> list[Recordin
 
 def recorded(machine: Machine, design: Sequence[Recording], rng: np.random.Generator) -> list[Recording]:
     return [simulated(r, machine, rng) for r in design]
-
-

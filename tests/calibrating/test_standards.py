@@ -70,8 +70,13 @@ def figures(machine, test, limits=(), trials=400):
 def test_predicted_figures_of_a_simple_machine():
     # EXX = 10 um/m: over 600 mm E = M = A = 6 um, exactly; backlash of 2 um: B = 2 um, E = 8 um, M still 6 um
     machine = bare()
-    axes = {a: replace(x, travel=t) for (a, x), t in zip(sorted(machine.axes.items()), ((0.0, 600.0), (0.0, 500.0), (-400.0, 0.0)))}
-    machine = replace(machine, axes=axes).with_effect(ComponentPolynomial("EXX", np.array([0.0, 10e-3])), Backlash("X", 2e-3))
+    axes = {
+        a: replace(x, travel=t)
+        for (a, x), t in zip(sorted(machine.axes.items()), ((0.0, 600.0), (0.0, 500.0), (-400.0, 0.0)))
+    }
+    machine = replace(machine, axes=axes).with_effect(
+        ComponentPolynomial("EXX", np.array([0.0, 10e-3])), Backlash("X", 2e-3)
+    )
     found = figures(machine, "230-2")
     assert found["B X"].value_um == pytest.approx(2.0, abs=1e-6)
     assert found["M X"].value_um == pytest.approx(6.0, abs=1e-6)
@@ -82,7 +87,9 @@ def test_predicted_figures_of_a_simple_machine():
     assert figures(square, "230-4")["G+ XY"].value_um == pytest.approx(4.0, abs=0.01)
     # body diagonals (ISO 230-6): C0Y changes a length L by -c x y / L, here 20e-6 * 600 * 500 / 877.5 = 6.838 um
     found = figures(square, "230-6")
-    assert found["E PPP"].value_um == pytest.approx(20e-6 * 600 * 500 / np.sqrt(600**2 + 500**2 + 400**2) * 1e3, rel=1e-6)
+    assert found["E PPP"].value_um == pytest.approx(
+        20e-6 * 600 * 500 / np.sqrt(600**2 + 500**2 + 400**2) * 1e3, rel=1e-6
+    )
     assert found["Ed"].value_um == pytest.approx(found["E PPP"].value_um, rel=1e-6)
     # ISO 10360-2: the same diagonal and limit 7 um passes for sure, 6.5 um fails
     assert figures(square, "10360-2", ["E0 = 7 um"])["E0"].p_pass == 1.0
@@ -125,7 +132,10 @@ def test_exchanged_direction_labels_are_refused():
     with pytest.raises(UsageError, match="labels up and down are exchanged"):
         recorded_positioning(turned, bare())
     with pytest.raises(UsageError, match="direction of approach is missing"):
-        recorded_positioning(line(bare(), "X", np.linspace(0, 400, 5), {"Y": 250.0, "Z": -200.0}, np.zeros(3), "X", 1e-6), bare())
+        recorded_positioning(
+            line(bare(), "X", np.linspace(0, 400, 5), {"Y": 250.0, "Z": -200.0}, np.zeros(3), "X", 1e-6),
+            bare(),
+        )
 
 
 @pytest.mark.parametrize("text", ["A", "A = 8", "A = 8 kg", "E0 = 1 um + L/0"])

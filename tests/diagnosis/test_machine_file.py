@@ -10,7 +10,7 @@ import pytest
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
 from vcmm.diagnosis.accepted import notes, remarks, written
-from vcmm.diagnosis.machine_file import moved_tables, effect_toml, improved_machine
+from vcmm.diagnosis.machine_file import effect_toml, improved_machine, moved_tables
 from vcmm.diagnosis.result import Answer
 from vcmm.effects import ALL
 from vcmm.effects.abbe import AbbeOffset

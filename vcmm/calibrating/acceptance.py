@@ -47,7 +47,11 @@ class Figure:
 
 
 def predicted(
-    machine: Machine, test: str, limits: Mapping[str, Limit] | None = None, seed: int = 0, trials: int = TRIALS
+    machine: Machine,
+    test: str,
+    limits: Mapping[str, Limit] | None = None,
+    seed: int = 0,
+    trials: int = TRIALS,
 ) -> list[Figure]:
     """Figures of a test ("230-2", "230-4", "230-6", "10360-2"). Raises UsageError for another one."""
     makers: Mapping[str, Callable[..., list[Figure]]] = {
@@ -79,14 +83,22 @@ def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int
 def summary(name: str, drawn: Array, limit: float | None = None) -> Figure:
     """A figure from its draws (trials,) in mm."""
     passed = None if limit is None else float((drawn <= limit).mean())
-    return Figure(name, float(drawn.mean()) * 1e3, float(drawn.std()) * 1e3, None if limit is None else limit * 1e3, passed)
+    return Figure(
+        name,
+        float(drawn.mean()) * 1e3,
+        float(drawn.std()) * 1e3,
+        None if limit is None else limit * 1e3,
+        passed,
+    )
 
 
 def _middle(machine: Machine) -> dict[str, float]:
     return {a: (x.travel[0] + x.travel[1]) / 2 if a in "XYZ" else 0.0 for a, x in machine.axes.items()}
 
 
-def _moving(machine: Machine, positions: Mapping[str, Array], senses: Mapping[str, Array], seen: Array) -> Run:
+def _moving(
+    machine: Machine, positions: Mapping[str, Array], senses: Mapping[str, Array], seen: Array
+) -> Run:
     """Rows at axis positions, the axes not named in their middle; seen (3,) or (n, 3): direction in which is measured."""
     n = len(next(iter(positions.values())))
     at = {a: np.asarray(positions.get(a, np.full(n, q))) for a, q in _middle(machine).items()}
@@ -129,7 +141,9 @@ def _split(values: Array, n: int) -> tuple[Array, Array]:
     return np.moveaxis(shaped[:, :, 0], 1, 2), np.moveaxis(shaped[:, :, 1, ::-1], 1, 2)
 
 
-def _positioning(machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int) -> list[Figure]:
+def _positioning(
+    machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
+) -> list[Figure]:
     out = []
     letters = [a for a in "XYZ" if a in machine.axes]
     middle = np.array([_middle(machine)[a] for a in letters])
@@ -148,7 +162,9 @@ def _limit(limits: Mapping[str, Limit], name: str, where: str, length: float) ->
     return None if found is None else found(length)
 
 
-def _circles(machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int) -> list[Figure]:
+def _circles(
+    machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
+) -> list[Figure]:
     out = []
     angle = np.arange(0, 360, 5) * np.pi / 180
     centre = _middle(machine)
@@ -159,7 +175,10 @@ def _circles(machine: Machine, limits: Mapping[str, Limit], rng: np.random.Gener
         i, j = ("XYZ".index(a) for a in plane)
         both = np.concatenate([angle, angle])
         turn = np.repeat([1.0, -1.0], len(angle))
-        positions = {plane[0]: centre[plane[0]] + radius * np.cos(both), plane[1]: centre[plane[1]] + radius * np.sin(both)}
+        positions = {
+            plane[0]: centre[plane[0]] + radius * np.cos(both),
+            plane[1]: centre[plane[1]] + radius * np.sin(both),
+        }
         senses = {plane[0]: np.sign(-turn * np.sin(both)), plane[1]: np.sign(turn * np.cos(both))}
         out_of = np.zeros((len(both), 3))
         out_of[:, i], out_of[:, j] = np.cos(both), np.sin(both)
@@ -182,7 +201,9 @@ def _corners(machine: Machine) -> list[tuple[str, Array, Array]]:
     return out
 
 
-def _diagonals(machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int) -> list[Figure]:
+def _diagonals(
+    machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
+) -> list[Figure]:
     out, largest = [], np.zeros(trials)
     for name, start, end in _corners(machine):
         way = (end - start) / np.linalg.norm(end - start)
@@ -195,7 +216,9 @@ def _diagonals(machine: Machine, limits: Mapping[str, Limit], rng: np.random.Gen
     return [*out, summary("Ed", largest, _limit(limits, "Ed", "", 0.0))]
 
 
-def _lengths(machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int) -> list[Figure]:
+def _lengths(
+    machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
+) -> list[Figure]:
     """Seven lines (four body diagonals, three parallel to axes), five lengths up to 2/3 and more, three times each."""
     lines = [(start, end) for _, start, end in _corners(machine)]
     middle = np.array([_middle(machine)[a] for a in "XYZ"])
@@ -225,7 +248,9 @@ def _length_figure(limits: Mapping[str, Limit], drawn: Array, errors: Array, len
     allowed = np.array([limits["E0"](float(v)) for v in length])
     worst = int((errors.mean(axis=(0, 2)) / allowed).argmax())
     passed = float((errors <= allowed[:, None]).all(axis=(1, 2)).mean())
-    return Figure("E0", float(drawn.mean()) * 1e3, float(drawn.std()) * 1e3, float(allowed[worst]) * 1e3, passed)
+    return Figure(
+        "E0", float(drawn.mean()) * 1e3, float(drawn.std()) * 1e3, float(allowed[worst]) * 1e3, passed
+    )
 
 
 def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: int = 4) -> list[Figure]:
@@ -254,5 +279,3 @@ def _looked_at(run: Run) -> Run:
 
 def without_scatter(machine: Machine) -> Machine:
     return replace(machine, inputs=tuple(i for i in machine.inputs if i.effect != "scatter"))
-
-

@@ -21,7 +21,9 @@ FACTORS = {  # a recording times this would agree with the others: what usually 
     4.848137: "its values look like arcsec taken for urad (1 arcsec = 4.848 urad)",
     0.2062648: "its values look like urad that were taken for arcsec and converted (1 arcsec = 4.848 urad)",
 }
-SURE = 15.0  # nats that the other recordings must win for another sign or unit, beyond what it wins without them
+SURE = (
+    15.0  # nats that the other recordings must win for another sign or unit, beyond what it wins without them
+)
 FITS = 2.0  # chi-squared per reading that it may leave then
 ROUGH = 0.15  # correlation length in parts of the travel: the others' prediction must not be too sure between their readings
 LARGE, STEEP = 1.0, 1e-3  # mm, rad: no machine errs so much; a unit does
@@ -46,7 +48,11 @@ def _check_size(recording: Recording) -> None:
             f"{recording.name}: angles vary by {spread * 1e3:.3g} mrad; d_urad is in urad (1 arcsec = 4.848 urad, "
             "1 mm/m = 1000 urad): check the unit"
         )
-    if recording.kind in ("displacement", "probe", "path") and spread > LARGE and not recording.nuisance.get("slope"):
+    if (
+        recording.kind in ("displacement", "probe", "path")
+        and spread > LARGE
+        and not recording.nuisance.get("slope")
+    ):
         raise UsageError(
             f"{recording.name}: readings vary by {spread:.3g} mm, more than a machine errs; d_um is in um, and holds deviations, "
             "not positions"
@@ -56,7 +62,11 @@ def _check_size(recording: Recording) -> None:
 def _check_labels(recording: Recording) -> None:
     """Directions of positioning runs against the order of their rows."""
     moving = [a for a, q in recording.run.position.items() if float(np.ptp(q)) > 1e-6]
-    if recording.kind == "displacement" and len(moving) == 1 and f"sense_{moving[0]}" in recording.run.columns:
+    if (
+        recording.kind == "displacement"
+        and len(moving) == 1
+        and f"sense_{moving[0]}" in recording.run.columns
+    ):
         axis = moving[0]
         q, sense = recording.run.q(axis)[recording.row], recording.run.column(f"sense_{axis}")[recording.row]
         check_senses(recording, axis, q, sense)

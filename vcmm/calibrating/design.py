@@ -101,7 +101,9 @@ def plan_of(setups: Sequence[Setup], machine: Machine) -> Plan:
     lengths = {c.component: 0.35 * c.travel for c in model.curves}
     factor = scaled(prior(model, lengths), usual(model))
     minutes = np.array([s.minutes for s in setups])
-    return Plan(model, tuple(s.name for s in setups), tuple(information), minutes, _field(model, machine), factor)
+    return Plan(
+        model, tuple(s.name for s in setups), tuple(information), minutes, _field(model, machine), factor
+    )
 
 
 def _without_own(gram: Array, own: int) -> Array:
@@ -190,5 +192,3 @@ def cheapest_complete(plan: Plan) -> list[int] | None:
         if due <= set(identified(plan.reduced(fewer)).names):
             chosen = fewer
     return chosen
-
-

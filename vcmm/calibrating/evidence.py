@@ -26,7 +26,11 @@ from vcmm.core.run import Array
 SHARES = (0.1, 0.13, 0.16, 0.2, 0.26, 0.34, 0.45, 0.65, 1.0, 1.6)  # correlation length in parts of the travel
 SPAN, WIDE = 0.45, 0.8  # usual correlation length in parts of the travel; spread of its logarithm
 ROUNDS, STEPS, ENOUGH = 6, 20, 0.05
-NODES = ((-np.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (np.sqrt(3.0), 1 / 6))  # Gauss-Hermite, three nodes of a normal law
+NODES = (
+    (-np.sqrt(3.0), 1 / 6),
+    (0.0, 2 / 3),
+    (np.sqrt(3.0), 1 / 6),
+)  # Gauss-Hermite, three nodes of a normal law
 EXTREMES = (1e-4, 1e2)  # of the usual size: smaller and larger ones are not looked at
 ROUNDING = 1e-10  # of the precision of a curve: smaller differences of precisions are rounding
 FAINT = 12.0  # nats below the best: no weight in the mixture
@@ -117,7 +121,9 @@ def log_evidence(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> f
     for curve, one, (low, high) in zip(told.model.curves, factors, pairwise(spans)):
         factor[told.model.slices[curve.component], low:high] = curve.free @ one
     rest = np.arange(size - (factor.shape[1] - spans[-1]), size)
-    factor[rest, np.arange(spans[-1], factor.shape[1])] = [ANGLE] * len(told.model.pairs) + [1.0] * (size - told.model.size)
+    factor[rest, np.arange(spans[-1], factor.shape[1])] = [ANGLE] * len(told.model.pairs) + [1.0] * (
+        size - told.model.size
+    )
     return _evidence(factor.T @ told.a @ factor, factor.T @ told.b)[0]
 
 

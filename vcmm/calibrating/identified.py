@@ -76,7 +76,9 @@ def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
 
 def _condition(reduced: Reduced, factor: Array, names: Sequence[str]) -> float:
     """Ratio of the best to the worst determined number among what is identified, in units of the broad prior."""
-    rows = np.concatenate([np.arange(reduced.model.size)[reduced.model.slices[n]] for n in names] or [np.zeros(0, int)])
+    rows = np.concatenate(
+        [np.arange(reduced.model.size)[reduced.model.slices[n]] for n in names] or [np.zeros(0, int)]
+    )
     if not len(rows):
         return float("inf")
     _, after = conditioned(reduced, with_others(factor, len(reduced.b)))
@@ -88,7 +90,9 @@ def _condition(reduced: Reduced, factor: Array, names: Sequence[str]) -> float:
     return float(np.sqrt(left[-1] / max(left[0], 1e-300)))
 
 
-def combinations(model: ErrorModel, before: Array, after: Array, doubtful: Sequence[str]) -> tuple[Combination, ...]:
+def combinations(
+    model: ErrorModel, before: Array, after: Array, doubtful: Sequence[str]
+) -> tuple[Combination, ...]:
     """Changes that no reading shows, each with as few errors as can be; only errors that are not identified."""
     shapes, labels = _shapes(model, doubtful)
     if not labels:
@@ -164,7 +168,13 @@ def _grouped(found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[s
     out = [Combination(tuple(m), _alone(name, m)) for name, m in alone.items()]
     told = {n for c in [*out, *several] for n in c.names}
     silent = [n for n in doubtful if n not in told]
-    out += [Combination(((n, "finer shape", 1.0),), f"{n}: known in its coarse shape only; finer shapes are not resolved by the positions that were read") for n in silent]
+    out += [
+        Combination(
+            ((n, "finer shape", 1.0),),
+            f"{n}: known in its coarse shape only; finer shapes are not resolved by the positions that were read",
+        )
+        for n in silent
+    ]
     return out + several[:MOST]
 
 
@@ -175,7 +185,10 @@ def _alone(name: str, members: Sequence[tuple[str, str, float]]) -> str:
 
 
 def _several(members: Sequence[tuple[str, str, float]]) -> str:
-    parts = [f"{_amount(name, value)} of {shape if shape == 'squareness' else 'the ' + shape + ' of'} {name}" for name, shape, value in members]
+    parts = [
+        f"{_amount(name, value)} of {shape if shape == 'squareness' else 'the ' + shape + ' of'} {name}"
+        for name, shape, value in members
+    ]
     more = "" if len(parts) <= 6 else f" and {len(parts) - 6} more"
     names = dict.fromkeys(name for name, _, _ in members)
     return (

@@ -86,10 +86,14 @@ def calibrate(
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names))
     remarks = (*_remarks(parts, post, only), *_as_before(found, known))
-    return Calibration(_travelled(machine, ranges), kept, theta, covariance, post, found, tuple(parts), remarks)
+    return Calibration(
+        _travelled(machine, ranges), kept, theta, covariance, post, found, tuple(parts), remarks
+    )
 
 
-def _check_reach(before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]) -> None:
+def _check_reach(
+    before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]
+) -> None:
     """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated."""
     for axis, (low, high) in ranges.items():
         if axis in before and (low < before[axis][0] - REST or high > before[axis][1] + REST):
@@ -120,7 +124,11 @@ class _Job:
         best = solve(parts, model, _since(known, model, None))
         for step in (4, 2):
             coarse, lift = model.coarser(step)
-            if known.names or smoothness(best.information.lifted(coarse, lift)).log_evidence > best.smooth.log_evidence - BETTER:
+            if (
+                known.names
+                or smoothness(best.information.lifted(coarse, lift)).log_evidence
+                > best.smooth.log_evidence - BETTER
+            ):
                 if known.names and step == 4:
                     continue
                 model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
@@ -146,7 +154,9 @@ def _as_before(found: Identified, known: Known) -> list[str]:
     kept = [n for n in known.names if n not in found.names]
     if not kept:
         return []
-    return [f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"]
+    return [
+        f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"
+    ]
 
 
 def _rough(post: Posterior) -> bool:
@@ -177,7 +187,9 @@ def _kept(post: Posterior, known: Known, names: Sequence[str]) -> tuple[ErrorMod
 def _travelled(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> Machine:
     """The machine with the travels that were measured, where nobody stated them."""
     axes = {
-        a: replace(axis, travel=ranges.get(a, (-1.0, 1.0))) if axis.travel in ((-FAR, FAR), (-TURNS, TURNS)) else axis
+        a: replace(axis, travel=ranges.get(a, (-1.0, 1.0)))
+        if axis.travel in ((-FAR, FAR), (-TURNS, TURNS))
+        else axis
         for a, axis in machine.axes.items()
     }
     return replace(machine, axes=axes)
@@ -192,12 +204,20 @@ def _remarks(parts: Sequence[Readings], post: Posterior, only: Sequence[str]) ->
         name = part.recording.name
         if not part.stated:
             unit, scale = ("urad", 1e6) if part.recording.kind == "angle" else ("um", 1e3)
-            out.append(f"{name}: the noise is not stated; the residuals say {noise.u * part.u[0] * scale:.2g} {unit}")
+            out.append(
+                f"{name}: the noise is not stated; the residuals say {noise.u * part.u[0] * scale:.2g} {unit}"
+            )
         elif noise.scale > 1.0 and np.isinf(noise.dof):
-            out.append(f"{name}: the residuals are {noise.scale:.2f} times the stated noise, which was raised by that")
+            out.append(
+                f"{name}: the residuals are {noise.scale:.2f} times the stated noise, which was raised by that"
+            )
         if noise.outliers.any():
-            out.append(f"{name}: {int(noise.outliers.sum())} outliers carry little weight: {part.recording.places(noise.outliers)}")
+            out.append(
+                f"{name}: {int(noise.outliers.sum())} outliers carry little weight: {part.recording.places(noise.outliers)}"
+            )
     for name, value in zip(post.own_names, post.own):
         if abs(value) > 3:
-            out.append(f"{name}: the readings pull it by {value:+.1f} times its stated u; check its certificate")
+            out.append(
+                f"{name}: the readings pull it by {value:+.1f} times its stated u; check its certificate"
+            )
     return out

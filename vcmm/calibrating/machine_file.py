@@ -19,7 +19,6 @@ from vcmm.files.isg import ErrorFile, ErrorTable
 from vcmm.files.isg_writer import isg_text
 from vcmm.files.joint_covariance import JointCovariance, covariance_text
 
-
 CHANCE = 0.01  # a lost motion that chance would make so often is none
 
 
@@ -76,7 +75,9 @@ def _reversal(found: Calibration, curve: Curve) -> str:
         return f"# lost motion of {curve.axis}: none beyond chance\n"
     effect = LostMotionTable(curve.axis, curve.nodes, value)
     known = Input(effect.name, curve.axis, "values", MultivariateNormal(covariance), "machine", "")
-    return effect_toml(effect) + input_toml(effect, known, "this calibration").replace("diagnosed from", "fitted in")
+    return effect_toml(effect) + input_toml(effect, known, "this calibration").replace(
+        "diagnosed from", "fitted in"
+    )
 
 
 def _head(machine: Machine) -> str:
@@ -94,7 +95,9 @@ def _repeatability(found: Calibration) -> str:
     touches = [e for r, e in zip(found.readings, found.posterior.residual) if r.recording.kind == "probe"]
     if not touches:
         return ""
-    left = sum(r.m for r in found.readings) / max(sum(r.m for r in found.readings) - found.posterior.used, 1.0)
+    left = sum(r.m for r in found.readings) / max(
+        sum(r.m for r in found.readings) - found.posterior.used, 1.0
+    )
     u = rms(np.concatenate(touches)) * np.sqrt(left)
     return f'[repeatability]                # scatter of the touches of this calibration\nlaw = "normal"\nu = "{u * 1e3:.3g} um"\n'
 
@@ -107,7 +110,11 @@ def _without_errors(text: str) -> str:
         head = block.strip().split("\n", 1)[0].strip()
         skip = head.startswith("[errors") or (
             head.startswith(("[[inputs]]", "[[effects]]"))
-            and re.search(r'(?m)^\s*effect\s*=\s*"(component_table|component_spline|component_polynomial|squareness|lost_motion_table)"', block) is not None
+            and re.search(
+                r'(?m)^\s*effect\s*=\s*"(component_table|component_spline|component_polynomial|squareness|lost_motion_table)"',
+                block,
+            )
+            is not None
         )
         if not skip:
             kept.append(block)

@@ -146,7 +146,10 @@ def curve_effect(curve: Curve, values: Array) -> Effect:
 
 
 def error_model(
-    ranges: Mapping[str, tuple[float, float]], nodes: int, only: Sequence[str] = (), both_ways: Sequence[str] = ()
+    ranges: Mapping[str, tuple[float, float]],
+    nodes: int,
+    only: Sequence[str] = (),
+    both_ways: Sequence[str] = (),
 ) -> ErrorModel:
     """All errors of the linear axes that moved; ranges: axis -> (low, high) mm. only: names of the errors to look for.
 
@@ -161,9 +164,13 @@ def error_model(
     known = [*(c.component for c in curves), *pairs]
     for name in only:
         if name not in known:
-            raise UsageError(f'--errors names "{name}", no error of the axes that moved.{choose_from(name, known)}')
+            raise UsageError(
+                f'--errors names "{name}", no error of the axes that moved.{choose_from(name, known)}'
+            )
     wanted = set(only or known)
-    return ErrorModel(tuple(c for c in curves if c.component in wanted), tuple(p for p in pairs if p in wanted))
+    return ErrorModel(
+        tuple(c for c in curves if c.component in wanted), tuple(p for p in pairs if p in wanted)
+    )
 
 
 def gauge(model: ErrorModel, machine: Machine) -> Array:
@@ -189,7 +196,9 @@ def gauge(model: ErrorModel, machine: Machine) -> Array:
 def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
     """(pairs, 1 or 2): squareness that stands for the constant and the line of a curve."""
     run = _grid(model, machine)
-    field = _columns(machine.chain, machine.axes, run, ComponentSpline(curve.component, curve.nodes, curve.nodes))
+    field = _columns(
+        machine.chain, machine.axes, run, ComponentSpline(curve.component, curve.nodes, curve.nodes)
+    )
     taken = field @ curve.taken
     pairs = [_columns(machine.chain, machine.axes, run, Squareness(p, 0.0), "angle") for p in model.pairs]
     free = np.concatenate([*pairs, _rigid(machine.prepare(run).tip), _tool_turns(machine, run)], axis=1)

@@ -125,7 +125,7 @@ def freed(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str,
     if recording.kind in ("probe", "path") and not {"rigid", "alignment"} & set(has):
         added["rigid"] = "pose" if "pose" in recording.run.labels else ""
     words = tuple(
-        f'{recording.name}: {word} is taken as unknown ({f"one per {label}" if label else "one for all rows"}); '
+        f"{recording.name}: {word} is taken as unknown ({f'one per {label}' if label else 'one for all rows'}); "
         "the file does not state it in [nuisance]"
         for word, label in added.items()
     )
@@ -133,7 +133,7 @@ def freed(recording: Recording, machine: Machine) -> tuple[Recording, tuple[str,
 
 
 def _sides(recording: Recording, machine: Machine) -> set[str]:
-    """"along" and "across": how the directions stand to the travel of the tip, setup by setup."""
+    """ "along" and "across": how the directions stand to the travel of the tip, setup by setup."""
     tip = machine.prepare(recording.run).tip[recording.row]
     _, codes = recording.groups("setup")
     out = set()
@@ -173,7 +173,9 @@ def _noise(recording: Recording, machine: Machine) -> tuple[Array, bool, float |
     if isinstance(recording.noise, Normal) or recording.u is not None:
         return noise_u(recording, machine), True, None
     if recording.noise is not None:
-        raise UsageError(f"{recording.name}: noise of the law {recording.noise.name} cannot be fitted; use normal or t")
+        raise UsageError(
+            f"{recording.name}: noise of the law {recording.noise.name} cannot be fitted; use normal or t"
+        )
     try:
         return noise_u(recording, machine), True, None
     except ModelLimit:

@@ -18,7 +18,10 @@ TRIALS, SAME = 2000, 1e-6
 
 
 def recorded_positioning(
-    recording: Recording, machine: Machine, certificate: Certificate | None = None, limits: Mapping[str, Limit] | None = None
+    recording: Recording,
+    machine: Machine,
+    certificate: Certificate | None = None,
+    limits: Mapping[str, Limit] | None = None,
 ) -> list[Figure]:
     """ISO 230-2 figures of a recording of one axis, approached from both sides run after run.
 
@@ -51,10 +54,14 @@ def recorded_positioning(
 def axis_of(recording: Recording) -> str:
     """The one axis that moves. Raises UsageError where none or several do."""
     if recording.kind not in ("displacement", "angle"):
-        raise UsageError(f'{recording.name} is of kind "{recording.kind}"; ISO 230-2 takes a displacement along one axis')
+        raise UsageError(
+            f'{recording.name} is of kind "{recording.kind}"; ISO 230-2 takes a displacement along one axis'
+        )
     moving = [a for a, q in recording.run.position.items() if float(np.ptp(q)) > SAME]
     if len(moving) != 1:
-        raise UsageError(f"{recording.name}: the axes {' '.join(moving) or 'none'} move; ISO 230-2 takes one axis at a time")
+        raise UsageError(
+            f"{recording.name}: the axes {' '.join(moving) or 'none'} move; ISO 230-2 takes one axis at a time"
+        )
     return moving[0]
 
 
@@ -85,7 +92,9 @@ def _senses(recording: Recording, axis: str, q: Array) -> Array:
     """(m,) +1 or -1: as the file says; contradictions with the order of the rows are refused."""
     name = f"sense_{axis}"
     if name not in recording.run.columns:
-        raise UsageError(f"{recording.name}: the direction of approach is missing; add the column {name} (+1, -1)")
+        raise UsageError(
+            f"{recording.name}: the direction of approach is missing; add the column {name} (+1, -1)"
+        )
     sense = recording.run.column(name)[recording.row]
     if not np.isin(sense, (1.0, -1.0)).all():
         raise UsageError(f"{recording.name}: {name} must be +1 or -1 in every row of an ISO 230-2 test")

@@ -25,7 +25,10 @@ DOFS = (3.0, 4.0, 6.0, 10.0)  # Student laws tried beside the normal law
 PAYS = 4.0  # nats that tails must win
 ROUNDS, STILL = 12, 1e-3
 REFINED = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
-EXCESS, CHANCE = 1.15, 1e-3  # a stated noise is raised where the residuals are larger by this and not by chance
+EXCESS, CHANCE = (
+    1.15,
+    1e-3,
+)  # a stated noise is raised where the residuals are larger by this and not by chance
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,9 @@ def circular(angle: Array, forward: Array, backward: Array) -> dict[str, Array]:
     columns = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     both = (forward + backward) / 2
     centre = np.linalg.lstsq(
-        np.column_stack([columns, np.ones(len(angle))]), np.moveaxis(both, -1, 0).reshape(len(angle), -1), rcond=None
+        np.column_stack([columns, np.ones(len(angle))]),
+        np.moveaxis(both, -1, 0).reshape(len(angle), -1),
+        rcond=None,
     )[0][:2]
     moved = np.moveaxis((columns @ centre).reshape(len(angle), *both.shape[:-1]), 0, -1)
     ahead, back = forward - moved, backward - moved

@@ -46,9 +46,13 @@ def calibrate_command(
 
         return design_command(design, json)
     if not recordings:
-        raise UsageError("calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml")
+        raise UsageError(
+            "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
+        )
     if (structure is None) == (machine is None):
-        raise UsageError('name either --structure "w b Y X Z t" or a machine file that is known with --machine')
+        raise UsageError(
+            'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
+        )
     return _calibrate(list(recordings), structure, machine, errors.split(), report, json, out)
 
 
@@ -130,12 +134,15 @@ def _body(found: Any, out: Path | None) -> dict[str, Any]:
     return {
         "machine": None if out is None else str(out),
         "identified": found.figures(),
-        "not_identified": [{"combination": list(c.names), "text": c.text} for c in found.identified.combinations],
+        "not_identified": [
+            {"combination": list(c.names), "text": c.text} for c in found.identified.combinations
+        ],
         "condition": found.identified.condition,
         "residual_um": rms(found.residual) * 1e3,
         "residuals": residuals,
         "instruments": [
-            {"input": name, "pull": float(v)} for name, v in zip(found.posterior.own_names, found.posterior.own)
+            {"input": name, "pull": float(v)}
+            for name, v in zip(found.posterior.own_names, found.posterior.own)
         ],
         "nodes": {c.axis: len(c.nodes) for c in found.kept.curves},
         "figures": field_figures(out) if out is not None else [],

@@ -48,10 +48,21 @@ def _show(everything: Any, best: Any, cheapest: Any) -> None:
     from vcmm.console.common import show_table
 
     rows = []
-    for title, one in (("all", everything), ("best within the budget", best), ("cheapest that is complete", cheapest)):
+    for title, one in (
+        ("all", everything),
+        ("best within the budget", best),
+        ("cheapest that is complete", cheapest),
+    ):
         if one is not None:
             count = f"{len(one.identified.names)} errors"
-            rows.append([title, f"{one.minutes:g} min", f"{one.volume_um:.2f} um", count, ", ".join(one.names)])
-    show_table("set-ups", ["choice", "time", "u of the tip over the volume", "identified", "set-ups"], rows, left=(0, 4))
+            rows.append(
+                [title, f"{one.minutes:g} min", f"{one.volume_um:.2f} um", count, ", ".join(one.names)]
+            )
+    show_table(
+        "set-ups",
+        ["choice", "time", "u of the tip over the volume", "identified", "set-ups"],
+        rows,
+        left=(0, 4),
+    )
     for c in everything.identified.combinations:
         print(f"not identified, even by all: {c.text}")

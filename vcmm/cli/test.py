@@ -55,7 +55,9 @@ def test_command(
     if json:
         print_json(content)
     else:
-        rows = [[f.name, f"{f.value_um:.3f} um", _um(f.u_um), _um(f.limit_um), _share(f.p_pass)] for f in figures]
+        rows = [
+            [f.name, f"{f.value_um:.3f} um", _um(f.u_um), _um(f.limit_um), _share(f.p_pass)] for f in figures
+        ]
         show_table(f"ISO {iso}", ["figure", "value", "u", "limit", "probability to pass"], rows)
         for warning in warnings:
             print(f"note: {warning}")
@@ -77,7 +79,9 @@ def _refuse_unused(limits: Any, figures: Any) -> None:
     known = [*names, *dict.fromkeys(n.split(" ")[0] for n in names)]
     for name in limits:
         if name not in known and not any(n.rpartition(" ")[0] == name for n in names):
-            raise UsageError(f'--limit "{name} = ...": the test has no such figure.{choose_from(name, known)}')
+            raise UsageError(
+                f'--limit "{name} = ...": the test has no such figure.{choose_from(name, known)}'
+            )
 
 
 def _recorded(file: Path, iso: str, limits: Any, warnings: list[str]) -> Any:

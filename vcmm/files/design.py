@@ -61,7 +61,9 @@ class DesignFile(Table):
     setups: list[SetupTable] = Field(default_factory=list)
 
 
-def load_design(path: str | Path) -> tuple[list[tuple[str, Recording, float, Certificate | None]], Machine, float | None]:
+def load_design(
+    path: str | Path,
+) -> tuple[list[tuple[str, Recording, float, Certificate | None]], Machine, float | None]:
     """(set-ups as name, recording, minutes, certificate), machine, budget in minutes or None.
 
     Raises DataError with every problem, each with file and line.
@@ -70,7 +72,11 @@ def load_design(path: str | Path) -> tuple[list[tuple[str, Recording, float, Cer
     check_version(document, "design")
     problems = Problems(document)
     model = checked_model(DesignFile, document.data, problems)
-    machine = None if model is None else problems.attempt(("structure",), lambda: _machine(model, document.path.parent))
+    machine = (
+        None
+        if model is None
+        else problems.attempt(("structure",), lambda: _machine(model, document.path.parent))
+    )
     out = []
     if model is not None and machine is not None:
         for i, table in enumerate(model.setups):
@@ -91,13 +97,19 @@ def _machine(model: DesignFile, folder: Path) -> Machine:
     if model.machine:
         return replace(load_machine(folder / model.machine), effects=(), inputs=())
     if not model.structure:
-        raise UsageError('the plan names no machine; write structure = "w b Y X Z t" and [axes], or machine = "machine.toml"')
+        raise UsageError(
+            'the plan names no machine; write structure = "w b Y X Z t" and [axes], or machine = "machine.toml"'
+        )
     chain = parse_structure(model.structure)
     axes = {}
     for letter in chain.letters:
         if letter not in model.axes:
-            raise UsageError(f'there is no travel of {letter}; add [axes.{letter}] travel = ["0 mm", "600 mm"]')
-        low, high = (quantity(t, "angle" if letter in "ABC" else "length", "travel") for t in model.axes[letter].travel)
+            raise UsageError(
+                f'there is no travel of {letter}; add [axes.{letter}] travel = ["0 mm", "600 mm"]'
+            )
+        low, high = (
+            quantity(t, "angle" if letter in "ABC" else "length", "travel") for t in model.axes[letter].travel
+        )
         axes[letter] = Axis(letter, (low, high))
     return Machine("planned", "cmm", chain, axes)
 
@@ -124,7 +136,9 @@ def _line(table: SetupTable, machine: Machine, u: float) -> Recording:
     at = {a: quantity(v, "length", a, "250 mm") for a, v in table.at.items()}
     missing = [a for a in machine.chain.letters if a != table.axis and a not in at]
     if missing:
-        raise UsageError(f'the set-up "{table.name}" does not say where {" ".join(missing)} stood; add at = {{ {missing[0]} = "250 mm" }}')
+        raise UsageError(
+            f'the set-up "{table.name}" does not say where {" ".join(missing)} stood; add at = {{ {missing[0]} = "250 mm" }}'
+        )
     targets = np.linspace(*machine.axes[table.axis].travel, table.n)
     if table.instrument == "level":
         about = "XYZ"["ABC".index(component)] if component in "ABC" else component
@@ -136,18 +150,24 @@ def _lengths(table: SetupTable, machine: Machine, u: float) -> Recording:
     if table.instrument == "ball bar":
         _need(table, "centre", "radius", "plane")
         radius = quantity(table.radius, "length", "radius", "150 mm")
-        return ball_bar.circle(machine, list(table.centre or ()), radius, table.plane, u, table.n or 72, list(table.offset))
+        return ball_bar.circle(
+            machine, list(table.centre or ()), radius, table.plane, u, table.n or 72, list(table.offset)
+        )
     _need(table, "station", "n")
     grid = [np.linspace(*machine.axes[a].travel, table.n) for a in "XYZ"]
     tips = np.stack([m.ravel() for m in np.meshgrid(*grid, indexing="ij")], axis=1) + np.array(table.offset)
-    free = {"station": "setup", "zero": "setup"} if table.instrument == "LaserTracer" else {"station": "setup"}
-    return tracker.lengths_to(machine, table.name, tips, list(table.station or ()), list(table.offset), free, u, table.name)
+    free = (
+        {"station": "setup", "zero": "setup"} if table.instrument == "LaserTracer" else {"station": "setup"}
+    )
+    return tracker.lengths_to(
+        machine, table.name, tips, list(table.station or ()), list(table.offset), free, u, table.name
+    )
 
 
 def _plate(table: SetupTable, machine: Machine, u: float) -> Recording:
     _need(table, "corner", "along", "across")
     n = table.n or 5
-    balls = artefact.grid_of_balls(list(table.corner or ()), list(table.along or ()), list(table.across or ()), (n, n))
+    balls = artefact.grid_of_balls(
+        list(table.corner or ()), list(table.along or ()), list(table.across or ()), (n, n)
+    )
     return artefact.plate(machine, balls, table.name, list(table.offset), u)
-
-

@@ -43,17 +43,32 @@ def _certificate(table: InstrumentTable, recording: Recording) -> Certificate:
         raise TableProblems([("name", str(error))]) from None
     if instrument.kind != recording.kind:
         raise TableProblems(
-            [("name", f'"{table.name}" makes recordings of kind "{instrument.kind}"; this one is of kind "{recording.kind}"')]
+            [
+                (
+                    "name",
+                    f'"{table.name}" makes recordings of kind "{instrument.kind}"; this one is of kind "{recording.kind}"',
+                )
+            ]
         )
     missing = [(what, c) for what in table.compensated for c in SENSORS[what] if not _has(recording.run, c)]
     if missing:
         what, column = missing[0]
         raise TableProblems(
-            [("compensated", f"compensation of {what} is claimed, but the data have no {column}; add the column, or remove the claim")]
+            [
+                (
+                    "compensated",
+                    f"compensation of {what} is claimed, but the data have no {column}; add the column, or remove the claim",
+                )
+            ]
         )
     if table.redraw != "machine" and table.redraw not in recording.run.labels:
         raise TableProblems(
-            [("redraw", f'the data have no label column "{table.redraw}"; add it, or write redraw = "machine"')]
+            [
+                (
+                    "redraw",
+                    f'the data have no label column "{table.redraw}"; add it, or write redraw = "machine"',
+                )
+            ]
         )
     try:
         return Certificate.of(instrument, table.u, table.redraw)

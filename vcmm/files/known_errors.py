@@ -76,7 +76,8 @@ def _joint(
 ) -> tuple[list[Effect], list[Input]]:
     """What [errors] covariance says of the table. Raises UsageError beside an `uncertainty`."""
     errors = model.errors
-    assert errors is not None and errors.covariance is not None
+    assert errors is not None
+    assert errors.covariance is not None
     if errors.uncertainty is not None:
         raise UsageError("covariance and uncertainty both say how well the table is known; keep one of them")
     joint = read_joint_covariance(document.path.parent / errors.covariance)

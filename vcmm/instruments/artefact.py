@@ -1,7 +1,7 @@
 """Artefacts: ball and hole plates, ball bars as length standards, step gauges, measured by touching.
 
-    ball plate    x y z of every ball, the plate lying anywhere          nuisance rigid; own errors: scale, balls
-    step gauge    places of faces along one line, the gauge lying anywhere (zero, and its direction by the rows)
+ball plate    x y z of every ball, the plate lying anywhere          nuisance rigid; own errors: scale, balls
+step gauge    places of faces along one line, the gauge lying anywhere (zero, and its direction by the rows)
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from vcmm.instruments.laying import layout, rows
 from vcmm.response.recording import Recording
 
 BALLS = OwnError("balls", "um", of_features, "u of the calibrated place of one ball, each direction")
-BALL_PLATE = Instrument("ball plate", "probe", (SCALE, BALLS), ("rigid",), "ISO 10360-2:2009, annex B; VDI/VDE 2617-5")
+BALL_PLATE = Instrument(
+    "ball plate", "probe", (SCALE, BALLS), ("rigid",), "ISO 10360-2:2009, annex B; VDI/VDE 2617-5"
+)
 STEP_GAUGE = Instrument("step gauge", "displacement", (SCALE,), ("zero",), "ISO 10360-2:2009, annex B")
 
 
@@ -32,7 +34,9 @@ def plate(
 ) -> Recording:
     """x, y and z of balls at centres (n, 3) mm, workpiece axes; pose: label of this placement; u mm per coordinate."""
     tips = np.asarray(centres, dtype=float) - np.asarray(offset, dtype=float)
-    position = {a: tips[:, "XYZ".index(a)] if a in "XYZ" else np.zeros(len(tips)) for a in machine.chain.letters}
+    position = {
+        a: tips[:, "XYZ".index(a)] if a in "XYZ" else np.zeros(len(tips)) for a in machine.chain.letters
+    }
     names = features or [f"ball {i + 1}" for i in range(len(tips))]
     run = rows(position, np.asarray(offset), {"pose": [pose] * len(tips), "feature": names})
     one = layout(f"plate {pose}", "probe", run, [1.0, 0.0, 0.0], {"rigid": "pose"}, u)

@@ -16,7 +16,9 @@ from vcmm.instruments.tracker import lengths_to
 from vcmm.response.recording import Recording
 
 LENGTH = OwnError("length", "um", constant, "u of the calibrated length of the bar")
-BALL_BAR = Instrument("ball bar", "length", (LENGTH,), ("centre", "radius"), "ISO 230-4:2022; ISO 230-1:2012, 11.3")
+BALL_BAR = Instrument(
+    "ball bar", "length", (LENGTH,), ("centre", "radius"), "ISO 230-4:2022; ISO 230-1:2012, 11.3"
+)
 
 
 def circle(

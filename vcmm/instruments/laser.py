@@ -1,8 +1,8 @@
 """Laser interferometer: linear (position), straightness and angle (pitch, yaw; with a level or 6-D head also roll).
 
-    linear        d along the beam, from where the counter was set to zero         own error: scale (wavelength of the air)
-    straightness  d across the beam, from a line that lies anywhere                own error: gain of the Wollaston prism
-    angle         turn about a direction across the beam, from any zero            own error: gain
+linear        d along the beam, from where the counter was set to zero         own error: scale (wavelength of the air)
+straightness  d across the beam, from a line that lies anywhere                own error: gain of the Wollaston prism
+angle         turn about a direction across the beam, from any zero            own error: gain
 """
 
 from __future__ import annotations
@@ -51,7 +51,12 @@ def line(
 
 
 def six_d(
-    machine: Machine, axis: str, targets: Array, at: Mapping[str, float], offset: Array, u: Mapping[str, float]
+    machine: Machine,
+    axis: str,
+    targets: Array,
+    at: Mapping[str, float],
+    offset: Array,
+    u: Mapping[str, float],
 ) -> list[Recording]:
     """All six errors of an axis along one line; u: {"linear": mm, "straightness": mm, "angle": rad}."""
     out = []

@@ -18,7 +18,9 @@ from vcmm.response.recording import Recording
 SHIFT, TURN = 0.05, 1e-4  # mm, rad: how far the set-up of a simulated recording lies from what was meant
 
 
-def rows(positions: Mapping[str, Array], offset: Array, labels: Mapping[str, Sequence[str]] | None = None) -> Run:
+def rows(
+    positions: Mapping[str, Array], offset: Array, labels: Mapping[str, Sequence[str]] | None = None
+) -> Run:
     """A run of n rows; offset (3,) or (n, 3) mm."""
     n = len(next(iter(positions.values())))
     offset = np.broadcast_to(np.asarray(offset, dtype=float), (n, 3)).copy()
@@ -27,7 +29,13 @@ def rows(positions: Mapping[str, Array], offset: Array, labels: Mapping[str, Seq
 
 
 def layout(
-    name: str, kind: str, run: Run, direction: Array, nuisance: Mapping[str, str], u: float, measuring: bool = True
+    name: str,
+    kind: str,
+    run: Run,
+    direction: Array,
+    nuisance: Mapping[str, str],
+    u: float,
+    measuring: bool = True,
 ) -> Recording:
     """One observation per row along direction (3,) or (n, 3), with nothing read yet; u: noise, mm or rad."""
     direction = np.broadcast_to(np.asarray(direction, dtype=float), (run.n, 3)).copy()

@@ -19,7 +19,13 @@ LEVEL = Instrument("level", "angle", (GAIN,), ("zero",), "ISO 230-1:2012, 8.4.2.
 
 
 def readings(
-    machine: Machine, axis: str, targets: Array, at: Mapping[str, float], about: str, u: float, vertical: str = "Z"
+    machine: Machine,
+    axis: str,
+    targets: Array,
+    at: Mapping[str, float],
+    about: str,
+    u: float,
+    vertical: str = "Z",
 ) -> Recording:
     """Differential level along an axis; about: "X" or "Y" (horizontal). Raises UsageError for a turn about the vertical."""
     if about == vertical:

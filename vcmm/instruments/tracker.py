@@ -22,7 +22,13 @@ from vcmm.instruments.instrument import SCALE, Instrument
 from vcmm.instruments.laying import layout, rows
 from vcmm.response.recording import Recording
 
-TRACKER = Instrument("tracker", "length", (SCALE,), ("station",), "ISO 10360-10:2021; Schwenke et al., CIRP Annals 57 (2008) 660")
+TRACKER = Instrument(
+    "tracker",
+    "length",
+    (SCALE,),
+    ("station",),
+    "ISO 10360-10:2021; Schwenke et al., CIRP Annals 57 (2008) 660",
+)
 LASER_TRACER = Instrument(
     "LaserTracer", "length", (SCALE,), ("station", "zero"), "Schwenke et al., CIRP Annals 54 (2005) 475"
 )
@@ -43,9 +49,13 @@ def lengths_to(
     """Lengths from one station (workpiece axes, mm) to tips (n, 3), reached with a tip offset (3,); linear axes only."""
     tips = np.asarray(tips, dtype=float)
     shifted = tips - np.asarray(offset, dtype=float)
-    position = {a: shifted[:, "XYZ".index(a)] if a in "XYZ" else np.zeros(len(tips)) for a in machine.chain.letters}
+    position = {
+        a: shifted[:, "XYZ".index(a)] if a in "XYZ" else np.zeros(len(tips)) for a in machine.chain.letters
+    }
     run = rows(position, np.asarray(offset), {"setup": [label or "1"] * len(tips)})
-    return at_station(layout(name, "length", run, [1.0, 0.0, 0.0], nuisance, u), machine, np.tile(station, (len(tips), 1)))
+    return at_station(
+        layout(name, "length", run, [1.0, 0.0, 0.0], nuisance, u), machine, np.tile(station, (len(tips), 1))
+    )
 
 
 def at_station(recording: Recording, machine: Machine, station: Array) -> Recording:
