@@ -134,7 +134,7 @@ def _factor(curve: Curve, length: float, size: float) -> Array:
 
 def _plain(curve: Curve, length: float, size: float) -> Site:
     factor = _factor(curve, length, size)
-    return Site(np.linalg.inv(factor @ factor.T), np.zeros(len(factor)))
+    return Site(np.asarray(np.linalg.inv(factor @ factor.T), dtype=np.float64), np.zeros(len(factor)))
 
 
 class Joint:

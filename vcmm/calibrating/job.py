@@ -24,7 +24,10 @@ from vcmm.response.recording import Recording
 FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
 FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
 BETTER = 1.0  # nats that more nodes must win
-REST = 1e-6  # mm: an axis that moves less stands still
+REST, STILL = (
+    1e-6,
+    1.0,
+)  # mm: an axis that moves less stands still; travel that it is given then, to either side
 
 Progress = Callable[[str, float], None]
 
@@ -36,8 +39,8 @@ def bare_machine(structure: str, kind: str = "cmm") -> Machine:
     return Machine("calibrated machine", kind, chain, axes)
 
 
-def ranges_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
-    """Axis -> (lowest, highest) position in all recordings, of linear axes that moved. Raises ModelLimit for rotary ones."""
+def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
+    """Axis -> (lowest, highest) position in all recordings. Raises ModelLimit for a rotary axis that turns."""
     out: dict[str, tuple[float, float]] = {}
     for recording in recordings:
         for axis, q in recording.run.position.items():
@@ -49,7 +52,7 @@ def ranges_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]
                 f"axis {axis} turns in the recordings; calibrate finds the errors of linear axes: keep {axis} still, "
                 "and give what is known of its own errors in a machine file with --machine"
             )
-    return {a: r for a, r in out.items() if a in "XYZ" and r[1] - r[0] > REST}
+    return out
 
 
 def calibrate(
@@ -62,11 +65,13 @@ def calibrate(
     """The errors of a machine from any mixture of recordings.
 
     machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
-    its instrument. only: names of the errors to look for, the others are taken as zero. Raises UsageError where nothing is
+    its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
+    file has them. Raises UsageError where nothing is
     identified, naming the combinations, and for recordings that contradict themselves.
     """
     check_recordings(recordings)
-    ranges = ranges_of(recordings)
+    spans = spans_of(recordings)
+    ranges = {a: r for a, r in spans.items() if a in "XYZ" and r[1] - r[0] > REST}
     if not ranges:
         raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
     before = known_ranges(machine)
@@ -85,9 +90,9 @@ def calibrate(
     if not known.names:
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names))
-    remarks = (*_remarks(parts, post, only), *_as_before(found, known))
+    remarks = (*_remarks(parts, post, only, bool(known.names)), *_as_before(found, known))
     return Calibration(
-        _travelled(machine, ranges), kept, theta, covariance, post, found, tuple(parts), remarks
+        _travelled(machine, spans | ranges), kept, theta, covariance, post, found, tuple(parts), remarks
     )
 
 
@@ -117,11 +122,12 @@ class _Job:
     def fitted(self, nodes: int) -> tuple[list[Readings], Posterior, Known]:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
-        model = error_model(self.ranges, nodes, self.only, both)
+        stated = bool(known_ranges(self.machine))
+        model = error_model(self.ranges, nodes, () if stated else self.only, both)
         parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
         self.progress("errors and smoothness", 0.4)
         known = known_errors_of(self.machine, model)
-        best = solve(parts, model, _since(known, model, None))
+        best = solve(parts, model, self.since(known, model, None))
         for step in (4, 2):
             coarse, lift = model.coarser(step)
             if (
@@ -133,20 +139,20 @@ class _Job:
                     continue
                 model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
                 known = known_errors_of(self.machine, model)
-                best = solve(parts, model, _since(known, model, None))
+                best = solve(parts, model, self.since(known, model, None))
                 break
         if known.names:
-            best = solve(parts, model, _since(known, model, identified(best.information)))
+            best = solve(parts, model, self.since(known, model, identified(best.information)))
         return parts, best, known
 
-
-def _since(known: Known, model: ErrorModel, found: Identified | None) -> Before:
-    """Errors that the file states may have changed only where the readings can tell."""
-    changed = np.ones(model.size)
-    for name in known.names:
-        if found is not None and name not in found.names:
-            changed[model.slices[name]] = 0.0
-    return Before(known.factor, changed)
+    def since(self, known: Known, model: ErrorModel, found: Identified | None) -> Before:
+        """Errors that the file states may have changed where the readings can tell, and where `only` names them."""
+        changed = np.ones(model.size)
+        for name in model.names if known.names else ():
+            told = found is None or name in found.names or name not in known.names
+            if not told or (self.only and name not in self.only):
+                changed[model.slices[name]] = 0.0
+        return Before(known.factor, changed)
 
 
 def _as_before(found: Identified, known: Known) -> list[str]:
@@ -184,22 +190,23 @@ def _kept(post: Posterior, known: Known, names: Sequence[str]) -> tuple[ErrorMod
     return kept, (known.theta + post.theta)[rows], post.covariance[np.ix_(rows, rows)]
 
 
-def _travelled(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> Machine:
-    """The machine with the travels that were measured, where nobody stated them."""
-    axes = {
-        a: replace(axis, travel=ranges.get(a, (-1.0, 1.0)))
-        if axis.travel in ((-FAR, FAR), (-TURNS, TURNS))
-        else axis
-        for a, axis in machine.axes.items()
-    }
+def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:
+    """The machine with the travels that were measured, where nobody stated them; an axis that stood still has 1 mm about it."""
+    axes = dict(machine.axes)
+    for letter, axis in machine.axes.items():
+        if axis.travel in ((-FAR, FAR), (-TURNS, TURNS)):
+            low, high = spans.get(letter, (0.0, 0.0))
+            still = STILL if high - low <= REST else 0.0
+            axes[letter] = replace(axis, travel=(low - still, high + still))
     return replace(machine, axes=axes)
 
 
-def _remarks(parts: Sequence[Readings], post: Posterior, only: Sequence[str]) -> list[str]:
+def _remarks(parts: Sequence[Readings], post: Posterior, only: Sequence[str], stated: bool) -> list[str]:
     """Sentences about what was assumed and what was found to be otherwise."""
     out = [a for p in parts for a in p.assumed]
     if only:
-        out.append(f"only {', '.join(only)} were looked for; every other error was taken as zero")
+        rest = "stays as the machine file has it" if stated else "was taken as zero"
+        out.append(f"only {', '.join(only)} were looked for; every other error {rest}")
     for part, noise in zip(parts, post.noise):
         name = part.recording.name
         if not part.stated:

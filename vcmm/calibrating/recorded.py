@@ -12,7 +12,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.instruments.instrument import Certificate
-from vcmm.response.recording import Recording
+from vcmm.response.recording import Ints, Recording
 
 TRIALS, SAME = 2000, 1e-6
 
@@ -65,7 +65,7 @@ def axis_of(recording: Recording) -> str:
     return moving[0]
 
 
-def runs_of(recording: Recording, axis: str) -> tuple[Array, Array, Array]:
+def runs_of(recording: Recording, axis: str) -> tuple[Ints, Ints, Array]:
     """Numbers of the observations (targets, runs) approached in + and in -, and the targets in order.
 
     Raises UsageError for senses that are missing or contradict the order of the rows, and for targets short of approaches.
@@ -115,7 +115,7 @@ def check_senses(recording: Recording, axis: str, q: Array, sense: Array) -> Non
 
 
 def _drawn(
-    recording: Recording, machine: Machine, certificate: Certificate, value: Array, up: Array, down: Array
+    recording: Recording, machine: Machine, certificate: Certificate, value: Array, up: Ints, down: Ints
 ) -> dict[str, Array]:
     """Figures (TRIALS,) when the instrument errs as its certificate says."""
     rng = np.random.default_rng(0)

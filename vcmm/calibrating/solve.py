@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.calibrating.evidence import Joint, Reduced, Smoothness, smoothness
 from vcmm.calibrating.model import ErrorModel
@@ -37,7 +38,7 @@ class Noise:
 
     scale: float
     dof: float
-    outliers: Array
+    outliers: npt.NDArray[np.bool_]
 
     @property
     def u(self) -> float:

@@ -54,10 +54,11 @@ def known_errors(
         effects += found or []
         inputs += _table_inputs(found or [], model.errors.uncertainty)
         if model.errors.covariance is not None:
-            more = problems.attempt(
-                (*at, "errors", "covariance"), lambda: _joint(model, document, found or [])
-            )
-            effects, inputs = effects + (more or ([], []))[0], inputs + (more or ([], []))[1]
+            given = list(found or [])
+            joint = problems.attempt((*at, "errors", "covariance"), lambda: _joint(model, document, given))
+            modes, shared = joint or ([], [])
+            effects += modes
+            inputs += shared
     if model.repeatability and whole(model.repeatability, data["repeatability"]):
         repeatability = model.repeatability
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))

@@ -39,7 +39,7 @@ def plate(
     }
     names = features or [f"ball {i + 1}" for i in range(len(tips))]
     run = rows(position, np.asarray(offset), {"pose": [pose] * len(tips), "feature": names})
-    one = layout(f"plate {pose}", "probe", run, [1.0, 0.0, 0.0], {"rigid": "pose"}, u)
+    one = layout(f"plate {pose}", "probe", run, np.eye(3)[0], {"rigid": "pose"}, u)
     plain = {k: v for k, v in one.run.columns.items() if k not in ("nx", "ny", "nz")}
     n = run.n
     return replace(

@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
 from vcmm.core.units import dimension_of, parse_unit, quantity
-from vcmm.response.recording import Recording
+from vcmm.response.recording import Ints, Recording
 
 Column = Callable[[Recording, Run], Array]
 
@@ -85,7 +85,7 @@ class Certificate:
         return out
 
 
-def _copies(recording: Recording, redraw: str) -> tuple[tuple[str, ...], Array]:
+def _copies(recording: Recording, redraw: str) -> tuple[tuple[str, ...], Ints]:
     if redraw == "machine":
         return ("",), np.zeros(recording.m, dtype=np.intp)
     if redraw not in recording.run.labels:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -32,4 +34,4 @@ def readings(
         raise UsageError(
             f"a level does not see a turn about the vertical {vertical}; use an autocollimator or a laser (laser angle)"
         )
-    return line(machine, axis, targets, at, [0.0, 0.0, 0.0], "ABC"["XYZ".index(about)], u)
+    return line(machine, axis, targets, at, np.zeros(3), "ABC"["XYZ".index(about)], u)

@@ -54,7 +54,7 @@ def lengths_to(
     }
     run = rows(position, np.asarray(offset), {"setup": [label or "1"] * len(tips)})
     return at_station(
-        layout(name, "length", run, [1.0, 0.0, 0.0], nuisance, u), machine, np.tile(station, (len(tips), 1))
+        layout(name, "length", run, np.eye(3)[0], nuisance, u), machine, np.tile(station, (len(tips), 1))
     )
 
 
