@@ -195,7 +195,7 @@ class CalibrationModes(Effect):
     cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
     component: str = at("EXX", "component, squareness or location error, for example EXX, C0Y, X0C")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
-    loadings: Any = field(default_factory=lambda: np.zeros((0, 0)), metadata={"internal": True})
+    loadings: Any = field(default_factory=lambda: np.zeros((3, 1)), metadata={"internal": True})
     interpolation: str = "linear"
     modes: Any = param(
         lambda: np.zeros(0), "1", "departure in each mode; zero when left out", shape="(modes,)"
@@ -203,10 +203,6 @@ class CalibrationModes(Effect):
 
     def __post_init__(self) -> None:
         rows = np.shape(self.loadings)
-        if rows == (0, 0):
-            raise UsageError(
-                'calibration_modes are made by covariance = "errors_covariance.csv" in [errors]; use that'
-            )
         due = len(self.nodes) if self.varies else 1
         if len(rows) != 2 or rows[0] != due:
             raise UsageError(f"{self.id}: loadings of shape {rows}; {due} rows are due, one per node")
