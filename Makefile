@@ -49,7 +49,8 @@ bench: .venv/.installed-dev ## run times, each beside the plain way of doing it;
 	@set -e; for file in benchmarks/bench_*.py; do echo "$$file"; $(BIN)/python "$$file"; done
 	@$(MAKE) exam
 
-exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, with plain methods beside it
+exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, with plain methods beside it; each effect deleted
+	$(BIN)/python -m tests.house.small_jobs
 	$(BIN)/python -m benchmarks.exam --plan ten-minutes --jobs $(JOBS) --budget 10min --out exam.jsonl
 
 clean: ## remove .venv, caches and everything that was made

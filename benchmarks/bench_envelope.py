@@ -17,7 +17,7 @@ from vcmm.core.run import Array
 from vcmm.cutting.envelope import surface_left
 from vcmm.cutting.index import build
 from vcmm.cutting.sweeps import Sweep, path
-from vcmm.cutting.tools import Tool, ball, bull, flat
+from vcmm.cutting.tools import Cutter, ball, bull, flat
 
 STEP, SIDE, BRUTE = 0.5, 100.0, 200
 
@@ -27,7 +27,7 @@ def height(x: Array, y: Array) -> Array:
     return 2.0 * np.sin(x / 16.0) * np.cos(y / 16.0)
 
 
-def raster(tool: Tool, wavy: bool) -> Sweep:
+def raster(tool: Cutter, wavy: bool) -> Sweep:
     """200 lines of 200 moves of 0.5 mm, forth and back: 40 199 moves; a ball rolls over the surface, others stay level."""
     along, across = np.arange(0.0, SIDE + 1e-9, STEP), np.arange(0.0, SIDE, STEP)
     x = np.concatenate([along if k % 2 == 0 else along[::-1] for k in range(len(across))])

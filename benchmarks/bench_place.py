@@ -23,8 +23,8 @@ from vcmm.files.scenario import load_scenario
 from vcmm.library import path
 from vcmm.measuring.fixture import Goal, pose_of, six_of
 from vcmm.measuring.scenario import Scenario
+from vcmm.placing.fixture_boxes import boxes, default_fixture
 from vcmm.placing.objective import Uncertain
-from vcmm.placing.space import boxes, default_fixture
 from vcmm.placing.travels import Travels
 from vcmm.response.influence import influences
 

@@ -26,10 +26,9 @@ from vcmm.measuring.plan import Plan, Step, Stylus
 from vcmm.measuring.scenario import Scenario
 from vcmm.part.part import Characteristic, Feature, Part
 from vcmm.placing.candidates import nearest, problem_of, spots
-from vcmm.placing.goal import goal_of
-from vcmm.placing.growing import growing
+from vcmm.placing.growing_plans import growing, standard_points
+from vcmm.placing.plan_goal import goal_of
 from vcmm.placing.planning import standard_spots
-from vcmm.placing.standards import standard_points
 
 Z = np.array([0.0, 0.0, 1.0])
 DATUM = Feature("datum", "plane", np.array([0, 0, 40.0]), Z, np.zeros(0), extent=(20.0, 20.0))

@@ -6,11 +6,10 @@ python docs/generate.py      writes docs/effects.md
 from __future__ import annotations
 
 import re
-from dataclasses import fields
 from inspect import cleandoc
 from pathlib import Path
 
-from vcmm.core.effect import Effect, parameter_fields, place_fields
+from vcmm.core.effect import Effect, key_fields, parameter_fields, place_fields
 from vcmm.core.units import EXAMPLES, dimension_of, parse_unit
 from vcmm.effects import ALL
 
@@ -75,7 +74,7 @@ def table(effect: type[Effect]) -> list[str]:
         shape = f", {f.metadata['shape']}" if f.metadata["shape"] else ""
         scanned = "; acts non-linearly" if f.metadata["scan"] else ""
         rows.append(f"| {name} | {f.metadata['unit']}{shape} | {f.metadata['doc']}{scanned} |")
-    return rows + [f"| `{f.name}` | | further key |" for f in fields(effect) if not f.metadata]
+    return rows + [f"| `{f.name}` | | further key |" for f in key_fields(effect)]
 
 
 def example(effect: type[Effect]) -> list[str]:

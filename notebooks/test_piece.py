@@ -20,7 +20,7 @@ import vcmm
 from vcmm.cases import test_piece_errors as twin
 from vcmm.cases.test_piece_page import tables
 from vcmm.library import path
-from vcmm.pages.tables import text
+from vcmm.tables.table import text
 
 scenario = vcmm.load_cut(path("test_piece"))
 result = twin.run(scenario)

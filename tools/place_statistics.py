@@ -18,7 +18,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from tests.placing.drawn import Problem, problem
-from vcmm.placing.search import Counted, search
+from vcmm.placing.search import CountedObjective, search
 
 SCAN, EVOLUTION, BAR = 25_000, 26_000, 1e-3
 
@@ -30,7 +30,7 @@ def reference(one: Problem, seed: int, scan: int = SCAN, evolution: int = EVOLUT
 
     best, count = np.inf, 0
     for box in one.boxes:
-        ask = Counted(box, one.objective)
+        ask = CountedObjective(box, one.objective)
         for part in np.array_split(
             qmc.Sobol(box.d, seed=seed).random_base2(17)[: scan // len(one.boxes)], 20
         ):

@@ -50,12 +50,12 @@ def place(scenario: CutScenario, **options: Any) -> PlacedCut: ...
 
 
 def place(scenario: Scenario | CutScenario, **options: Any) -> Placed | PlacedCut:
-    """The pose that serves best: `vcmm.placing.job.place`, or for a part to be cut `vcmm.machining.placement.place_cut`.
+    """The pose that serves best: `vcmm.placing.placement.place`, or for a part to be cut `vcmm.machining.placement.place_cut`.
 
     options: those of either; both take seed, evaluations, scanned, trials and progress.
     """
     if isinstance(scenario, Scenario):
-        from vcmm.placing.job import place as place_measured
+        from vcmm.placing.placement import place as place_measured
 
         return place_measured(scenario, **options)
     from vcmm.machining.placement import place_cut

@@ -18,7 +18,7 @@ FORMER: Mapping[str, str] = {
     "vcmm.machine": "vcmm.core.machine",
     "vcmm.machining.shop": "vcmm.machining.preparation",
     "vcmm.nc.toolpath": "vcmm.motion.toolpath",
-    "vcmm.pages.shown": "vcmm.pages.tables",
+    "vcmm.pages.shown": "vcmm.tables.table",
     "vcmm.pages.test_piece": "vcmm.cases.test_piece_page",
     "vcmm.run": "vcmm.core.run",
     "vcmm.twins.abbe_milling": "vcmm.papers.abbe_milling.twin",

@@ -86,7 +86,7 @@ def test_a_recalibration_keeps_what_was_not_read(tmp_path):
     rng = np.random.default_rng(3)
     machine = draw(rng)
     first = calibrate(recorded(machine, laser_and_plates(bare()), rng), bare())
-    for name, text in machine_texts(first, "machine", ["first"]).items():
+    for name, text in machine_texts(first, tmp_path / "machine.toml", ["first"]).items():
         (tmp_path / name).write_text(text)
     old = load_machine(tmp_path / "machine.toml")
     later = replace(machine, effects=tuple(_stretched(e) for e in machine.effects))

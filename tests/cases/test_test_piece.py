@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import vcmm
+from tests.documented import assert_documented, assert_titled, instead
 from vcmm.cases import test_piece as piece
 from vcmm.cases import test_piece_errors as twin
+from vcmm.cases import test_piece_page as page
+from vcmm.cli import run as command
 from vcmm.effects.lag import ServoLag
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
@@ -112,3 +116,24 @@ def test_the_oval_of_a_lag_turns_over_with_the_direction_of_travel(scenario, tmp
     # 600 mm/min x 0.1 ms = 1 um; half of it in sin 2a
     assert there == pytest.approx(-0.5e-3, rel=0.01)
     assert back == pytest.approx(0.5e-3, rel=0.01)
+
+
+def test_documentation_shows_what_the_command_prints(scenario, result):
+    assert_documented("test_piece", page.tables(result))
+    assert_titled(page, scenario, result)
+
+
+def test_demo_of_the_test_piece(result, tmp_path, capsys, monkeypatch):
+    instead(monkeypatch, twin, "test_piece", result)
+    assert command(["demo", "--twin", "test_piece", "--out", str(tmp_path / "out"), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "vcmm.twin/1"
+    assert document["twin"] == "test_piece"
+    assert len(document["deviation_um"]) == len(document["errors"])
+    assert {f["file"].rsplit("/", 1)[-1] for f in document["inputs"]} == {
+        "test_piece.toml",
+        "part.nc",
+        "setup.toml",
+    }
+    assert json.loads((tmp_path / "out" / "demo.json").read_text()) == document
+    assert "Which error shows" in (tmp_path / "out" / "report.html").read_text()

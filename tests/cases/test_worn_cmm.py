@@ -17,7 +17,7 @@ from vcmm.effects.backlash import Backlash
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.files.machine import load_machine
 from vcmm.library import companions, folder, path
-from vcmm.pages.tables import text
+from vcmm.tables.table import text
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs"
 
@@ -119,7 +119,16 @@ def test_documentation_shows_what_the_command_prints(result):
         assert shown.caption in written
 
 
-def test_demo_new_check_and_diagnose(tmp_path, capsys):
+def test_demo_new_check_and_diagnose(tmp_path, capsys, monkeypatch, recording, result):
+    """The command diagnoses the embedded recording and does the job of the plate; the answer to that is `result`."""
+
+    def run(given, machine, job, *, progress):
+        assert np.array_equal(given.value, recording[0].value)
+        assert [e.id for e in machine.effects] == [e.id for e in recording[1].effects]
+        assert job.name == vcmm.load_scenario(path("plate")).name
+        return result
+
+    monkeypatch.setattr(twin, "run", run)
     out = tmp_path / "demo"
     assert command(["demo", "--twin", "worn_cmm", "--out", str(out), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

@@ -252,7 +252,7 @@ def test_nothing_half_written(tmp_path, capsys, monkeypatch):
     path = edited(tmp_path, ('shift = "300 250 -300 mm"', 'shift = "590 250 -300 mm"'))
     _fails(capsys, "measure", str(path), "--out", str(tmp_path / "new" / "folder"))
     assert not (tmp_path / "new").exists()  # the failing command leaves no folder
-    from vcmm.console import common
+    from vcmm.console import files
 
     written = []
 
@@ -262,10 +262,10 @@ def test_nothing_half_written(tmp_path, capsys, monkeypatch):
             raise OSError(28, "No space left on device")
         return original(self, *_args, **_kwargs)
 
-    original = common.Path.write_text
-    monkeypatch.setattr(common.Path, "write_text", fail)
-    with pytest.raises(common.Environment, match="No space left on device"):
-        common.write_files(tmp_path / "out", {"a.txt": "a", "b.txt": "b"})
+    original = files.Path.write_text
+    monkeypatch.setattr(files.Path, "write_text", fail)
+    with pytest.raises(files.Environment, match="No space left on device"):
+        files.write_files(tmp_path / "out", {"a.txt": "a", "b.txt": "b"})
     monkeypatch.undo()
     assert list((tmp_path / "out").iterdir()) == []
 

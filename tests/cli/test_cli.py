@@ -269,7 +269,7 @@ def test_our_bug(tmp_path, capsys, monkeypatch):
 
 
 def test_numbers_that_are_not_finite_become_null_with_a_warning():
-    from vcmm.console.common import document as frame
+    from vcmm.console.documents import document as frame
 
     found = frame("vcmm.test/1", {"a": {"u_mm": float("inf")}, "b": [1.0, float("nan")]}, warnings=["first"])
     assert found["a"]["u_mm"] is None
@@ -278,7 +278,7 @@ def test_numbers_that_are_not_finite_become_null_with_a_warning():
 
 
 def test_record_of_inputs_names_every_file_once(tmp_path):
-    from vcmm.console.common import sources
+    from vcmm.console.documents import sources
 
     (tmp_path / "a.toml").write_text('x = "b.toml"\ny = ["c.csv", "nowhere.csv", "c.csv"]\n')
     (tmp_path / "b.toml").write_text('back = "a.toml"\n')  # a circle does not hang

@@ -12,34 +12,6 @@ from vcmm.library import companions, scenarios
 CUTTING = ("abbe_milling", "marin2004", "test_piece")
 
 
-def test_demo_of_the_test_piece(tmp_path, capsys):
-    assert run(["demo", "--twin", "test_piece", "--out", str(tmp_path / "out"), "--json"]) == 0
-    document = json.loads(capsys.readouterr().out)
-    assert document["schema"] == "vcmm.twin/1"
-    assert document["twin"] == "test_piece"
-    assert len(document["deviation_um"]) == len(document["errors"])
-    assert {f["file"].rsplit("/", 1)[-1] for f in document["inputs"]} == {
-        "test_piece.toml",
-        "part.nc",
-        "setup.toml",
-    }
-    assert json.loads((tmp_path / "out" / "demo.json").read_text()) == document
-    assert "Which error shows" in (tmp_path / "out" / "report.html").read_text()
-
-
-def test_demo_of_abbe_milling_prints_the_paper_beside_ours(tmp_path, capsys):
-    assert run(["demo", "--twin", "abbe_milling", "--draws", "3", "--out", str(tmp_path)]) == 0
-    out = capsys.readouterr().out
-    assert "24.7%" in out
-    assert "range of 3 draws" in out
-    assert "vcmm cut abbe_milling.toml" in out or "cut abbe_milling.toml" in out
-    page = (tmp_path / "report.html").read_text()
-    assert "smaller prediction" in page
-    figures = json.loads((tmp_path / "demo.json").read_text())
-    assert figures["paper_reduction"] == 0.247
-    assert len(figures["reductions"]) == 12
-
-
 def test_draws_belong_to_twins_that_draw(tmp_path, capsys):
     assert run(["demo", "--twin", "marin2004", "--draws", "3", "--out", str(tmp_path)]) == 2
     assert "--draws is of no use to marin2004" in capsys.readouterr().err

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.compensating.job import compensate
-from vcmm.compensating.result import Compensation
+from vcmm.compensating.result import CompensatedProgram
 from vcmm.core.effect import Effect
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -54,13 +54,15 @@ def rough(reach: float = 500.0) -> Machine:
     )  # fmt: skip
 
 
-def run(folder: Path, text: str, machine: Machine, setup: Setup = SETUP, **more: object) -> Compensation:
+def run(
+    folder: Path, text: str, machine: Machine, setup: Setup = SETUP, **more: object
+) -> CompensatedProgram:
     path = folder / "part.nc"
     path.write_bytes(text.encode("utf-8"))
     return compensate(path, setup, machine, **more)  # type: ignore[arg-type]
 
 
-def body(found: Compensation) -> list[str]:
+def body(found: CompensatedProgram) -> list[str]:
     """The new program without the mark, line by line, with line ends."""
     lines = found.text.splitlines(keepends=True)
     return [line for line, source in zip(lines, found.source_lines) if source]

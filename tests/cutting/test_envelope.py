@@ -12,7 +12,7 @@ from vcmm.core.run import Array
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, surface_left, tips
 from vcmm.cutting.numpy_twin import lowest
 from vcmm.cutting.sweeps import Sweep, arcs, join, lines, path, position
-from vcmm.cutting.tools import Tool, ball, bull, cone, drill, flat, implicit, profile
+from vcmm.cutting.tools import Cutter, ball, bull, cone, drill, flat
 
 UP = np.array([[0.0, 0.0, 1.0]])
 CASES, FAR = 1000, 60.0
@@ -28,7 +28,7 @@ TOOLS = {
 }
 
 
-def paths(kind: str, tool: Tool, rng: np.random.Generator) -> Sweep:
+def paths(kind: str, tool: Cutter, rng: np.random.Generator) -> Sweep:
     """CASES random moves of a few to a few tens of mm, so far apart that no ray meets two of them."""
     a, b = rng.uniform(-15.0, 15.0, (2, CASES, 3)) + APART
     if kind == "level":
@@ -174,15 +174,6 @@ def test_the_index_changes_nothing() -> None:
         found = left.contact_s[i][np.isfinite(left.contact_s[i])]
         assert len(found) == min(np.sum(np.isfinite(every) & (every <= every[0] + 0.2)), 4)
         assert np.allclose(found, every[: len(found)], atol=1e-9)
-
-
-def test_profiles_agree_with_the_implicit_function() -> None:
-    """The circle of `profile` at each height is the zero of `implicit`."""
-    for tool in TOOLS.values():
-        h = np.linspace(0.01, 5.9, 60)
-        assert np.allclose(implicit(tool, profile(tool, h), h), 0.0, atol=1e-13)
-    assert profile(ball(5.0), np.array([1.0]))[0] == pytest.approx(3.0)  # 5^2 = 4^2 + 3^2
-    assert profile(bull(5.0, 1.0), np.array([0.0]))[0] == pytest.approx(4.0)
 
 
 def test_wrong_use_is_explained() -> None:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vcmm.core.errors import ModelLimit
 from vcmm.cutting.envelope import surface_left
-from vcmm.cutting.solid import triangles, write_stl
 from vcmm.cutting.stock import block, remove
 from vcmm.cutting.sweeps import arcs, join, lines
 from vcmm.cutting.tools import ball, bull, cone, flat
@@ -57,35 +55,19 @@ def test_nodes_are_exact() -> None:
     """All tools on ramps, level moves and a helix: the heights equal the envelope along +Z to 1e-9 mm."""
     tools = (flat(3.0), ball(3.0), bull(3.0, 1.0), cone(3.0, 1.6, 0.5))
     rng = np.random.default_rng(4)
-    start, end = rng.uniform(5, 35, (2, 24, 3))
-    start[:, 2], end[:, 2] = rng.uniform(6, 9, (2, 24))
+    start, end = rng.uniform(5, 35, (2, 16, 3))
+    start[:, 2], end[:, 2] = rng.uniform(6, 9, (2, 16))
     end[::3, 2] = start[::3, 2]
-    which = np.arange(24) % 4
+    which = np.arange(16) % 4
     ring = arcs([[28, 20, 9]], [[28, 20, 7]], [[20, 20, 9]], 4 * np.pi, tools, tool=2)
     sweep = join([lines(start, end, tools, which), ring])
-    done = remove(block([0, 0, 0], [40, 40, 10], 1.0), sweep).stock
-    x, y = np.meshgrid(done.x0 + np.arange(40), done.y0 + np.arange(40), indexing="ij")
+    done = remove(block([0, 0, 0], [40, 40, 10], 2.0), sweep).stock
+    x, y = np.meshgrid(done.x0 + 2.0 * np.arange(20), done.y0 + 2.0 * np.arange(20), indexing="ij")
     p = np.stack([x, y, np.full_like(x, 0.0)], -1).reshape(-1, 3)
-    left = surface_left(p, np.tile([0, 0, 1.0], (1600, 1)), sweep, height=10.0)
+    left = surface_left(p, np.tile([0, 0, 1.0], (400, 1)), sweep, height=10.0)
     want = np.where(np.isnan(left.s), 10.0, left.s)
     assert np.abs(done.height.ravel() - want).max() < 1e-9
     assert (want < 10.0).mean() > 0.4
-
-
-def test_mesh_is_closed(tmp_path: Path) -> None:
-    """Volume of the mesh of an uncut block between its outer nodes: (60 - 1) x (40 - 1) x 20 for cells of 1 mm."""
-    import trimesh
-
-    whole = block([0, 0, 0], [60, 40, 20], 1.0)
-    vertices, faces = triangles(whole)
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    assert mesh.is_watertight
-    assert mesh.volume == pytest.approx(59 * 39 * 20)
-    cut = remove(whole, lines([[-10, 20, -1]], [[70, 20, 18]], (ball(5.0),))).stock
-    write_stl(cut, tmp_path / "stock.stl")
-    again = trimesh.load(tmp_path / "stock.stl")
-    assert again.is_watertight
-    assert again.volume < 59 * 39 * 20
 
 
 def test_an_inclined_tool_is_refused() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from vcmm.core.effect import parameter_fields, place_fields
 from vcmm.core.run import Run
-from vcmm.diagnosis.accepted import notes, remarks, written
-from vcmm.diagnosis.machine_file import effect_toml, improved_machine, moved_tables
+from vcmm.diagnosis.accepted import notes, written
+from vcmm.diagnosis.machine_file import effect_toml, improved_machine
 from vcmm.diagnosis.result import Answer
 from vcmm.effects import ALL
 from vcmm.effects.abbe import AbbeOffset
@@ -75,14 +75,6 @@ def test_travels_and_tables_of_found_effects_are_written(effect):
     assert np.any(effect.error_motion(run))
 
 
-def test_tables_are_found_from_the_new_folder(tmp_path):
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a" / "errors.csv").write_text("C0Y\n0\n")
-    for quote in "\"'":
-        text = moved_tables(f"table = {quote}errors.csv{quote}\n", tmp_path / "a", tmp_path / "b")
-        assert text == 'table = "../a/errors.csv"\n'
-
-
 def _answer(effect, probability, **where):
     return Answer(effect.name, where, {}, probability, 0.5, (), 10.0, fitted=effect)
 
@@ -107,6 +99,6 @@ def test_candidates_and_errors_of_the_instrument_stay_out_of_the_machine_file(tm
 
 def test_the_range_and_the_clock_of_what_was_found_are_remarked():
     change = GeometricChange("EZY", np.array([41.61, 517.86]), np.zeros(2))
-    assert remarks(change)[0].startswith("recorded from 41.6 to 517.9 mm")
-    assert "clock of the recording" in remarks(StepChange("x"))[0]
-    assert remarks(Backlash("X")) == ()
+    assert change.said_in_file().startswith("recorded from 41.6 to 517.9 mm")
+    assert "clock of the recording" in StepChange("x").said_in_file()
+    assert Backlash("X").said_in_file() == ""

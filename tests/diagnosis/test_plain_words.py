@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from vcmm.diagnosis.candidates import NEVER
 from vcmm.diagnosis.estimates import Estimate
-from vcmm.diagnosis.plain_words import WORDS, plain_words
-from vcmm.effects import ALL
-from vcmm.pages.diagnosis import with_interval
+from vcmm.diagnosis.plain_words import plain_words
+from vcmm.effects import ALL, BY_NAME
+from vcmm.tables.diagnosed import with_interval
 
 
 def test_every_family_has_words():
-    due = {getattr(kind, "family", "") or kind.name for kind in ALL if kind.name not in NEVER}
-    assert not due - set(WORDS)
+    due = {kind.reported_as() for kind in ALL if kind.diagnosed} & set(BY_NAME)
+    assert [name for name in due if BY_NAME[name].words is None] == []
+    assert plain_words("map_mistake", {"component": "EXX"}, {}).startswith("The stored table of EXX is not")
 
 
 def test_words_hold_the_numbers():

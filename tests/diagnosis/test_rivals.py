@@ -24,6 +24,7 @@ from vcmm.diagnosis.select import Setting, Term, joint
 from vcmm.diagnosis.verdict import reasons, verdict
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.map_interpolation import MapInterpolation
+from vcmm.effects.probe import ProbeLobing
 from vcmm.effects.scale import ScaleFactor
 from vcmm.evaluation.gaussian import whitener
 
@@ -92,13 +93,13 @@ def test_a_freer_name_that_explains_more_is_a_rival_even_if_it_holds_the_answer_
 def test_lobes_that_four_directions_do_not_resolve_stand_as_aliases():
     angle = np.radians([0.0, 90.0, 180.0, 270.0])
     run = Run({"X": np.zeros(4)}, np.zeros((4, 3)), {"probe_angle_rad": angle})
-    assert [c["lobes"] for c in refused("probe_lobing", run)] == [
+    assert [c["lobes"] for c in refused(ProbeLobing, run)] == [
         3,
         2,
         4,
     ]  # four places are not more than 2 x 2
     eight = Run({"X": np.zeros(8)}, np.zeros((8, 3)), {"probe_angle_rad": np.arange(8) * np.pi / 4})
-    assert [c["lobes"] for c in refused("probe_lobing", eight)] == [4]  # 8 > 2 x 3, but not > 2 x 4
+    assert [c["lobes"] for c in refused(ProbeLobing, eight)] == [4]  # 8 > 2 x 3, but not > 2 x 4
     turned = np.tile(angle, 50)
     oval = np.cos(2 * turned)[:, None]  # +1 -1 +1 -1: an oval ball, two lobes, six lobes
     y = 10 * oval[:, 0] / np.linalg.norm(oval) + np.random.default_rng(2).standard_normal(ROWS)

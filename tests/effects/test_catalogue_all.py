@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from tests.effects.factory import GRID_X, _numbers, scaled, some_run
-from vcmm.core.effect import Effect, basis, parameter, parameter_fields, with_parameter
+from vcmm.core.effect import Effect, basis, parameter, parameter_fields, typical, with_parameter
 from vcmm.core.errors import UsageError
 from vcmm.effects import ALL, BY_NAME
 from vcmm.effects.cutting import ToolRunout
 from vcmm.effects.dynamics import DynamicPitch
 from vcmm.effects.encoder import EncoderInterpolation
+from vcmm.effects.expansion import PartExpansion
 from vcmm.effects.flexure import CrossAxisFlexure, GradientBending, PartLoad
 from vcmm.effects.geometric_change import GeometricChange
 from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.reversal import ReversalSpike
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
-from vcmm.effects.typical import TYPICAL, typical
 from vcmm.files.effects import build_effect
 
 RUN = some_run()
@@ -102,15 +102,13 @@ def test_file_takes_the_scanned_parameters():
         assert getattr(build_effect({"effect": name, key: text, **place}), key) == pytest.approx(expected)
 
 
-def test_every_entry_of_typical_is_a_linear_parameter():
-    for name, entries in TYPICAL.items():
-        if name in BY_NAME:
-            linear = {f.name for f in parameter_fields(BY_NAME[name]) if not f.metadata["scan"]}
-            assert set(entries) == linear - ({"corrected"} if name.endswith("expansion") else set()), name
-        for entry in entries.values():
-            assert entry.amount > 0
-            assert entry.why
-    assert set(CATALOGUE) <= set(TYPICAL)
+@pytest.mark.parametrize("kind", ALL, ids=lambda k: k.name)
+def test_every_linear_parameter_says_how_large_it_is(kind: type[Effect]):
+    """But for the control's own correction, which is no error and has no prior."""
+    for f in parameter_fields(kind):
+        size = f.metadata["typical"]
+        assert (size is None) == (bool(f.metadata["scan"]) or f.name == "corrected"), f.name
+        assert size is None or (size.amount > 0 and size.why)
 
 
 @pytest.mark.parametrize("kind", ALL, ids=lambda k: k.name)
@@ -134,7 +132,7 @@ def test_typical_by_hand():
     assert typical(GeometricChange("EBX"), "coefficients") == 3e-6  # 3 urad
     assert typical(RotaryCyclic("ECC"), "amplitude") == pytest.approx(10e-6)  # by the name files use
     assert typical(DynamicPitch("X"), "k") == pytest.approx(5e-9)  # 5 urad/(m/s^2)
-    # no entry: 1 of its own unit; scale_factor.k is known, 5 ppm
-    assert typical(ScaleFactor("X"), "k") == pytest.approx(5e-6)
+    assert typical(ScaleFactor("X"), "k") == pytest.approx(5e-6)  # 5 ppm
+    assert typical(PartExpansion(), "corrected") == pytest.approx(1e-6)  # none declared: 1 um/(m K)
     with pytest.raises(UsageError, match="has no parameter kk"):
         typical(ScaleFactor("X"), "kk")

@@ -314,7 +314,7 @@ def test_nothing_acts_on_a_characteristic():
 
 
 def test_two_inputs_of_one_name_are_refused():
-    with pytest.raises(UsageError, match="2 inputs"):
+    with pytest.raises(UsageError, match=r"scatter.value has an input already"):
         evaluate(scenario(inputs=(SCATTER, SCATTER)).task(), QUICK)
 
 

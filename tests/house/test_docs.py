@@ -112,9 +112,9 @@ def test_every_verb_is_documented():
 def test_json_keys_are_documented():
     """The keys of the uncertainty document, from a real one."""
     from vcmm.api import uncertainty
-    from vcmm.cli.uncertainty import uncertainty_json
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path
+    from vcmm.tables.evaluated import uncertainty_json
 
     document = uncertainty_json(uncertainty(load_scenario(path("plate")), trials=2000))
     characteristic = document["characteristics"][0]

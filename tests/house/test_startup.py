@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-HEAVY = ("numpy", "scipy", "numba", "trimesh", "pyvista", "vtk", "manifold3d", "pydantic", "matplotlib")
+HEAVY = ("numpy", "scipy", "numba", "trimesh", "pyvista", "vtk", "pydantic", "matplotlib")
 REPORT = f"import json, sys; print(json.dumps([m for m in {HEAVY!r} if m in sys.modules]), file=sys.stderr)"
 
 

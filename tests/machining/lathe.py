@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import vcmm
+from vcmm.core.machine import Machine
 from vcmm.machining.patches import patch
-from vcmm.machining.preparation import Shop, set_up
-from vcmm.machining.turned_faces import turned_net
+from vcmm.machining.preparation import set_up
+from vcmm.machining.process import PreparedCut
 
 HEAD = "%\nO1 (SHAFT)\nG21 G18 G40 G99\nG28 U0 W0\nG50 S3000\nT0101\nG97 S1000 M3\n"
 TAIL = "G0 X120. Z50.\nM5\nM30\n%\n"
@@ -33,6 +35,9 @@ orientation = 3
 [control]
 tolerance = "0 um"
 """
+PLAIN = "G0 X44. Z2.\nX40.\nG1 Z-60. F0.1\nX52.\n"
+SEAT = 'seat = { type = "cylinder", point = "0 0 -50 mm", axis = [0, 0, 1], diameter = "40 mm", length = "40 mm" }\n'
+BAR = '[stock]\ndiameter = "44 mm"\nlength = "90 mm"\nmaterial = "16MnCr5"\nthrust_ratio = 0.45\n'
 MACHINE = """\
 vcmm = "machine/1"
 name = "lathe"
@@ -92,18 +97,30 @@ def write(
     return path
 
 
-def shop(path: Path) -> Shop:
+def shop(path: Path) -> PreparedCut:
     return set_up(vcmm.load_cut(path))
 
 
-def moved(ready: Shop, feature: str) -> tuple[np.ndarray, np.ndarray]:
+def on_machine(ready: PreparedCut, machine: Machine) -> PreparedCut:
+    """The same cut on another machine."""
+    return replace(ready, scenario=replace(ready.scenario, machine=machine))
+
+
+def moved(ready: PreparedCut, feature: str) -> tuple[np.ndarray, np.ndarray]:
     """How far errors of the machine have moved the surface (n,) mm, and the points (n, 3) in the drawing."""
-    over = turned_net(ready.scenario.part.features[feature], 15, ready.pose, ready.turning)
+    over = ready.process.net(ready, ready.scenario.part.features[feature], 15)
     found = patch(ready, over)
     return found.height - found.nominal, over.points
 
 
-def nominal(ready: Shop, feature: str) -> tuple[np.ndarray, np.ndarray]:
+def nominal(ready: PreparedCut, feature: str) -> tuple[np.ndarray, np.ndarray]:
     """What a perfect lathe leaves (n,) mm above nominal, feed marks, and the points."""
-    over = turned_net(ready.scenario.part.features[feature], 15, ready.pose, ready.turning)
+    over = ready.process.net(ready, ready.scenario.part.features[feature], 15)
     return patch(ready, over).nominal, over.points
+
+
+def plain(tmp_path: Path, machine="", setup=SETUP, program=PLAIN, **more):
+    """One pass along a bar."""
+    head, tail = SCENARIO.split("[part.features]\n")
+    scenario = head + "[part.features]\n" + SEAT + tail[tail.index("[[part") :]
+    return write(tmp_path, machine, program=HEAD + program + TAIL, scenario=scenario, setup=setup, **more)

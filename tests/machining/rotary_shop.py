@@ -9,7 +9,8 @@ import numpy as np
 import vcmm
 from vcmm.machining.maps import net
 from vcmm.machining.patches import patch
-from vcmm.machining.preparation import Shop, set_up
+from vcmm.machining.preparation import set_up
+from vcmm.machining.process import PreparedCut
 from vcmm.machining.result import Patch
 
 HEAD = "%\nO1 (ROTARY)\nG21 G17 G40 G49 G80 G90 G94\nT1 M6\nG54 S3000 M3\n"
@@ -53,7 +54,7 @@ def write(
     return path
 
 
-def shop_of(path: Path) -> Shop:
+def shop_of(path: Path) -> PreparedCut:
     return set_up(vcmm.load_cut(path))
 
 

@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 import pytest
+from vcmm.files.placed_cut import placed_cut
 
 import vcmm
 from tests.machining import shop
 from vcmm.cli import run as command
 from vcmm.core.errors import UsageError, VcmmError
-from vcmm.files.placed_cut import placed_cut
 from vcmm.machining.placement import place_cut
 
 # straightness of X in Y: 100 um/m^2 x X^2, so a plane along X is turned by 200 um/m^2 x X: least at the smallest X
@@ -22,7 +22,7 @@ STRETCHED = '[[effects]]\neffect = "component_polynomial"\ncomponent = "EXX"\nco
 
 def test_the_objective_is_what_cutting_there_gives(tmp_path):
     scenario = vcmm.load_cut(shop.write(tmp_path, BENT + SCATTER))
-    found = vcmm.place(scenario, evaluations=300, scanned=128, trials=2000)  # place_cut, as the scenario cuts
+    found = vcmm.place(scenario, evaluations=100, scanned=64, trials=1000)  # place_cut, as the scenario cuts
     for at, full in ((found.present, found.before), (found.best, found.after)):
         values = [c.value - c.nominal for c in full.characteristics]
         assert at.deviations == pytest.approx(values, abs=2e-7)
@@ -43,7 +43,10 @@ def test_a_bent_scale_is_least_harm_where_it_is_least_bent(tmp_path):
 
 def test_document_of_the_contract(tmp_path, capsys):
     path = shop.write(tmp_path, STRETCHED + SCATTER)
-    assert command(["place", str(path), "--json", "--trials", "2000"]) == 0
+    assert (
+        command(["place", str(path), "--json", "--evaluations", "300", "--scan", "128", "--trials", "1000"])
+        == 0
+    )
     document = json.loads(capsys.readouterr().out)
     assert document["schema"] == "vcmm.place/1"
     assert {"pose", "objective", "present", "median", "worst", "certificate", "map"} <= set(document)

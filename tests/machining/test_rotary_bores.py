@@ -10,6 +10,7 @@ from tests.machining import rotary_shop as rs
 from vcmm.cli import run as command
 from vcmm.machining.job import finished_part
 from vcmm.machining.preparation import set_up
+from vcmm.machining.rotary_milling import RotaryMillingProcess
 
 BORE = "G0 B{b}. \nG0 X0 Y0\nG43 H1 Z200.\nZ110.\nG1 Z70. F400\nG3 X10. Y0 I5. J0\nG3 X10. Y0 I-10. J0\nG3 X0 Y0 I-5. J0\nG0 Z200.\n"
 FRONT = 'front = { type = "cylinder", point = "0 0 72 mm", axis = [0, 0, 1], diameter = "40 mm", length = "26 mm", inside = true }\n'
@@ -51,8 +52,8 @@ def test_the_shipped_block(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "block" / "part.nc").is_file()
     scenario = vcmm.load_cut(tmp_path / "block.toml")
     shop = set_up(scenario)
-    assert shop.motion is not None
-    assert set(np.degrees(shop.motion.turned[:, 1, 1]).round(9)) >= {0.0, 90.0, 180.0, 270.0}
+    assert isinstance(shop.process, RotaryMillingProcess)
+    assert set(np.degrees(shop.process.motion.turned[:, 1, 1]).round(9)) >= {0.0, 90.0, 180.0, 270.0}
     _, world, notes = finished_part(shop)
     assert notes == ()  # nothing uncut, nothing gouged
     # 250 um of the pallet's axis are in the zero: what is left are the other errors

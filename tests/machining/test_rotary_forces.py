@@ -7,6 +7,7 @@ import pytest
 from tests.machining import rotary_shop as rs
 from vcmm.core.errors import ModelLimit
 from vcmm.machining.preparation import remarks
+from vcmm.machining.rotary_milling import RotaryMillingProcess
 
 TABLE = "w C' X' Y' b Z t"
 BOSS = 'boss = { type = "cylinder", point = "0 0 -8 mm", axis = [0, 0, 1], diameter = "20 mm", length = "6 mm" }\n'
@@ -40,7 +41,7 @@ def test_a_table_off_zero_leaves_no_forces(tmp_path, program, line):
 def test_forces_remain_where_the_table_turns_in_rapids_only(tmp_path):
     program = START + "G0 Z50.\nG0 C90.\n"
     shop = rs.shop_of(written(tmp_path, program))
-    assert shop.motion is not None
+    assert isinstance(shop.process, RotaryMillingProcess)
     assert abs(shop.blank.forces).max() > 1.0
 
 

@@ -11,43 +11,15 @@ import pytest
 
 import vcmm
 from tests.machining import lathe
-from tests.machining.lathe import effect
+from tests.machining.lathe import BAR, PLAIN, effect, plain
 from vcmm.cli import run as command
 from vcmm.core.errors import VcmmError
 from vcmm.evaluation.uncertainty import EXACT
 from vcmm.library import folder
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.preparation import remarks, set_up
-from vcmm.machining.turned_blank import mesh
-from vcmm.machining.turned_recut import lifted
 
 UM = 1e-3
-PLAIN = "G0 X44. Z2.\nX40.\nG1 Z-60. F0.1\nX52.\n"
-SEAT = 'seat = { type = "cylinder", point = "0 0 -50 mm", axis = [0, 0, 1], diameter = "40 mm", length = "40 mm" }\n'
-BAR = '[stock]\ndiameter = "44 mm"\nlength = "90 mm"\nmaterial = "16MnCr5"\nthrust_ratio = 0.45\n'
-
-
-def plain(tmp_path, machine="", setup=lathe.SETUP, program=PLAIN, **more):
-    """One pass along a bar."""
-    head, tail = lathe.SCENARIO.split("[part.features]\n")
-    scenario = head + "[part.features]\n" + SEAT + tail[tail.index("[[part") :]
-    return lathe.write(
-        tmp_path, machine, program=lathe.HEAD + program + lathe.TAIL, scenario=scenario, setup=setup, **more
-    )
-
-
-def test_the_chip_and_its_force_by_hand(tmp_path):
-    ready = lathe.shop(plain(tmp_path, setup=lathe.SETUP + BAR))
-    blank = ready.blank
-    assert blank is not None
-    row = [ready.program.moves[i].kind for i in ready.sweep.move].index("line")
-    # 2 mm deep, 0.1 mm per turn: S 0.2 mm2; edge at work 0.8 pi/2 + 1.2 = 2.4566 mm, h 0.08141 mm;
-    # Fc = 2.4566 x 2109 x 0.08141^0.738 = 814 N. Chord of the edge: 0.8 along, 2 across: leans by atan 2.5 = 68.2 deg;
-    # 0.45 x 814 = 366 N across it: 136 N out of the work, 340 N against the feed, which goes to -Z
-    assert blank.forces[row] == pytest.approx([136.0, 814.0, 340.0], rel=0.01)
-    # removed: pi (22^2 - 20^2) x 60 mm and a fillet, and of the shoulder what lies over it: 15.8 cm3
-    assert blank.removed == pytest.approx(math.pi * (22**2 - 20**2) * 60, rel=0.01)
-    assert blank.collisions == ()
 
 
 def test_a_force_bends_the_tool_away(tmp_path):
@@ -58,38 +30,6 @@ def test_a_force_bends_the_tool_away(tmp_path):
     assert found.mean() == pytest.approx(13.8 * UM, abs=0.2 * UM)
 
 
-def test_the_bar_is_a_closed_body(tmp_path):
-    import trimesh
-
-    ready = lathe.shop(lathe.write(tmp_path, setup=lathe.SETUP + BAR.replace("90", "130")))
-    after = ready.blank.after
-    body = trimesh.Trimesh(*mesh(after))
-    assert body.is_watertight
-    # 96 sides hold 0.9993 of a circle: (96 / 2 pi) sin(2 pi / 96)
-    assert body.volume == pytest.approx(after.volume * 96 / (2 * np.pi) * np.sin(2 * np.pi / 96), rel=2e-3)
-
-
-def test_a_rapid_through_the_bar_is_told(tmp_path):
-    program = "G0 X44. Z2.\nX40.\nG0 Z-20.\nG1 Z-60. F0.1\nX52.\n"
-    ready = lathe.shop(plain(tmp_path, setup=lathe.SETUP + BAR, program=program))
-    assert any("a rapid runs through the stock, 2.00 mm deep" in text for text in remarks(ready))
-
-
-def test_a_ball_rests_on_the_feed_marks(tmp_path):
-    ready = lathe.shop(lathe.write(tmp_path))
-    _, points = lathe.nominal(ready, "journal")
-    from vcmm.machining.preparation import look
-
-    normals = points * [1, 1, 0] / 10.0
-    found = look(ready, points, normals)
-    on = found.contact_s[:, 0] + lifted(ready.turning, found, np.arange(len(points)), 1.0)
-    # crests 0.39072 um high, 0.025 mm either side of a valley; a ball of 1 mm comes down 1 - sqrt(1 - 0.025^2) = 0.31255 um between
-    # them: it reads 0.0782 um over a valley and 0.3907 um on a crest
-    assert on.min() == pytest.approx(0.0782 * UM, abs=0.004 * UM)
-    assert on.max() == pytest.approx(0.3907 * UM, abs=0.004 * UM)
-    assert (on >= found.contact_s[:, 0] - 1e-12).all()
-
-
 def test_the_shipped_shaft(tmp_path, capsys):
     shutil.copy(folder() / "turned_shaft.toml", tmp_path)
     shutil.copytree(folder() / "turned_shaft", tmp_path / "turned_shaft")
@@ -98,7 +38,7 @@ def test_the_shipped_shaft(tmp_path, capsys):
     _task, world, notes = finished_part(ready)
     assert notes == ()
     assert np.abs(world.errors()).max() < 10 * UM
-    code = command(["cut", str(path), "--trials", "1000", "--out", str(tmp_path / "out"), "--json"])
+    code = command(["cut", str(path), "--engine", "montecarlo", "--trials", "1000", "--json"])
     body = json.loads(capsys.readouterr().out)
     assert code in (0, 1)
     assert len(body["characteristics"]) == len(ready.scenario.part.characteristics)
@@ -107,6 +47,13 @@ def test_the_shipped_shaft(tmp_path, capsys):
     for c in body["characteristics"]:
         assert 0.9 < sum(c["groups"].values()) < 1.1
     assert body["stock"]["collisions"] == []
+
+
+def test_the_files_of_a_turned_part(tmp_path):
+    path = plain(tmp_path, '[repeatability]\nu = "1 um"\n', setup=lathe.SETUP + BAR)
+    assert command(
+        ["cut", str(path), "--engine", "montecarlo", "--trials", "1000", "--out", str(tmp_path / "out")]
+    ) in (0, 1)
     assert {p.name for p in (tmp_path / "out").iterdir()} >= {
         "report.html",
         "surface.csv",
@@ -192,10 +139,10 @@ def test_a_bore_by_hand(tmp_path):
     found, _ = lathe.nominal(ready, "seat")
     assert found.min() >= -1e-12
     assert found.max() <= 0.39073e-3
-    bent = replace(ready, machine=replace(ready.machine, effects=(ToolOffset("1", "x", 5 * UM),)))
+    bent = lathe.on_machine(ready, replace(ready.machine, effects=(ToolOffset("1", "x", 5 * UM),)))
     assert lathe.moved(bent, "seat")[0] == pytest.approx(5 * UM, abs=1e-8)
     # height of the tip: its distance from the axis grows, sqrt(15^2 + 0.1^2) - 15 = 0.333 um, so the bore does
-    high = replace(ready, machine=replace(ready.machine, effects=(ToolOffset("1", "y", 0.1),)))
+    high = lathe.on_machine(ready, replace(ready.machine, effects=(ToolOffset("1", "y", 0.1),)))
     assert lathe.moved(high, "seat")[0] == pytest.approx(-0.3333 * UM, abs=1e-7)
     # the bar is pushed towards the axis; the bore grows from 26 to 30 mm over 40 mm: pi (15^2 - 13^2) 40 = 7.04 cm3
     row = [ready.program.moves[i].kind for i in ready.sweep.move].index("line")
@@ -295,23 +242,20 @@ def test_a_compensated_program_turns_the_right_part(tmp_path):
 
 def test_the_force_turns_with_the_feed_along_the_ball(tmp_path):
     """Along the arc the thrust keeps its share across the surface: 10 N pushed straight away in its middle are 10 N everywhere."""
-    from dataclasses import replace
-
-    from vcmm.machining.turned_side import turning_forces
+    from vcmm.machining.turning import turning_force_along
 
     ready = lathe.shop(lathe.write(tmp_path, setup=lathe.SETUP + BAR.replace("90", "130")))
     row = [ready.program.moves[i].kind for i in ready.sweep.move].index("arc")
     c = math.sqrt(0.5)  # in the middle of the quarter the surface looks to (c, c)
     forces = np.zeros((len(ready.sweep), 3))
     forces[row] = [10 * c, 3.0, 10 * c]
-    bent = replace(ready, blank=replace(ready.blank, forces=forces))
     share = np.array([1 / 6, 0.5, 5 / 6])  # 15, 45 and 75 deg from the pole
-    found = turning_forces(bent, np.full(3, row), share, np.zeros(3))
+    found = turning_force_along(forces, ready.sweep, np.full(3, row), share)
     a = np.radians([15.0, 45.0, 75.0])
     # the programmed quarter begins a little before the pole, where the offset contour does: no more than a degree
-    assert found["force_x_N"] == pytest.approx(10 * np.sin(a), abs=0.2)
-    assert found["force_y_N"] == pytest.approx(3.0)
-    assert found["force_z_N"] == pytest.approx(10 * np.cos(a), abs=0.2)
+    assert found[:, 0] == pytest.approx(10 * np.sin(a), abs=0.2)
+    assert found[:, 1] == pytest.approx(3.0)
+    assert found[:, 2] == pytest.approx(10 * np.cos(a), abs=0.2)
 
 
 def test_without_an_engine_asked_for_turned_parts_are_computed_exactly(tmp_path):

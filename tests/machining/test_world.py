@@ -21,8 +21,9 @@ from vcmm.evaluation.linear import build
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.evaluation.world import Measuring
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
-from vcmm.machining.tool_errors import SETTING, ToolSide
+from vcmm.machining.tool_errors import ToolSide
 from vcmm.machining.world import Cutting
+from vcmm.machining.zero_setting import SETTING
 from vcmm.measuring.plan import touches
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task

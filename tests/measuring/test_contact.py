@@ -8,7 +8,7 @@ import pytest
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Array
-from vcmm.measuring.contact import measured_point, touch
+from vcmm.measuring.contact import touch
 from vcmm.measuring.strategies import Around, Grid, Helix, Ring, Spiral, plan_points
 from vcmm.part.mesh import Mesh, closest, sweep
 from vcmm.part.part import Feature, signed_distance
@@ -28,7 +28,7 @@ def departure(
     point, outward, direction = (np.asarray(a, dtype=np.float64)[None] for a in (point, outward, direction))
     start = point + tip_radius * outward - 3.0 * direction
     travel = touch(feature, start, direction, tip_radius, np.asarray(error, dtype=np.float64)[None])
-    corrected = measured_point(start, direction, travel, outward, tip_radius)[1]
+    corrected = start + travel[:, None] * direction - tip_radius * outward
     return np.asarray(corrected[0] - point[0])
 
 

@@ -15,8 +15,18 @@ from hypothesis import strategies as st
 
 from tests.conftest import data_file
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.nc.moves import PLANES, Move, Source
-from vcmm.nc.radius import FANUC_A, FANUC_B, LINUXCNC, SINUMERIK, Style, centre_path
+from vcmm.nc.moves import ORIGIN, PLANES, Move, Source
+from vcmm.nc.radius import FANUC_B, LINUXCNC, SINUMERIK, RadiusCompensation, Style, centre_path
+
+FANUC_A = Style("perpendicular", "lines")
+
+
+def compensated(moves, sides, radii, style=LINUXCNC, nose=ORIGIN):
+    """The path of the centre with a side (None: off) and a radius for each move."""
+    rows = zip(sides, radii, strict=True)
+    return centre_path(
+        moves, [None if side is None else RadiusCompensation(side, r, style, nose) for side, r in rows]
+    )
 
 
 def line(start, end, n=1, kind="line", plane="XY", feed=100.0):
@@ -44,7 +54,7 @@ def ends(path):
 def test_square_from_outside_gets_arcs_at_its_corners():
     # left of the direction +y at x = 0, +x at y = 10: the tool of radius 2 stands at x = -2, then y = 12
     moves = polyline([(0, -10), (0, 10), (20, 10)])
-    path = centre_path(moves, ["left"] * 2, [2.0] * 2)
+    path = compensated(moves, ["left"] * 2, [2.0] * 2)
     assert [m.kind for m in path] == ["line", "arc", "line"]
     assert np.allclose(ends(path), [[-2, 10, 0], [0, 12, 0], [20, 12, 0]], atol=1e-12)
     assert path[1].centre == (0.0, 10.0, 0.0)
@@ -57,7 +67,7 @@ def test_square_from_outside_gets_arcs_at_its_corners():
 def test_inside_corner_is_the_intersection():
     # lines y = 0 and x = 20, tool of radius 3 on the left, inside: the corner of the centre path is (17, 3)
     moves = polyline([(-10, 0), (0, 0), (20, 0), (20, 30)])
-    path = centre_path(moves, ["left"] * 3, [3.0] * 3)
+    path = compensated(moves, ["left"] * 3, [3.0] * 3)
     assert np.allclose(ends(path), [[0, 3, 0], [17, 3, 0], [17, 30, 0]], atol=1e-12)
 
 
@@ -69,7 +79,7 @@ def test_arcs_shrink_inside_and_grow_outside():
         arc((10, 0, 0), (15, 5, 0), (10, 5, 0), False),
     ]
     for side, y, x in (("left", 2.0, 13.0), ("right", -2.0, 17.0)):
-        path = centre_path(moves, [side] * 3, [2.0] * 3)
+        path = compensated(moves, [side] * 3, [2.0] * 3)
         assert np.allclose(ends(path), [[0, y, 0], [10, y, 0], [x, 5, 0]], atol=1e-12)
         assert path[2].centre == (10, 5, 0)
 
@@ -82,7 +92,7 @@ def test_line_into_arc_inside_corner():
         line((-8, 0, 0), (0, 0, 0)),
         arc((0, 0, 0), (5, 5, 0), (5, 0, 0), True),
     ]
-    path = centre_path(moves, ["left"] * 3, [0.9] * 3)
+    path = compensated(moves, ["left"] * 3, [0.9] * 3)
     # with radius 0.9: x = 5 - sqrt(5.9^2 - 0.9^2) = 5 - sqrt(34.0) = -0.830951895
     assert np.allclose(path[1].end, (5 - math.sqrt(34.0), 0.9, 0), atol=1e-12)
     assert np.allclose(path[2].end, (5, 5.9, 0), atol=1e-12)
@@ -95,7 +105,7 @@ def test_arc_into_arc_inside_corner():
         line((-10, -9, 0), (-10, 0, 0)), arc((-10, 0, 0), (0, 0, 0), (-5, 0, 0), True),
         arc((0, 0, 0), (10, 0, 0), (5, 0, 0), True),
     ]  # fmt: skip
-    path = centre_path(moves, ["left"] * 3, [1.0] * 3)
+    path = compensated(moves, ["left"] * 3, [1.0] * 3)
     assert np.allclose(ends(path), [[-11, 0, 0], [0, math.sqrt(11), 0], [11, 0, 0]], atol=1e-12)
 
 
@@ -103,7 +113,7 @@ def test_entry_of_the_three_styles_at_an_outside_corner():
     # entry along +x to (0, 0), contour then along -y: outside corner of 90 deg for the left, radius 2.
     # linuxcnc: (0, 2), arc to (2, 0). Type A: straight to (2, 0). Type B: the intersection (2, 2), no way round.
     moves = polyline([(-10, 0), (0, 0), (0, -10)])
-    got = {s: ends(centre_path(moves, ["left"] * 2, [2.0] * 2, s)) for s in (LINUXCNC, FANUC_A, FANUC_B)}
+    got = {s: ends(compensated(moves, ["left"] * 2, [2.0] * 2, s)) for s in (LINUXCNC, FANUC_A, FANUC_B)}
     assert np.allclose(got[LINUXCNC], [[0, 2, 0], [2, 0, 0], [2, -10, 0]], atol=1e-12)
     assert np.allclose(got[FANUC_A], [[2, 0, 0], [2, -10, 0]], atol=1e-12)
     assert np.allclose(got[FANUC_B], [[2, 2, 0], [2, -10, 0]], atol=1e-12)
@@ -112,7 +122,7 @@ def test_entry_of_the_three_styles_at_an_outside_corner():
 def test_entry_at_an_inside_corner():
     # entry along +x to (0, 0), then +y: inside on the left. linuxcnc: intersection (-2, 2); both Fanuc types: (-2, 0)
     moves = polyline([(-10, 0), (0, 0), (0, 10)])
-    got = {s: ends(centre_path(moves, ["left"] * 2, [2.0] * 2, s)) for s in (LINUXCNC, FANUC_A, FANUC_B)}
+    got = {s: ends(compensated(moves, ["left"] * 2, [2.0] * 2, s)) for s in (LINUXCNC, FANUC_A, FANUC_B)}
     assert np.allclose(got[LINUXCNC][0], [-2, 2, 0], atol=1e-12)
     for style in (FANUC_A, FANUC_B):
         assert np.allclose(got[style][0], [-2, 0, 0], atol=1e-12)
@@ -122,7 +132,7 @@ def test_sharp_corner_with_lines_is_cut_off_across():
     # direction +x, then back by 135 deg to (-1, -1)/sqrt 2, tool of radius 1 on the left: one radius beyond each
     # perpendicular: (10 + 1, 1), then (10, 0) + (-0.7071, 0.7071) n with n = (0.7071, -0.7071) minus the direction
     moves = polyline([(-5, 0), (0, 0), (10, 0), (0, -10)])
-    path = centre_path(moves, ["left"] * 3, [1.0] * 3, FANUC_A)
+    path = compensated(moves, ["left"] * 3, [1.0] * 3, FANUC_A)
     s = math.sqrt(0.5)
     assert np.allclose(ends(path), [[0, 1, 0], [11, 1, 0], [10 + 2 * s, 0, 0], [s, -10 - s, 0]], atol=1e-12)
 
@@ -137,7 +147,7 @@ def test_exit_and_what_follows():
         "perpendicular": [[0, 1, 0], [10, 1, 0], [10, 1, 5], [20, 10, 5]],  # the first one in the plane does
     }
     for entry, points in expected.items():
-        path = centre_path(moves, sides, [1.0] * 4, Style(entry))
+        path = compensated(moves, sides, [1.0] * 4, Style(entry))
         assert np.allclose(ends(path), points, atol=1e-12)
         assert [m.compensation for m in path] == ["left", "left", None, None]
         assert all(a.end == b.start for a, b in itertools.pairwise(path))
@@ -147,22 +157,22 @@ def test_type_b_leaves_around_an_outside_corner():
     # contour along +x to (10, 0), exit along -y: outside for the left; type B runs on to (11, 1), type A leaves from (10, 1)
     moves = polyline([(-5, 0), (0, 0), (10, 0), (10, -20)])
     sides = ["left", "left", None]
-    b = ends(centre_path(moves, sides, [1.0] * 3, FANUC_B))
-    a = ends(centre_path(moves, sides, [1.0] * 3, FANUC_A))
+    b = ends(compensated(moves, sides, [1.0] * 3, FANUC_B))
+    a = ends(compensated(moves, sides, [1.0] * 3, FANUC_A))
     assert np.allclose(b[1:], [[11, 1, 0], [10, -20, 0]], atol=1e-12)
     assert np.allclose(a[1:], [[10, 1, 0], [10, -20, 0]], atol=1e-12)
 
 
 def test_negative_radius_is_the_other_side():
     moves = polyline([(0, -10), (0, 10), (20, 10), (25, 0)])
-    one = centre_path(moves, ["left"] * 3, [2.0] * 3)
-    two = centre_path(moves, ["right"] * 3, [-2.0] * 3)
+    one = compensated(moves, ["left"] * 3, [2.0] * 3)
+    two = compensated(moves, ["right"] * 3, [-2.0] * 3)
     assert np.array_equal(ends(one), ends(two))
 
 
 def test_zero_radius_changes_nothing():
     moves = polyline([(0, -10), (0, 10), (20, 10)])
-    path = centre_path(moves, ["left"] * 2, [0.0] * 2)
+    path = compensated(moves, ["left"] * 2, [0.0] * 2)
     assert [m._replace(compensation=None) for m in path] == moves
 
 
@@ -172,7 +182,7 @@ def test_helix_keeps_its_height_and_plunges_are_carried():
         line((0, 0, 0), (0, -10, 0)), line((0, -10, 0), (0, -10, -1)),
         arc((0, -10, -1), (0, 10, -4), (0, 0, -1), False, turns=2),
     ]  # fmt: skip
-    path = centre_path(moves, ["left"] * 3, [4.0] * 3, SINUMERIK)
+    path = compensated(moves, ["left"] * 3, [4.0] * 3, SINUMERIK)
     assert np.allclose(ends(path), [[0, -6, 0], [0, -6, -1], [0, 6, -4]], atol=1e-12)
     assert path[2].turns == 2
     assert np.allclose(path[2].centre, (0, 0, -1))
@@ -181,7 +191,7 @@ def test_helix_keeps_its_height_and_plunges_are_carried():
 @pytest.mark.parametrize("plane", ["XY", "ZX", "YZ"])
 def test_the_same_in_every_plane(plane):
     moves = polyline([(0, -10), (0, 10), (20, 10)], z=7.0)
-    flat = ends(centre_path(moves, ["left"] * 2, [2.0] * 2))
+    flat = ends(compensated(moves, ["left"] * 2, [2.0] * 2))
     k = PLANES[plane]
 
     def turned(p):
@@ -191,7 +201,7 @@ def test_the_same_in_every_plane(plane):
         return tuple(out)
 
     there = [m._replace(start=turned(m.start), end=turned(m.end), plane=plane) for m in moves]
-    path = centre_path(there, ["left"] * 2, [2.0] * 2)
+    path = compensated(there, ["left"] * 2, [2.0] * 2)
     assert np.allclose(ends(path)[:, k], flat, atol=1e-12)
 
 
@@ -203,12 +213,12 @@ def test_lathe_nose_set_at_its_imaginary_tip():
     outside = [
         line((30, 0, 5), (20, 0, 2), plane="ZX"), line((20, 0, 2), (20, 0, -30), plane="ZX"),
     ]  # fmt: skip
-    path = centre_path(outside, ["right"] * 2, [0.8] * 2, Style("perpendicular"), [shift] * 2)
+    path = compensated(outside, ["right"] * 2, [0.8] * 2, Style("perpendicular"), shift)
     assert np.allclose(path[0].end, (20, 0, 2 - 0.8), atol=1e-12)
     assert np.allclose(path[1].end, (20, 0, -30.8), atol=1e-12)
     # a 45 deg chamfer: the controlled point lies beside it by 0.8 (sqrt 2 - 1) ... (X, Z) = (P + 0.8 n - 0.8 (1, 1))
     chamfer = [line((18, 0, 5), (18, 0, 2), plane="ZX"), line((18, 0, 2), (20, 0, 0), plane="ZX")]
-    path = centre_path(chamfer, ["right"] * 2, [0.8] * 2, Style("perpendicular"), [shift] * 2)
+    path = compensated(chamfer, ["right"] * 2, [0.8] * 2, Style("perpendicular"), shift)
     n = 0.8 * math.sqrt(0.5)
     assert np.allclose(path[1].end, (20 + n - 0.8, 0, 0 + n - 0.8), atol=1e-12)
 
@@ -232,14 +242,14 @@ def test_lathe_nose_set_at_its_imaginary_tip():
 )  # fmt: skip
 def test_what_cannot_be_done_is_refused(moves, sides, radius, what):
     with pytest.raises(ModelLimit, match=what):
-        centre_path(moves, sides, [radius] * len(moves))
+        compensated(moves, sides, [radius] * len(moves))
 
 
 def test_wrong_words_are_refused():
     with pytest.raises(UsageError, match="linuxcnc, perpendicular, along"):
         Style("type C")
     with pytest.raises(UsageError, match='"up"'):
-        centre_path(polyline([(0, 0), (9, 0)]), ["up"], [1.0])
+        compensated(polyline([(0, 0), (9, 0)]), ["up"], [1.0])
 
 
 # The distance law: every point of the centre path is at the radius from the programmed contour, none is closer.
@@ -306,7 +316,7 @@ def contours(draw):
 @settings(max_examples=150, deadline=None)
 @given(contours(), st.sampled_from(["left", "right"]), st.floats(0.5, 5.0))
 def test_every_point_is_at_the_radius_and_none_is_closer(moves, side, radius):
-    path = centre_path(moves, [side] * len(moves), [radius] * len(moves))
+    path = compensated(moves, [side] * len(moves), [radius] * len(moves))
     assert all(a.end == b.start for a, b in itertools.pairwise(path))
     points = np.concatenate([sampled(m) for m in path[1:]])
     nearest = np.min([distances(points, m) for m in moves], axis=0)
@@ -376,7 +386,7 @@ def test_linuxcnc_agrees(program):
     expected = json.loads(data_file(f"data/nc/expected_rs274/{Path(program).name}.json").read_text())[
         "events"
     ]
-    path = centre_path(moves, sides, radii)
+    path = compensated(moves, sides, radii)
     compared = 0
     for n in sorted({m.source.line for m in path if m.compensation}):
         mine = [m for m in path if m.source.line == n]

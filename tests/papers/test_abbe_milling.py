@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import vcmm
+from tests.documented import DOCS, instead
+from vcmm.cli import run as command
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import parse_structure
 from vcmm.core.machine import Machine
@@ -15,9 +18,10 @@ from vcmm.core.run import Run
 from vcmm.effects.component import ComponentTable
 from vcmm.effects.squareness import Squareness
 from vcmm.library import folder, path
-from vcmm.papers.abbe_milling import twin
+from vcmm.papers.abbe_milling import page, twin
 from vcmm.papers.abbe_milling.spline_slot import Slot, contour, program
 from vcmm.papers.virtual_cut import departure
+from vcmm.tables.table import text
 
 
 @pytest.fixture(scope="module")
@@ -161,3 +165,30 @@ def test_effect_on_the_floor_grows_with_the_rotation(scenario):
     # own motion of the table: tip -(0 b 0) x m with m = (750 450 -650), so z: +750 b; b = 10 urad at X = 750, 18 at 1350
     assert means["centre"] == pytest.approx(7.5e-3, rel=0.01)
     assert means[twin.FAR] == pytest.approx(13.5e-3, rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def result(scenario):
+    return twin.run(scenario, draws=3)
+
+
+def test_documentation_of_the_slots(result):
+    """The slots belong to the scenario's machine, so they do not depend on the number of draws."""
+    written = (DOCS / "abbe_milling.md").read_text(encoding="utf-8")
+    _, slots, _ = page.tables(result)
+    assert text(slots) in written
+    assert "smaller prediction" in written
+
+
+def test_demo_of_abbe_milling_prints_the_paper_beside_ours(result, tmp_path, capsys, monkeypatch):
+    instead(monkeypatch, twin, "abbe_milling", result, draws=3)
+    assert command(["demo", "--twin", "abbe_milling", "--draws", "3", "--out", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "24.7%" in out
+    assert "range of 3 draws" in out
+    assert "vcmm cut abbe_milling.toml" in out or "cut abbe_milling.toml" in out
+    page = (tmp_path / "report.html").read_text()
+    assert "smaller prediction" in page
+    figures = json.loads((tmp_path / "demo.json").read_text())
+    assert figures["paper_reduction"] == 0.247
+    assert len(figures["reductions"]) == 12

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vcmm
+from tests.documented import assert_documented, assert_titled
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Run
 from vcmm.effects.backlash import Backlash
@@ -16,7 +17,7 @@ from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.library import folder, path
 from vcmm.papers.error_tables import effects_of
-from vcmm.papers.marin2004 import twin
+from vcmm.papers.marin2004 import page, twin
 from vcmm.papers.marin2004.chain import carriages, expanded, in_workpiece_axes, product
 from vcmm.papers.marin2004.day import GAINS, MINUTES, Day, day, lagged, regression, thermal_effects
 
@@ -24,6 +25,11 @@ from vcmm.papers.marin2004.day import GAINS, MINUTES, Day, day, lagged, regressi
 @pytest.fixture(scope="module")
 def scenario():
     return vcmm.load_cut(path("marin2004"))
+
+
+@pytest.fixture(scope="module")
+def result(scenario):
+    return twin.run(scenario)
 
 
 def one_place(offset=(0.0, 0.0, -120.0)) -> Run:
@@ -153,8 +159,7 @@ def test_rewriting_takes_away_a_field_that_is_linear(scenario):
     assert max(np.abs(v).max() for v in after.values()) < 0.15  # decimals of the program: 0.1 um
 
 
-def test_rewriting_before_and_after_warm_up(scenario):
-    result = twin.run(scenario)
+def test_rewriting_before_and_after_warm_up(scenario, result):
     by = {(c.state, c.model): c for c in result.cuts}
     walls = ("east", "north", "west", "south")
     worst = {k: max(np.abs(c.departure[w]).max() for w in walls) for k, c in by.items()}
@@ -168,3 +173,8 @@ def test_rewriting_before_and_after_warm_up(scenario):
     assert top.mean() == pytest.approx(
         -growth, abs=0.9
     )  # what the regression misses, and the tilt of the cutter
+
+
+def test_documentation_shows_what_the_command_prints(scenario, result):
+    assert_documented("marin2004", page.tables(result))
+    assert_titled(page, scenario, result)

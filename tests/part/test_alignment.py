@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, Pose
 from vcmm.fit.elements import Fitted
-from vcmm.part.alignment import Alignment, align, best_fit, best_fit_centres, datum_system
+from vcmm.part.alignment import Alignment, align, datum_system
 from vcmm.part.part import Feature, moved
 
 NONE = np.array([])
@@ -188,32 +188,3 @@ def test_names_and_directions_are_checked() -> None:
 
 def corners() -> Array:
     return np.array([[0.0, 0, 0], [60, 0, 0], [0, 30, 0], [0, 0, 20]])
-
-
-def test_best_fit_finds_the_pose_exactly_and_batched() -> None:
-    poses = Pose.from_turns([[1.0, 2.0, 3.0], [-4.0, 5.0, 6.0]], [[0.1, 0.2, 3.0], [1.0, -2.0, 0.5]])
-    assert_same(best_fit(poses.apply(corners()), corners()), poses.inverse())
-
-
-def test_best_fit_spreads_the_residuals() -> None:
-    # a bar of four points on a square, one corner 0.4 mm too high along the normal: least squares shifts by -0.1;
-    # the residuals of the square after shift and tilt are +-0.1
-    square = np.array([[1.0, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]])
-    warped = square + np.array([[0, 0, 4e-4], [0, 0, 0], [0, 0, 0], [0, 0, 0]])
-    fit = best_fit(warped, square)
-    np.testing.assert_allclose((fit.apply(warped) - square)[:, 2], [1e-4, -1e-4, 1e-4, -1e-4], atol=1e-7)
-
-
-def test_best_fit_never_mirrors() -> None:
-    flat = np.array([[0.0, 0, 0], [60, 0, 0], [0, 30, 0]])
-    fit = best_fit(flat * [1, 1, -1], flat)
-    assert np.linalg.det(fit.rotation) == pytest.approx(1.0)
-
-
-def test_best_fit_of_ball_centres() -> None:
-    balls = ("ball", "ball 2", "ball 3")
-    assert_same(best_fit_centres(balls, FEATURES, measured()), MACHINE_FROM_PART.inverse())
-    with pytest.raises(ModelLimit, match="one line"):
-        best_fit_centres(balls[:2], FEATURES, measured())
-    with pytest.raises(UsageError, match="as many"):
-        best_fit(np.zeros((5, 3)), np.zeros((4, 3)))

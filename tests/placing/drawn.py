@@ -23,8 +23,8 @@ from vcmm.measuring.fixture import Fixture, Freedom, Goal, six_of
 from vcmm.measuring.plan import Plan, Step, Stylus
 from vcmm.measuring.scenario import Scenario
 from vcmm.part.part import Characteristic, Feature, Part
+from vcmm.placing.fixture_boxes import PoseBox, boxes
 from vcmm.placing.objective import Uncertain
-from vcmm.placing.space import Box, boxes
 from vcmm.placing.travels import Travels
 
 TRAVEL = {"X": (0.0, 700.0), "Y": (0.0, 600.0), "Z": (-450.0, 0.0)}
@@ -35,7 +35,7 @@ class Problem:
     """An objective over boxes, ready to be searched."""
 
     objective: Uncertain
-    boxes: list[Box]
+    boxes: list[PoseBox]
 
 
 def problem(seed: int) -> Problem:

@@ -15,14 +15,13 @@ from vcmm.core.laws import Normal
 from vcmm.core.run import Run
 from vcmm.effects.backlash import Backlash
 from vcmm.evaluation.linear import build
-from vcmm.evaluation.uncertainty import evaluate
 from vcmm.files.scenario import load_scenario
 from vcmm.library import path
 from vcmm.measuring.fixture import Goal, pose_of, six_of
 from vcmm.placing.closed import Closed
-from vcmm.placing.objective import Uncertain, exact_terms
+from vcmm.placing.fixture_boxes import boxes, default_fixture
+from vcmm.placing.objective import Uncertain
 from vcmm.placing.rows import Rows
-from vcmm.placing.space import boxes, default_fixture
 from vcmm.placing.travels import Travels
 
 
@@ -74,7 +73,7 @@ def test_variances_are_those_of_the_task_at_each_pose(tmp_path, name):
                 )
                 for i in (p.first, p.second)
             ]
-            for _, _, gain in model.meetings(p):
+            for _, _, gain in model.product_gains(p):
                 product += (gradient @ gain * u[0] * u[1]) ** 2
         assert np.abs(np.sqrt(second[j, smooth]) - np.sqrt(product)).max() < 1e-4 * scale.max()
 
@@ -119,7 +118,7 @@ def test_sensed_is_the_transpose_of_tip_motion(structure):
             six[:, :3] *= link in ("tip", "tool")
             six[:, 3:] *= place == "travel"
         moved = tip_motion(chain, axes, run, [Motion(link, place, six)])[:, :3]
-        seen = sensed(link_frames(chain, axes, run), axes, run, link, place, direction)
+        seen = sensed(link_frames(chain, axes, run), axes, run, (link, place), direction)
         assert np.allclose((moved * direction).sum(axis=1), (seen * six).sum(axis=1), rtol=1e-12), (
             link,
             place,
@@ -136,36 +135,3 @@ def test_projected_responses_are_weights_times_responses(tmp_path):
             if effect.name in ("residual_field", "correlated_field"):
                 wanted = np.einsum("ni,nik->nk", weights, basis(effect, "values", run))
                 assert np.allclose(projected_basis(effect, "values", run, weights), wanted, atol=1e-12)
-
-
-def test_factor_k_and_u_at_the_present_pose_are_those_of_the_evaluation():
-    scenario = load_scenario(path("plate"))
-    objective = Uncertain.of(scenario)
-    found = objective.spread(six_of(scenario.pose)[None])
-    result = evaluate(scenario.task(), replace(scenario.settings, trials=50_000))
-    for i, c in enumerate(result.characteristics):
-        share = 1e-3 if i in objective.smooth else 0.02  # an extreme value: 128 common draws
-        assert found.u[0, i] == pytest.approx(c.u, rel=share)
-    terms = exact_terms(objective.closed, objective.gradient_rows[0], six_of(scenario.pose))
-    first, second = objective.closed.variances(six_of(scenario.pose)[None], objective.gradient_rows)
-    assert sum(float((t.gain**2).sum()) * t.law.u**2 for t in terms) == pytest.approx(
-        first[0, 0].sum(), rel=1e-9
-    )
-    assert first[0, 0].sum() + second[0, 0] == pytest.approx(found.u[0, 0] ** 2, rel=1e-12)
-    assert objective.factors[0] == pytest.approx(result.characteristics[0].k, rel=1e-3)
-
-
-def test_extreme_values_follow_the_monte_carlo_from_pose_to_pose():
-    """The approximation of a form: its ratio between poses, against 20 000 trials."""
-    scenario = load_scenario(path("gaska2014"))
-    objective = Uncertain.of(scenario, Goal({"U": 1.0}, {"form of the bore": 1.0}))
-    six = np.array([six_of(scenario.places[n]) for n in ("1", "4")])
-    u = objective.spread(six).u[:, 0]
-    found = [
-        evaluate(scenario.at(pose_of(p)).task(), replace(scenario.settings, trials=20_000))
-        .characteristics[0]
-        .u
-        for p in six
-    ]
-    assert u[0] / u[1] == pytest.approx(found[0] / found[1], rel=0.05)
-    assert np.allclose(u, found, rtol=0.06)

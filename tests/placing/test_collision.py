@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from vcmm.core.pose import Pose
-from vcmm.part.mesh import Mesh
 from vcmm.part.part import Feature, Part
-from vcmm.placing.collision import Bodies, rods, slack
+from vcmm.placing.collision import Bodies, _half_diagonal, lacking, rods, slack
 from vcmm.placing.material import analytic_solid
-from vcmm.placing.meshes import MeshSolid, mesh_distance_numpy
-from vcmm.placing.solid import Box, Frustum, Rod
+from vcmm.placing.solid import Cuboid
 
 Z = np.array([0.0, 0.0, 1.0])
-CUBE = Box(Pose.identity(), np.array([10.0, 10.0, 10.0]))
+
+
+CUBE = Cuboid(Pose.identity(), np.array([10.0, 10.0, 10.0]))
 
 
 def block() -> Part:
@@ -29,18 +29,6 @@ def in_block(p):
     """The same material, written down independently."""
     inside = (np.abs(p[..., 0]) <= 40) & (np.abs(p[..., 1]) <= 40) & (p[..., 2] >= 0) & (p[..., 2] <= 20)
     return inside & (np.hypot(p[..., 0], p[..., 1]) >= 15)
-
-
-def test_distances_by_hand():
-    p = np.array([[13.0, 14.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 12.0]])
-    # corner edge: hypot(3, 4) = 5; inside 6 mm from the wall; 2 mm above
-    assert np.allclose(CUBE.distance(p), [5.0, -6.0, 2.0])
-    rod = Rod(np.zeros(3), Z, 5.0, 20.0)
-    # beside: 8 - 5 = 3; over the rim: hypot(8 - 5, 24 - 20) = 5; on the axis at half height: -5
-    assert np.allclose(rod.distance(np.array([[8.0, 0, 10], [0, 8.0, 24.0], [0, 0, 10.0]])), [3.0, 5.0, -5.0])
-    cone = Frustum(np.zeros(3), Z, 10.0, np.radians(45.0), 10.0)
-    # at z = 5 the radius is 15; a point at 17 is 2 cos 45 deg = 1.41421 from the side
-    assert np.allclose(cone.distance(np.array([[17.0, 0.0, 5.0]])), 2.0 * np.cos(np.radians(45)))
 
 
 def test_capsule_beside_a_cube_by_hand():
@@ -66,51 +54,12 @@ def test_the_corners_of_a_round_head_do_not_count():
     assert slack(CUBE, round_, np.zeros(1))[0] > 0.0
 
 
-def test_material_of_a_block_with_a_bore():
-    p = np.random.default_rng(1).uniform([-50, -50, -10], [50, 50, 30], (20000, 3))
-    solid = analytic_solid(block(), 5.0)
-    assert np.array_equal(solid.distance(p) <= 0, in_block(p))
-
-
-def test_the_distance_is_never_larger_than_the_way_to_the_material():
-    """Independent: from each point in every direction the first material must not lie nearer than claimed."""
-    rng = np.random.default_rng(2)
-    p = rng.uniform([-50, -50, -10], [50, 50, 40], (3000, 3))
-    claimed = analytic_solid(block(), 5.0).distance(p)
-    outside = claimed > 0
-    way = rng.normal(size=(3000, 200, 3))
-    way /= np.linalg.norm(way, axis=2, keepdims=True)
-    reach = p[:, None] + way * claimed[:, None, None] * rng.uniform(0, 1, (3000, 200, 1))
-    assert outside.sum() > 1000
-    assert not in_block(reach[outside]).any()
-
-
-def test_mesh_kernel_and_its_twin_and_the_box():
-    mesh = cube_mesh()
-    p = np.random.default_rng(3).uniform(-20, 20, (500, 3))
-    from vcmm.placing._mesh_kernels import mesh_distance
-
-    fast, slow = mesh_distance(p, mesh.triangles().copy()), mesh_distance_numpy(p, mesh.triangles())
-    assert np.allclose(fast[0], slow[0], atol=1e-12)
-    assert np.allclose(fast[1], slow[1], atol=1e-12)
-    assert np.allclose(MeshSolid(mesh).distance(p), CUBE.distance(p), atol=1e-9)
-
-
 def test_swept_tools_against_dense_sampling():
     """1000 random shafts, moving or not: none that is called clear touches the block or comes nearer than it must."""
     clear, near, wrong = random_checks(1000, seed=7)
     assert wrong == 0
     assert clear > 200  # the check can fail: enough of both kinds
     assert near > 200
-
-
-def cube_mesh() -> Mesh:
-    v = np.array([[x, y, z] for x in (-10, 10) for y in (-10, 10) for z in (-10, 10)], dtype=float)
-    faces = [
-        (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
-        (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
-    ]  # fmt: skip
-    return Mesh(v, np.array(faces))
 
 
 def random_checks(n: int, seed: int) -> tuple[int, int, int]:
@@ -129,3 +78,30 @@ def random_checks(n: int, seed: int) -> tuple[int, int, int]:
     hit = in_block(skin + ball * (radius + need)[:, None, None]).any(axis=1) | in_block(skin).any(axis=1)
     clear = room > 0
     return int(clear.sum()), int((~clear).sum()), int((clear & hit).sum())
+
+
+def test_a_gap_that_cannot_be_told_is_none():
+    """A number that is not one never counts as free."""
+    cube, start = Cuboid(Pose.identity(), np.full(3, 10.0)), np.array([[np.nan, 0.0, 0.0], [50.0, 0.0, 0.0]])
+    found = lacking(cube, [(rods(start, start + 1.0, np.ones(2)), np.zeros(2), np.full(2, 0.02))])
+    assert found.tolist() == [[np.inf, 0.0]]
+
+
+def test_half_diagonal_by_hand():
+    """Half-edges of 1, 2 and 2 mm at right angles: sqrt(1 + 4 + 4) = 3; a fourth along the first makes it sqrt(9 + 4 + 4)."""
+    edges = np.zeros((2, 4, 3))
+    edges[:, 0, 0], edges[:, 1, 1], edges[:, 2, 2] = 1.0, 2.0, 2.0
+    edges[1, 3, 0] = 2.0
+    assert _half_diagonal(edges) == pytest.approx([3.0, np.sqrt(17.0)])
+    edges[1, 3, 0] = -2.0
+    assert _half_diagonal(edges)[1] == pytest.approx(np.sqrt(17.0))
+
+
+def test_a_swept_body_by_hand():
+    rod = rods(np.zeros((1, 3)), np.array([[0.0, 0.0, 10.0]]), np.array([1.0]))
+    swept = rod.swept(np.array([[1.0, 0, 0]]), np.array([[5.0, 0, 0]]))
+    assert swept.centre[0].tolist() == [3.0, 0.0, 5.0]
+    assert swept.edges[0, 3].tolist() == [2.0, 0.0, 0.0]
+    turned = rod.moved(np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), np.array([0.0, 0.0, 7.0]))
+    assert turned.centre[0].tolist() == [5.0, 0.0, 7.0]
+    assert turned.edges[0, 0].tolist() == [5.0, 0.0, 0.0]

@@ -10,12 +10,12 @@ import pytest
 from tests.placing.placing_independent import BORE, DOWN, TOP, Z, compare, job
 from vcmm.core.errors import DataError
 from vcmm.core.pose import Pose
+from vcmm.measuring.fixture import Fixture, Freedom
 from vcmm.measuring.obstacles import Clamp, Surroundings
 from vcmm.measuring.plan import Plan, Step, Stylus, Touch
 from vcmm.measuring.strategies import Levels, plan_points
 from vcmm.part.part import Feature, Part
 from vcmm.placing.reach import CONSTRAINTS, Feasibility
-from vcmm.placing.relax import no_reachable_pose, relaxation
 
 HERE = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])
 
@@ -41,7 +41,7 @@ def test_travel_by_hand():
     six = HERE + [170.0, 0, 0, 0, 0, 0]
     assert amount(check, six, "travel") == pytest.approx(5.0)
     found = [p for p in check.problems(Pose(np.eye(3), six[:3])) if p.constraint == "travel"]
-    assert found[0].where == "point 2 on top"
+    assert found[0].point == "point 2 on top"
     assert "beyond the travel of X" in found[0].text
 
 
@@ -102,7 +102,7 @@ def test_direction_limit():
     base = job(both=False)
     check = Feasibility.of(replace(base, surroundings=replace(base.surroundings, steepest=np.radians(80.0))))
     found = [p for p in check.problems(base.pose) if p.constraint == "direction"]
-    assert {p.where.split(" on ")[1] for p in found} == {"bore"}  # a wall: 90 deg
+    assert {p.point.split(" on ")[1] for p in found} == {"bore"}  # a wall: 90 deg
     assert found[0].amount == pytest.approx(np.radians(10.0))
     assert found[0].unit == "rad"
 
@@ -141,25 +141,9 @@ def test_moves_draw_back_where_straight_is_blocked():
     assert "moves" in named(check, HERE) or "head" in named(check, HERE) or "quill" in named(check, HERE)
 
 
-class Free:
-    """A fixture as the search describes it."""
-
-    def __init__(self, **kw):
-        self.freedoms, self.slots, self.faces = (
-            kw.get("freedoms", ()),
-            kw.get("slots", ()),
-            kw.get("faces", {}),
-        )
-
-
-class Freedom:
-    def __init__(self, name, low=0.0, high=0.0, values=()):
-        self.name, self.low, self.high, self.values = name, low, high, values
-
-
 def test_slots_turns_and_faces():
     scenario = job(both=False)
-    turns = Free(freedoms=(Freedom("turn_z", values=(0.0, np.pi / 2)),))
+    turns = Fixture(freedoms=(Freedom("turn_z", values=(0.0, np.pi / 2)),))
     check = Feasibility.of(scenario, turns)
     assert amount(check, HERE, "fixture") == 0.0
     assert amount(check, HERE + [0, 0, 0, 0, 0, np.pi / 2], "fixture") == 0.0
@@ -167,30 +151,11 @@ def test_slots_turns_and_faces():
     arm = np.linalg.norm(check.corners - check.corners.mean(axis=0), axis=1).max()
     off = amount(check, HERE + [0, 0, 0, 0, 0, np.radians(95.0)], "fixture")
     assert off == pytest.approx(np.radians(5.0) * arm)
-    slots = Feasibility.of(scenario, Free(slots=((0.0, 0.0, 5.0), (100.0, 0.0, 5.0))))
+    slots = Feasibility.of(scenario, Fixture(slots=((0.0, 0.0, 5.0), (100.0, 0.0, 5.0))))
     assert amount(slots, HERE + [40.0, 0, 0, 0, 0, 0], "fixture") == pytest.approx(40.0)
-    down = Feasibility.of(scenario, Free(faces={"bottom": (0.0, 0.0, -1.0)}))
+    down = Feasibility.of(scenario, Fixture(faces={"bottom": (0.0, 0.0, -1.0)}))
     assert amount(down, HERE, "fixture") == 0.0
     assert amount(down, HERE + [0, 0, 0, 0.2, 0, 0], "fixture") == pytest.approx(0.2 * arm)
-
-
-def test_relaxation_by_hand():
-    """x may only lie between 170 and 190: the nearest, 170, lacks 5 mm of travel, and nothing else."""
-    check = Feasibility.of(job(both=False))
-    low, high = HERE.copy(), HERE.copy()
-    low[0], high[0] = 170.0, 190.0
-    points = np.linspace(low, high, 5)
-    found = relaxation(check, points, low, high, polish=40)
-    assert found[0].constraint == "travel"
-    assert found[0].amount == pytest.approx(5.0, abs=1e-6)
-    error = no_reachable_pose(found, check, found[0].pose)
-    assert "travel by 5 mm" in str(error)
-    assert "point 2 on top" in str(error)
-
-
-def test_relaxation_of_an_open_space_is_zero():
-    check = Feasibility.of(job(both=False))
-    assert relaxation(check, HERE)[0].amount == 0.0
 
 
 def test_contradictory_clamps_are_refused():

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.placing.risk import guard_band, wrong
+from vcmm.placing.risk import guard_band, wrong_decisions
 
 
 def test_no_uncertainty_no_risk():
-    found = wrong(np.array([0.0]), np.zeros(1), (-1.0, 1.0), np.zeros(1), (0.0, 1.0))
+    found = wrong_decisions(np.array([0.0]), np.zeros(1), (-1.0, 1.0), np.zeros(1), (0.0, 1.0))
     assert found.total[0] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_two_sided_without_guard_by_hand():
     """Parts and errors of one size u = s = 1, one limit at 0: the true and the indicated value are on different sides of 0
     with probability arccos(rho) / pi, rho = s / sqrt(s^2 + u^2) = 1/sqrt 2 (Sheppard 1899): 45 deg / 180 deg = 1/4."""
-    found = wrong(np.array([1.0]), np.zeros(1), (-np.inf, 0.0), np.zeros(1), (0.0, 1.0))
+    found = wrong_decisions(np.array([1.0]), np.zeros(1), (-np.inf, 0.0), np.zeros(1), (0.0, 1.0))
     assert found.accept_bad[0] == pytest.approx(1 / 8, abs=1e-8)
     assert found.reject_good[0] == pytest.approx(1 / 8, abs=1e-8)
     assert found.undecided[0] == pytest.approx(0.0, abs=1e-12)
@@ -30,7 +30,7 @@ def test_against_counting(u, bias, rule):
     guard = guard_band(rule, np.array([u]), np.array([2 * u]))
     good = np.abs(true) <= 1
     accepted, rejected = np.abs(said) <= 1 - guard, np.abs(said) > 1 + guard
-    found = wrong(np.array([u]), np.array([bias]), (-1.0, 1.0), guard, (0.1, 0.4))
+    found = wrong_decisions(np.array([u]), np.array([bias]), (-1.0, 1.0), guard, (0.1, 0.4))
     error = 4 / np.sqrt(len(true))
     assert found.accept_bad[0] == pytest.approx((accepted & ~good).mean(), abs=error / 20)
     assert found.reject_good[0] == pytest.approx((rejected & good).mean(), abs=error / 20)

@@ -10,7 +10,8 @@ from vcmm.diagnosis.result import Diagnosis
 
 def left(problem: Problem, d: Diagnosis) -> np.ndarray:
     """The residual (m,) without what was named. Terms without a crisp number stay in."""
-    gone = [problem.observer.of_effect(a.fitted) for a in d.answer if a.fitted is not None]
+    eye = problem.observer
+    gone = [eye.through(a.fitted, a.fitted.error_motion(eye.run)) for a in d.answer if a.fitted is not None]
     own = {e.id: e for e in problem.machine.effects}
     assert not any(
         a.fitted.id in own for a in d.answer if a.fitted is not None

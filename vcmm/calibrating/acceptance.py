@@ -17,6 +17,7 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import MultivariateSamples
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.effects import has_role
 from vcmm.response.influence import influences
 from vcmm.response.volumetric import with_defaults
 
@@ -278,4 +279,6 @@ def _looked_at(run: Run) -> Run:
 
 
 def without_scatter(machine: Machine) -> Machine:
-    return replace(machine, inputs=tuple(i for i in machine.inputs if i.effect != "scatter"))
+    return replace(
+        machine, inputs=tuple(i for i in machine.inputs if not has_role(i.effect, "repeatability"))
+    )

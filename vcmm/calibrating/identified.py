@@ -22,7 +22,7 @@ from vcmm.core.run import Array
 WORSE = 0.2  # u after over u before: below, an error is identified
 SQUARE = 1e-5  # rad: usual squareness
 OPEN = 0.25  # variance after over before, of a combination that is not identified
-SHAPES = ("slope", "bow", "S shape")
+SHAPES, ANGLE_SHAPE = ("slope", "bow", "S shape"), "angle"
 SHOWN = 0.12  # share of a member of a combination, of its largest
 MOST = 12
 
@@ -122,7 +122,7 @@ def _shapes(model: ErrorModel, names: Sequence[str]) -> tuple[Array, list[tuple[
             full = np.zeros(model.size)
             full[model.slices[pair]] = 1.0
             columns.append(full)
-            labels.append((pair, "squareness"))
+            labels.append((pair, ANGLE_SHAPE))
     return (np.stack(columns, axis=1) if columns else np.zeros((model.size, 0))), labels
 
 
@@ -180,13 +180,15 @@ def _grouped(found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[s
 
 def _alone(name: str, members: Sequence[tuple[str, str, float]]) -> str:
     shapes = sorted({shape for _, shape, _ in members})
-    what = "" if len(shapes) >= 2 or shapes == ["squareness"] else f" ({shapes[0]})"
+    what = "" if len(shapes) >= 2 or shapes == [ANGLE_SHAPE] else f" ({shapes[0]})"
     return f"{name}{what}: no reading depends on it; {hint(name)}"
 
 
 def _several(members: Sequence[tuple[str, str, float]]) -> str:
     parts = [
-        f"{_amount(name, value)} of {shape if shape == 'squareness' else 'the ' + shape + ' of'} {name}"
+        f"{_amount(name, value)} of squareness {name}"
+        if shape == ANGLE_SHAPE
+        else f"{_amount(name, value)} of the {shape} of {name}"
         for name, shape, value in members
     ]
     more = "" if len(parts) <= 6 else f" and {len(parts) - 6} more"

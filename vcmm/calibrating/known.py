@@ -12,10 +12,9 @@ from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.effects.component import ComponentSpline, ComponentTable
 from vcmm.response.observe import lacking
 
-TABLES = ("component_table", "component_spline", "component_polynomial", "squareness", "lost_motion_table")
+LOST, JOINT = "lost motion table", "joint calibration"  # roles
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +31,7 @@ class Known:
 
 def known_errors_of(machine: Machine, model: ErrorModel) -> Known:
     """Errors and their covariance as the machine file has them. Raises ModelLimit where its tables do not reach the nodes."""
-    own = [e for e in machine.effects if e.name in TABLES]
+    own = [e for e in machine.effects if e.calibrated]
     told = tuple(n for n in model.names if any(name_of(e) == n for e in own))
     theta = np.zeros(model.size)
     for effect in own:
@@ -50,27 +49,21 @@ def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
     """Linear axis -> (low, high) mm over which the machine file tabulates errors: where all its tables reach."""
     out: dict[str, tuple[float, float]] = {}
     for effect in machine.effects:
-        nodes = [np.asarray(g, dtype=float) for a, g in _grids(effect) if a == effect.link and a in "XYZ"]
-        for grid in nodes:
-            low, high = out.get(effect.link, (-np.inf, np.inf))
-            out[effect.link] = (max(low, float(grid[0])), min(high, float(grid[-1])))
+        for known in effect.known_range() if effect.calibrated else ():
+            if "XYZ"[known.direction] == effect.link:
+                low, high = out.get(effect.link, (-np.inf, np.inf))
+                out[effect.link] = (max(low, known.low), min(high, known.high))
     return out
-
-
-def _grids(effect: Effect) -> list[tuple[str, Array]]:
-    if isinstance(effect, ComponentTable):
-        return list(zip(effect.arguments, effect.grids))
-    return [(effect.link, effect.nodes)] if isinstance(effect, ComponentSpline) else []
 
 
 def name_of(effect: Effect) -> str:
     """EXX, C0Y; BX for a lost motion."""
-    return f"B{effect.link}" if effect.name == "lost_motion_table" else effect.where
+    return f"B{effect.link}" if effect.role == LOST else effect.where
 
 
 def _reading_of(effect: Effect) -> float:
     """A lost motion shows as -1/2 of its gap in positive sense."""
-    return -2.0 if effect.name == "lost_motion_table" else 1.0
+    return -2.0 if effect.role == LOST else 1.0
 
 
 def _place(model: ErrorModel, effect: Effect) -> tuple[slice, Run, int] | None:
@@ -101,7 +94,7 @@ def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
     for effect in machine.effects:
         if effect.name != one.effect or one.where not in (EVERY, effect.where):
             continue
-        place = _place(model, effect) if effect.name in (*TABLES, "calibration_modes") else None
+        place = _place(model, effect) if effect.calibrated or effect.role == JOINT else None
         if place is None or lacking(effect, place[1]):
             continue
         part, run, column = place

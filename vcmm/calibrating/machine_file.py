@@ -2,41 +2,50 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from vcmm.calibrating.model import Curve
+from vcmm.calibrating.model import Curve, curve_effect, number_of
 from vcmm.calibrating.result import Calibration, rms
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.machine_file import effect_toml, input_toml
-from vcmm.effects.reversal_curve import LostMotionTable
+from vcmm.effects import BY_NAME
 from vcmm.files.isg import ErrorFile, ErrorTable
 from vcmm.files.isg_writer import isg_text
 from vcmm.files.joint_covariance import JointCovariance, covariance_text
+from vcmm.files.toml_edits import editable, move_names, without_table
 
 CHANCE = 0.01  # a lost motion that chance would make so often is none
 
 
-def machine_texts(found: Calibration, stem: str, sources: Sequence[str], prior: str = "") -> dict[str, str]:
-    """File name -> text: STEM.toml, STEM_errors.csv, STEM_covariance.csv.
+def machine_texts(
+    found: Calibration, target: Path, sources: Sequence[str], prior: Path | None = None
+) -> dict[str, str]:
+    """File name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv beside it.
 
-    sources: names of the recordings. prior: text of the machine file that the calibration started from; what it says beside
-    the error table stays.
+    sources: names of the recordings. prior: the machine file that the calibration started from; what it says beside the error
+    table stays, with its comments.
     """
-    table, covariance = f"{stem}_errors.csv", f"{stem}_covariance.csv"
+    table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
     said = f"calibrated from {', '.join(sources)}"
     names, nodes = found.kept.labels
     stored = np.array([not (n[0] == "B" and len(n) == 2) for n in names])
     joint = JointCovariance(
         tuple(n for n, s in zip(names, stored) if s), nodes[stored], found.covariance[np.ix_(stored, stored)]
     )
+    errors = _errors(found, table, covariance, said)
+    if prior is None:
+        text = _head(found.machine) + errors + _repeatability(found)
+    else:
+        text = f"{_without_errors(prior, target.parent).rstrip()}\n\n{errors}"
+    reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
     return {
-        f"{stem}.toml": _toml(found, table, covariance, said, prior),
+        f"{target.stem}.toml": text + reversals,
         table: isg_text(error_file(found), said),
         covariance: covariance_text(joint),
     }
@@ -53,16 +62,13 @@ def error_file(found: Calibration) -> ErrorFile:
     return ErrorFile(tuple(tables), {p: float(found.theta[model.slices[p]][0]) for p in model.pairs})
 
 
-def _toml(found: Calibration, table: str, covariance: str, said: str, prior: str) -> str:
+def _errors(found: Calibration, table: str, covariance: str, said: str) -> str:
+    """[errors], with what is not identified in comments."""
     missing = "".join(f"# not identified: {c.text}\n" for c in found.identified.combinations)
-    errors = (
+    return (
         f'{missing}[errors]\ntable = "{table}"\ninterpolation = "cubic"\nstate = "{found.machine.state}"\n'
         f'covariance = "{covariance}"\nevidence = "{said}"\n'
     )
-    reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
-    if prior:
-        return _without_errors(prior).rstrip() + "\n\n" + errors + reversals
-    return _head(found.machine) + errors + _repeatability(found) + reversals
 
 
 def _reversal(found: Calibration, curve: Curve) -> str:
@@ -73,8 +79,8 @@ def _reversal(found: Calibration, curve: Curve) -> str:
     value, covariance = found.theta[part], found.covariance[part, part]
     if chi2.sf(float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value), len(value)) > CHANCE:
         return f"# lost motion of {curve.axis}: none beyond chance\n"
-    effect = LostMotionTable(curve.axis, curve.nodes, value)
-    known = Input(effect.name, curve.axis, "values", MultivariateNormal(covariance), "machine", "")
+    effect = curve_effect(curve, value)
+    known = Input(effect.name, curve.axis, number_of(effect), MultivariateNormal(covariance), "machine", "")
     return effect_toml(effect) + input_toml(effect, known, "this calibration").replace(
         "diagnosed from", "fitted in"
     )
@@ -102,20 +108,17 @@ def _repeatability(found: Calibration) -> str:
     return f'[repeatability]                # scatter of the touches of this calibration\nlaw = "normal"\nu = "{u * 1e3:.3g} um"\n'
 
 
-def _without_errors(text: str) -> str:
-    """A machine file without [errors] and without what is said of single components elsewhere."""
-    kept, skip = [], False
-    blocks = re.split(r"(?m)^(?=\s*\[)", text)
-    for block in blocks:
-        head = block.strip().split("\n", 1)[0].strip()
-        skip = head.startswith("[errors") or (
-            head.startswith(("[[inputs]]", "[[effects]]"))
-            and re.search(
-                r'(?m)^\s*effect\s*=\s*"(component_table|component_spline|component_polynomial|squareness|lost_motion_table)"',
-                block,
-            )
-            is not None
-        )
-        if not skip:
-            kept.append(block)
-    return "".join(kept)
+def _without_errors(prior: Path, folder: Path) -> str:
+    """A machine file without [errors] and without what it says of single components elsewhere, as it stands in `folder`."""
+    document = editable(prior)
+    without_table(document, "errors")
+    for key in ("inputs", "effects"):
+        stated = document.get(key, [])
+        for i in reversed(range(len(stated))):
+            kind = BY_NAME.get(str(stated[i].get("effect")))
+            if kind is not None and kind.calibrated:
+                del stated[i]
+        if key in document and not len(stated):
+            document.remove(key)
+    move_names(document, prior.parent, folder)
+    return str(document.as_string())

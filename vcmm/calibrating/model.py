@@ -22,14 +22,13 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.effect import Effect, basis
+from vcmm.core.effect import Effect, basis, parameter_fields
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.grid import node_weights
 from vcmm.core.kinematics import Axis, Chain, Motion, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.effects.component import ComponentSpline, node_weights
-from vcmm.effects.reversal_curve import LostMotionTable
-from vcmm.effects.squareness import Squareness
+from vcmm.effects import made_for
 
 SIZE, TURN = 3e-3, 5e-6  # mm, rad: usual rms of a component
 PAIR_AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
@@ -124,7 +123,7 @@ class ErrorModel:
         """The errors as effects of a machine; without theta all zero."""
         theta = np.zeros(self.size) if theta is None else theta
         splines = [curve_effect(c, theta[self.slices[c.component]]) for c in self.curves]
-        return [*splines, *(Squareness(p, float(theta[self.slices[p]][0])) for p in self.pairs)]
+        return [*splines, *(angle_effect(p, float(theta[self.slices[p]][0])) for p in self.pairs)]
 
     def coarser(self, step: int) -> tuple[ErrorModel, Array]:
         """Every step-th node only, and the matrix (size, fewer) from its numbers to these: both describe one spline."""
@@ -140,9 +139,15 @@ class ErrorModel:
 
 def curve_effect(curve: Curve, values: Array) -> Effect:
     """One curve as an effect of a machine."""
-    if curve.reversal:
-        return LostMotionTable(curve.axis, curve.nodes, values)
-    return ComponentSpline(curve.component, curve.nodes, values)
+    role, where = ("lost motion table", curve.axis) if curve.reversal else ("error curve", curve.component)
+    effect: Effect = made_for(role, "a calibration")(where, curve.nodes, values)
+    return effect
+
+
+def angle_effect(pair: str, angle: float) -> Effect:
+    """One squareness, rad, as an effect of a machine."""
+    effect: Effect = made_for("angle between axes", "a calibration")(pair, angle)
+    return effect
 
 
 def error_model(
@@ -196,11 +201,9 @@ def gauge(model: ErrorModel, machine: Machine) -> Array:
 def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
     """(pairs, 1 or 2): squareness that stands for the constant and the line of a curve."""
     run = _grid(model, machine)
-    field = _columns(
-        machine.chain, machine.axes, run, ComponentSpline(curve.component, curve.nodes, curve.nodes)
-    )
+    field = _columns(machine.chain, machine.axes, run, curve_effect(curve, curve.nodes))
     taken = field @ curve.taken
-    pairs = [_columns(machine.chain, machine.axes, run, Squareness(p, 0.0), "angle") for p in model.pairs]
+    pairs = [_columns(machine.chain, machine.axes, run, angle_effect(p, 0.0)) for p in model.pairs]
     free = np.concatenate([*pairs, _rigid(machine.prepare(run).tip), _tool_turns(machine, run)], axis=1)
     scale = np.linalg.norm(free, axis=0)
     scale[scale == 0] = 1.0
@@ -208,11 +211,15 @@ def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
     return np.asarray(found[: len(model.pairs)])
 
 
-def _columns(
-    chain: Chain, axes: Mapping[str, Axis], run: Run, effect: Effect, parameter: str = "values"
-) -> Array:
+def number_of(effect: Effect) -> str:
+    """The only parameter of an error that a calibration finds: "values", or "angle"."""
+    (spec,) = parameter_fields(effect)
+    return spec.name
+
+
+def _columns(chain: Chain, axes: Mapping[str, Axis], run: Run, effect: Effect) -> Array:
     """(3 n, k): the tip error x y z of every row per unit of each element of the parameter."""
-    six = basis(effect, parameter, run)
+    six = basis(effect, number_of(effect), run)
     sign = -1.0 if effect.own and effect.link in chain.work else 1.0
     moved = [
         tip_motion(chain, axes, run, [Motion(effect.link, effect.place, sign * six[:, :, k])])[:, :3].ravel()

@@ -14,13 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.calibrating.model import ErrorModel
+from vcmm.calibrating.model import ErrorModel, number_of
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Motion, tip_motion
 from vcmm.core.laws import Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.effects.squareness import Squareness
 from vcmm.instruments.instrument import Certificate
 from vcmm.instruments.tracker import settled
 from vcmm.response.nuisance import nuisance_columns
@@ -88,8 +87,7 @@ def error_columns(observer: Observer, model: ErrorModel) -> Array:
     out = np.zeros((observer.recording.m, model.size))
     for name, effect in zip(model.names, model.effects()):
         if not lacking(effect, observer.run):
-            parameter = "angle" if isinstance(effect, Squareness) else "values"
-            out[:, model.slices[name]] = observer.of_parameter(effect, parameter)
+            out[:, model.slices[name]] = observer.of_parameter(effect, number_of(effect))
     return out
 
 

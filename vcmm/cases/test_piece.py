@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Piece:
+class PieceSizes:
     """All lengths in mm, drawing frame: origin in the middle of the top face, Z up."""
 
     side: float = 160.0
@@ -37,9 +37,9 @@ class Piece:
     speed: float = 2400.0  # 1/min
 
 
-def program(piece: Piece | None = None) -> str:
+def program(piece: PieceSizes | None = None) -> str:
     """The NC program (Fanuc dialect), finishing passes only; climb milling."""
-    p = piece or Piece()
+    p = piece or PieceSizes()
     blocks = ["%", "O1079 (CIRCLE DIAMOND SQUARE, FINISHING)", *_head(p)]
     blocks += ["(BORE)", *_bore(p)]
     blocks += ["(CIRCLE)", *_boss(p)]
@@ -52,7 +52,7 @@ def program(piece: Piece | None = None) -> str:
     return "\n".join(blocks) + "\n"
 
 
-def _head(p: Piece) -> list[str]:
+def _head(p: PieceSizes) -> list[str]:
     return [
         "G21 G17 G40 G49 G80 G90 G94",
         "T1 M6",
@@ -61,7 +61,7 @@ def _head(p: Piece) -> list[str]:
     ]
 
 
-def _bore(p: Piece) -> list[str]:
+def _bore(p: PieceSizes) -> list[str]:
     """Inside, counter-clockwise, entered and left on a half circle."""
     r, lead = p.bore / 2, 0.4 * p.bore
     return [
@@ -77,7 +77,7 @@ def _bore(p: Piece) -> list[str]:
     ]
 
 
-def _boss(p: Piece) -> list[str]:
+def _boss(p: PieceSizes) -> list[str]:
     """Outside, clockwise, from +Y... entered and left on a tangent line."""
     r, off = p.circle / 2, p.cutter + 5
     return [
@@ -92,7 +92,7 @@ def _boss(p: Piece) -> list[str]:
     ]
 
 
-def _polygon(corners: list[tuple[float, float]], depth: float, p: Piece) -> list[str]:
+def _polygon(corners: list[tuple[float, float]], depth: float, p: PieceSizes) -> list[str]:
     """Outside, clockwise through the corners; entered before the first side and left after the last, both prolonged."""
     off = p.cutter + 5
     first, second, last = corners[0], corners[1], corners[-1]
@@ -131,9 +131,9 @@ def _n(value: float) -> str:
     return "0" if text in ("0.", "-0.") else text
 
 
-def features(piece: Piece | None = None) -> str:
+def features(piece: PieceSizes | None = None) -> str:
     """The drawing of the same piece: the lines of [part.features]."""
-    p = piece or Piece()
+    p = piece or PieceSizes()
     half, tip, s = p.side / 2, p.diamond / math.sqrt(2), math.sqrt(0.5)
     middle = tip / 2
     lines = [

@@ -24,11 +24,12 @@ from vcmm.effects.squareness import Squareness
 from vcmm.gps import characteristics as gps
 from vcmm.machining.job import finished_part
 from vcmm.machining.maps import Net
-from vcmm.machining.preparation import Shop, set_up
+from vcmm.machining.preparation import set_up
+from vcmm.machining.process import PreparedCut
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
-from vcmm.papers.virtual_cut import Seen, departure, seen
+from vcmm.papers.virtual_cut import SeenNet, departure, seen
 from vcmm.part.part import Feature, normal, surface_point
 
 UM, URAD = 1e-3, 1e-6
@@ -60,7 +61,7 @@ SINGLE: tuple[tuple[str, Effect], ...] = (
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class PieceTwin:
     """um (errors, features): rows as `errors`, columns as `features`; circle (errors, angles) departures of the circle."""
 
     errors: tuple[str, ...]
@@ -74,17 +75,17 @@ class Result:
 class Ready:
     """The piece cut once: what follows is one evaluation per machine."""
 
-    shop: Shop
+    job: PreparedCut
     task: Task
     world: Cutting
-    circle: Seen
+    circle: SeenNet
 
 
 def prepared(scenario: CutScenario) -> Ready:
     """Program read, tools swept, inspection points and the circle looked at."""
-    shop = set_up(scenario)
-    task, world, _ = finished_part(shop)
-    return Ready(shop, task, world, seen(shop, scan(scenario.part.features["circle"])))
+    job = set_up(scenario)
+    task, world, _ = finished_part(job)
+    return Ready(job, task, world, seen(job, scan(scenario.part.features["circle"])))
 
 
 def scan(feature: Feature) -> Net:
@@ -98,7 +99,7 @@ def scan(feature: Feature) -> Net:
 
 def row(ready: Ready, effects: Sequence[Effect]) -> tuple[Array, Array]:
     """(deviation (um) of each characteristic and of CIRCLE, departure of the circle (angles,) um) with these errors alone."""
-    machine = replace(ready.shop.machine, effects=tuple(effects), inputs=())
+    machine = replace(ready.job.machine, effects=tuple(effects), inputs=())
     world = replace(ready.world, tool=replace(ready.world.tool, machine=machine, inputs=()))
     found = evaluate_all(ready.task, fit_features(ready.task, measured_points(ready.task, world.errors())))
     features = ready.task.part.features
@@ -118,7 +119,7 @@ def harmonics(angle: Array, height: Array) -> Array:
     return np.array([np.ptp(centred), *waves[1]])
 
 
-def run(scenario: CutScenario, progress: Callable[[str, float], None] | None = None) -> Result:
+def run(scenario: CutScenario, progress: Callable[[str, float], None] | None = None) -> PieceTwin:
     """The table. Columns are the characteristics of the scenario and CIRCLE."""
     report = progress or (lambda text, share: None)
     report("cutting", 0.0)
@@ -132,10 +133,10 @@ def run(scenario: CutScenario, progress: Callable[[str, float], None] | None = N
         circles.append(circle)
     names = tuple(c.name for c in scenario.part.characteristics)
     errors = tuple(name for name, _ in SINGLE)
-    return Result(errors, (*names, *CIRCLE), np.array(rows), ready.circle.net.first, np.array(circles))
+    return PieceTwin(errors, (*names, *CIRCLE), np.array(rows), ready.circle.net.first, np.array(circles))
 
 
-def figures(result: Result) -> dict[str, object]:
+def figures(result: PieceTwin) -> dict[str, object]:
     """Plain numbers for JSON."""
     return {
         "errors": list(result.errors),

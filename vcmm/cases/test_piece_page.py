@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.cases.test_piece_errors import CIRCLE, Result
+from vcmm.cases.test_piece_errors import CIRCLE, PieceTwin
+from vcmm.core.run import Array
 from vcmm.machining.scenario import CutScenario
-from vcmm.pages.tables import Shown, html
+from vcmm.tables.table import Column, ResultTable, Writing, titled_html
 
 WHAT = (
     "The piece is cut virtually with one error of the machine at a time, of a round unit size. The table shows what each "
@@ -19,10 +22,12 @@ CAUTION = (
     "spike that a scan of 1° sees."
 )
 SMALL = 0.005  # um, shown as a dot
+ErrorRow = tuple[str, Array]  # an error, and what each feature departs under it, um
+CELL = Writing(lambda value, unit: "·" if abs(value) < SMALL else f"{value:+.2f}")
 DRAWN = (0, 2, 7, 9, 11, 6)  # rows of the errors whose circles are drawn
 
 
-def tables(result: Result) -> list[Shown]:
+def tables(result: PieceTwin) -> list[ResultTable[ErrorRow]]:
     """Round and flat features apart; the same in terminal, report and documentation."""
     circle = [i for i, n in enumerate(result.features) if n in CIRCLE or "circle" in n]
     flat = [i for i in range(len(result.features)) if i not in circle]
@@ -30,17 +35,22 @@ def tables(result: Result) -> list[Shown]:
     square = [i for i in flat if i not in half]
     caption = "µm. Sizes and lengths: departure from nominal. Form and orientation: width of the zone. Ovals: amplitude of cos 2a and sin 2a."
     return [
-        _shown(result, circle, "Errors x circle and bore", caption),
-        _shown(result, square, "Errors x square", "µm, as above."),
-        _shown(
+        _columns(result, circle, "Errors x circle and bore", caption),
+        _columns(result, square, "Errors x square", "µm, as above."),
+        _columns(
             result, half, "Errors x diamond", "µm, as above. NE: between the sides south-west and north-east."
         ),
     ]
 
 
-def _shown(result: Result, columns: list[int], title: str, caption: str) -> Shown:
-    rows = tuple((name, *(_cell(row[i]) for i in columns)) for name, row in zip(result.errors, result.um))
-    return Shown(title, ("error", *(_short(result.features[i]) for i in columns)), rows, caption)
+def _columns(result: PieceTwin, of: list[int], title: str, caption: str) -> ResultTable[ErrorRow]:
+    columns: list[Column[ErrorRow]] = [Column("error", lambda row: row[0])]
+    columns += [Column(_short(result.features[i]), partial(_departure, i), CELL) for i in of]
+    return ResultTable(title, columns, list(zip(result.errors, result.um)), caption)
+
+
+def _departure(feature: int, row: ErrorRow) -> float:
+    return float(row[1][feature])
 
 
 def _short(feature: str) -> str:
@@ -53,15 +63,11 @@ def _short(feature: str) -> str:
     )
 
 
-def _cell(value: float) -> str:
-    return "·" if abs(value) < SMALL else f"{value:+.2f}"
-
-
-def twin_page(scenario: CutScenario, result: Result) -> str:
+def twin_page(scenario: CutScenario, result: PieceTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
-    for shown in tables(result):
-        blocks += html(shown)
+    for table in tables(result):
+        blocks += titled_html(table)
     blocks.append(r.heading("The circle under single errors"))
     circles = [r.polar(result.angle, result.circle[i], title=result.errors[i]) for i in DRAWN]
     blocks += [r.columns(*circles[i : i + 2]) for i in range(0, len(circles), 2)]

@@ -76,7 +76,7 @@ class Moved:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class WornTwin:
     recording: Recording
     machine: Machine
     diagnosis: Diagnosis
@@ -95,7 +95,14 @@ def recorded(machine: Machine, seed: int = SEED) -> Recording:
     rng = np.random.default_rng([seed, 20261122])
     run, normal = _touched(rng)
     empty = Recording(
-        "worn_cmm", "probe", run, np.zeros(run.n), True, np.arange(run.n), normal, np.full(run.n, -1)
+        "worn_cmm",
+        "probe",
+        run,
+        value=np.zeros(run.n),
+        measuring=True,
+        row=np.arange(run.n),
+        direction=normal,
+        other=np.full(run.n, -1),
     )
     known = baseline(empty, machine)
     for _, columns in calibration_columns(
@@ -225,11 +232,11 @@ def _csv(columns: Mapping[str, list[str]]) -> str:
 
 def run(
     recording: Recording, machine: Machine, job: Scenario, *, seed: int = 1, progress: Progress | None = None
-) -> Result:
+) -> WornTwin:
     """Diagnose the recording, and do a measuring job in a room at AIR by the machine as filed, as diagnosed, as it is."""
     found = diagnose(recording, machine, seed=seed, progress=progress)
     learnt = tuple((a.fitted, a.inputs) for a in written(found.answer) if a.fitted is not None)
-    return Result(recording, machine, found, improved(machine, learnt), _job(job, learnt))
+    return WornTwin(recording, machine, found, improved(machine, learnt), _job(job, learnt))
 
 
 def _job(job: Scenario, learnt: Learnt) -> tuple[Moved, ...]:
@@ -247,7 +254,7 @@ def _job(job: Scenario, learnt: Learnt) -> tuple[Moved, ...]:
     )
 
 
-def figures(result: Result) -> dict[str, Any]:
+def figures(result: WornTwin) -> dict[str, Any]:
     """The body of the JSON document; units as the keys say."""
     return {
         "verdict": result.diagnosis.verdict,

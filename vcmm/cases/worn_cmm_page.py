@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from typing import Any
+
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.cases.worn_cmm import AIR, CONCEALED, Result, answer_to
-from vcmm.pages.diagnosis import fit_rows, sentences
-from vcmm.pages.tables import Shown, html
+from vcmm.cases.worn_cmm import AIR, CONCEALED, Concealed, Moved, WornTwin, answer_to
+from vcmm.diagnosis.estimates import Estimate
+from vcmm.pages.diagnosis import sentences
+from vcmm.tables.diagnosed import FOLDS, FoldRow, folds
+from vcmm.tables.quantities import fixed
+from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 WHAT = (
     "A ball plate is touched 400 times in six hours, in five placements, on a bridge CMM with a worn Y drive and a ram that "
@@ -19,26 +25,47 @@ CAUTION = (
 )
 
 
-def tables(result: Result) -> list[Shown]:
+def tables(result: WornTwin) -> list[ResultTable[Any]]:
     """The same in terminal, report and documentation."""
-    return [_found(result), _folds(result), _job(result)]
+    return [_concealed(result), _folds(result), _job(result)]
 
 
-def _found(result: Result) -> Shown:
+@dataclass(frozen=True)
+class ConcealedParameter:
+    """A parameter that was concealed, and what the diagnosis says of it; None where it was not found."""
+
+    fault: Concealed
+    name: str
+    true: float
+    unit: str
+    said: Estimate | None
+    probability: float | None
+
+
+def _interval(p: ConcealedParameter) -> str:
+    return "–" if p.said is None else f"{p.said.interval95[0]:.2f} … {p.said.interval95[1]:.2f}"
+
+
+CONCEALED_COLUMNS: tuple[Column[ConcealedParameter], ...] = (
+    Column("concealed", lambda p: p.fault.effect),
+    Column("where", lambda p: " ".join(p.fault.where.values())),
+    Column("parameter", lambda p: f"{p.name} / {p.unit}"),
+    Column("true", lambda p: p.true, fixed(2)),
+    Column("found", lambda p: "not found" if p.said is None else f"{p.said.value:.2f}", NUMBER_TEXT),
+    Column("95 % coverage interval", _interval, NUMBER_TEXT),
+    Column("probability", lambda p: p.probability, fixed(3)),
+)
+
+
+def _concealed(result: WornTwin) -> ResultTable[ConcealedParameter]:
     rows = []
     for hidden in CONCEALED:
         answer = answer_to(result.diagnosis, hidden)
         for name, (true, unit) in hidden.parameters.items():
-            one = answer.parameters.get(name) if answer else None
-            said = (
-                (f"{one.value:.2f}", f"{one.interval95[0]:.2f} … {one.interval95[1]:.2f}")
-                if one
-                else ("not found", "–")
+            said = answer.parameters.get(name) if answer else None
+            rows.append(
+                ConcealedParameter(hidden, name, true, unit, said, answer.probability if answer else None)
             )
-            chance = f"{answer.probability:.3f}" if answer else "–"
-            place = " ".join(hidden.where.values())
-            rows.append((hidden.effect, place, f"{name} / {unit}", f"{true:.2f}", *said, chance))
-    columns = ("concealed", "where", "parameter", "true", "found", "95 % coverage interval", "probability")
     more = [
         a.effect
         for a in result.diagnosis.answer
@@ -47,44 +74,44 @@ def _found(result: Result) -> Shown:
     caption = f"Verdict: {result.diagnosis.verdict}. " + (
         f"Also named: {', '.join(more)}." if more else "Nothing else is named."
     )
-    return Shown("What was concealed, and what was found", columns, tuple(rows), caption, (0, 1, 2))
+    return ResultTable("What was concealed, and what was found", CONCEALED_COLUMNS, rows, caption)
 
 
-def _folds(result: Result) -> Shown:
-    columns = ("rows left out of the fit", "rms before", "rms after", "effect energy left", "log score gain")
+def _folds(result: WornTwin) -> ResultTable[FoldRow]:
     caption = (
         "Each line fits the named effects on the other rows and predicts these; the first line is fitted."
     )
-    rows = tuple(tuple(row) for row in fit_rows(result.diagnosis))
-    return Shown("The prediction on rows never fitted", columns, rows, caption)
+    columns = [replace(FOLDS[0], head="rows left out of the fit"), *FOLDS[1:]]
+    rows = folds(result.diagnosis).rows
+    return ResultTable("The prediction on rows never fitted", columns, rows, caption)
 
 
-def _job(result: Result) -> Shown:
-    rows = tuple(
-        (
-            m.name,
-            *(f"{(v - m.true) * 1e3:+.2f}" for v in (m.before[0], m.after[0])),
-            f"{m.before[1] * 1e3:.2f}",
-            f"{m.after[1] * 1e3:.2f}",
-        )
-        for m in result.job
-    )
-    columns = ("characteristic", "file - true", "diagnosed - true", "U, file", "U, diagnosed")
+DEPARTS = fixed(2, scale=1e3, signed=True)  # um
+JOB: tuple[Column[Moved], ...] = (
+    Column("characteristic", lambda m: m.name),
+    Column("file - true", lambda m: m.before[0] - m.true, DEPARTS),
+    Column("diagnosed - true", lambda m: m.after[0] - m.true, DEPARTS),
+    Column("U, file", lambda m: m.before[1], fixed(2, scale=1e3)),
+    Column("U, diagnosed", lambda m: m.after[1], fixed(2, scale=1e3)),
+)
+
+
+def _job(result: WornTwin) -> ResultTable[Moved]:
     caption = (
         f"What the scenario plate would indicate in a room at {AIR:g} °C, predicted from the machine file and from the improved one, "
         "less what the machine with its concealed faults does indicate, µm. An improved file knows the new parameters only "
         "as well as the recording showed them. U contains this for sizes (gap, k), not for a time constant or another scanned "
         "parameter, nor their correlation."
     )
-    return Shown("A measuring job predicted with the improved machine file", columns, rows, caption)
+    return ResultTable("A measuring job predicted with the improved machine file", JOB, result.job, caption)
 
 
-def twin_page(result: Result) -> str:
+def twin_page(result: WornTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning"), r.heading("What the diagnosis says")]
     blocks += [r.paragraph(s) for s in sentences(result.diagnosis)]
-    for shown in tables(result):
-        blocks += html(shown)
+    for table in tables(result):
+        blocks += titled_html(table)
     footer = f"vcmm {__version__}. Measuring error = indicated - true."
     return r.page(
         "Two faults concealed in the log of a CMM", blocks, subtitle=result.machine.name, footer=footer

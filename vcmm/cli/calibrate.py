@@ -66,7 +66,10 @@ def _calibrate(
     out: Path | None,
 ) -> int:
     from vcmm.calibrating.job import bare_machine, calibrate
-    from vcmm.console.common import document, output_folder, print_json, progress, say, sources, write_files
+    from vcmm.calibrating.machine_file import machine_texts
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.files import output_folder, write_files, write_text
+    from vcmm.console.terminal import progress, say
     from vcmm.files.instruments import load_certificate
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording
@@ -80,8 +83,7 @@ def _calibrate(
     with progress() as show:
         found = calibrate(loaded, known, certificates, only, show)
     if out is not None:
-        text = machine.read_text(encoding="utf-8") if machine is not None else ""
-        write_files(out.parent, _texts(found, out, files, text, machine))
+        write_files(out.parent, machine_texts(found, out, [f.name for f in files], machine))
         say(f"wrote {out}, {out.stem}_errors.csv, {out.stem}_covariance.csv")
     content = document(
         "vcmm.calibration/1",
@@ -90,7 +92,6 @@ def _calibrate(
         warnings=found.warnings,
     )
     if report is not None:
-        from vcmm.console.common import write_text
         from vcmm.pages.calibration import calibration_page
 
         write_text(report, calibration_page(found))
@@ -100,16 +101,6 @@ def _calibrate(
     else:
         _show(found)
     return 0
-
-
-def _texts(found: Any, out: Path, files: list[Path], prior: str, machine: Path | None) -> dict[str, str]:
-    """The machine file and its tables; file names in the prior text are seen from the new folder."""
-    from vcmm.calibrating.machine_file import machine_texts
-    from vcmm.diagnosis.machine_file import moved_tables
-
-    if machine is not None:
-        prior = moved_tables(prior, machine.parent, out.parent)
-    return machine_texts(found, out.stem, [f.name for f in files], prior)
 
 
 def _body(found: Any, out: Path | None) -> dict[str, Any]:
@@ -151,7 +142,7 @@ def _body(found: Any, out: Path | None) -> dict[str, Any]:
 
 def _show(found: Any) -> None:
     from vcmm.calibrating.result import rms
-    from vcmm.console.common import say, show_table
+    from vcmm.console.terminal import say, show_table
 
     rows = []
     for f in found.figures():

@@ -9,7 +9,7 @@ from typing import Any
 def design_command(path: Path, json: bool) -> int:
     """What the set-ups of a plan identify together, the best of them within the budget, the cheapest complete ones."""
     from vcmm.calibrating.design import Setup, best_within, cheapest_complete, plan_of, proposal
-    from vcmm.console.common import document, print_json, sources
+    from vcmm.console.documents import document, print_json, sources
     from vcmm.files.design import load_design
 
     made, machine, budget = load_design(path)
@@ -45,7 +45,7 @@ def _document(p: Any) -> dict[str, Any]:
 
 
 def _show(everything: Any, best: Any, cheapest: Any) -> None:
-    from vcmm.console.common import show_table
+    from vcmm.console.terminal import show_table
 
     rows = []
     for title, one in (

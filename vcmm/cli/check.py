@@ -18,10 +18,12 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
     json
         Print one JSON document.
     """
-    from vcmm.console.common import document, print_json, show_table, sources
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.terminal import show_table
     from vcmm.core.errors import DataError, did_you_mean
     from vcmm.files.problems import misspelt
     from vcmm.files.toml import read_toml
+    from vcmm.tables.table import listing
 
     head = read_toml(file)
     kind = str(head.data.get("vcmm", "")).split("/")[0]
@@ -50,7 +52,7 @@ def check_command(file: Path, *, json: Annotated[bool, Parameter(name="--json")]
         print_json(document("vcmm.check/1", body, files=sources(file)))
     else:
         title = f"the file is right, the program is not: {len(lost)} remarks" if lost else "no problems found"
-        show_table(f"{file}: {title}", ["", "understood as"], [*lost, *rows], left=(0, 1))
+        show_table(listing(f"{file}: {title}", ["", "understood as"], [*lost, *rows], words=(0, 1)))
     return 1 if lost else 0
 
 
@@ -164,7 +166,7 @@ def _scenario_rows(file: Path) -> list[list[str]]:
 
 def _cutting_rows(file: Path) -> list[list[str]]:
     """Everything short of the uncertainty: program read and timed, tools swept, every feature reached by a cutter."""
-    from vcmm.console.common import about
+    from vcmm.console.complaints import about
     from vcmm.files.cut_scenario import load_cut
     from vcmm.machining.job import finished_part
     from vcmm.machining.preparation import remarks, set_up
@@ -205,7 +207,7 @@ def _known_rows(scenario: Any, task: Any) -> list[list[str]]:
 
 
 def _measuring_rows(file: Path) -> list[list[str]]:
-    from vcmm.console.common import about
+    from vcmm.console.complaints import about
     from vcmm.evaluation.checks import remarks
     from vcmm.files.scenario import load_scenario
 

@@ -57,7 +57,7 @@ def compensate_command(
 
         return machine_form(program, points, table, out, json)
     return _program(
-        program, setup, dialect, tolerance, decimals, set_on, carry, growth, inline, out, offset_only, diff, json
+        program, setup, dialect, tolerance=tolerance, decimals=decimals, set_on=set_on, carry=carry, growth=growth, inline=inline, out=out, offset_only=offset_only, diff=diff, json=json
     )  # fmt: skip
 
 
@@ -67,7 +67,8 @@ def _program(
 ) -> int:  # fmt: skip
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
-    from vcmm.console.common import document, print_json, progress, say
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import progress, say
     from vcmm.core.errors import UsageError, choose_from
     from vcmm.core.units import quantity
 
@@ -98,7 +99,16 @@ def _program(
     if target.exists() and program.exists() and target.samefile(program):
         raise UsageError(f"{target} is the program itself; choose another file with --out")
     if offset_only:
-        return _offsets(program, given, machine, dialect, here, constants, files, json)
+        return _offsets(
+            program,
+            given,
+            machine,
+            dialect=dialect,
+            set_here=here,
+            constants=constants,
+            files=files,
+            json=json,
+        )
     with progress() as report:
         found = compensate(
             program, given, machine, dialect=dialect, tolerance=limit, decimals=decimals, set_here=here,
@@ -121,40 +131,43 @@ def _offsets(
 ) -> int:  # fmt: skip
     """--offset-only: nothing is written."""
     from vcmm.compensating.offsets import best_offsets
-    from vcmm.console.common import document, print_json, say
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import say, show_table
+    from vcmm.tables.compensated import departure_json, departures, shifts, shifts_json
 
     found = best_offsets(program, setup, machine, dialect=dialect, set_here=set_here, constants=constants)
     if json:
         body = {
             "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": None,
-            "deviation": {"before": _departure(found.before), "offset_only": _departure(found.offset_only)},
-            "offset_shift_mm": {name: [float(v) for v in shift] for name, shift in found.shifts.items()},
+            "deviation": {"before": departure_json(found.before), "offset_only": departure_json(found.offset_only)},
+            "offset_shift_mm": shifts_json(found),
         }  # fmt: skip
         print_json(document("vcmm.compensation/1", body, files=files, warnings=found.warnings))
         return 0
-    _show_departures(found, [("as programmed", found.before), ("work offsets shifted", found.offset_only)])
+    show_table(
+        departures(found, [("as programmed", found.before), ("work offsets shifted", found.offset_only)])
+    )
+    show_table(shifts(found))
     for warning in found.warnings:
         say(f"note: {warning}")
     return 0
 
 
-def _departure(d: Any) -> dict[str, Any]:
-    return {"max_um": d.largest * 1e3, "rms_um": d.rms * 1e3, "line": d.line}
-
-
 def compensation_json(found: Any, target: Path) -> dict[str, Any]:
     """The body of the JSON document; lengths in um, as people say them."""
+
+    from vcmm.tables.compensated import departure_json, shifts_json
 
     r, b = found.rounding, found.blocks
     return {
         "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": str(target),
         "tolerance_um": found.tolerance * 1e3, "tolerance_used_um": found.used * 1e3, "met": found.met,
         "deviation": {
-            "before": _departure(found.before), "offset_only": _departure(found.offset_only), "after": _departure(found.after),
-            "before_with_dynamic": _departure(found.whole[0]) if found.whole else None,
-            "after_with_dynamic": _departure(found.whole[1]) if found.whole else None,
+            "before": departure_json(found.before), "offset_only": departure_json(found.offset_only), "after": departure_json(found.after),
+            "before_with_dynamic": departure_json(found.whole[0]) if found.whole else None,
+            "after_with_dynamic": departure_json(found.whole[1]) if found.whole else None,
         },
-        "offset_shift_mm": {name: [float(v) for v in shift] for name, shift in found.shifts.items()},
+        "offset_shift_mm": shifts_json(found),
         "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
         "blocks": {
             "before": b.before, "after": b.after, "growth": b.growth, "changed": b.changed, "added": b.added,
@@ -164,30 +177,12 @@ def compensation_json(found: Any, target: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _show_departures(found: Any, rows: list[tuple[str, Any]]) -> None:
-    from vcmm.console.common import show_table
-
-    show_table(
-        f"{found.name} on {found.machine}: departure of the cut path from the programmed one",
-        ["", "largest", "rms", "at line"],
-        [[name, f"{d.largest * 1e3:.2f} um", f"{d.rms * 1e3:.2f} um", str(d.line)] for name, d in rows],
-    )
-    shifts = [[n, *[f"{v * 1e3:+.1f} um" for v in s]] for n, s in found.shifts.items()]
-    show_table("best shift of the work offsets alone", ["offset", "X", "Y", "Z"], shifts)
-
-
 def _show(found: Any) -> None:
-    from vcmm.console.common import say
+    from vcmm.console.terminal import say, show_table
+    from vcmm.tables.compensated import before_and_after, departures, shifts
 
-    rows = [
-        ("as programmed", found.before),
-        ("work offsets shifted", found.offset_only),
-        ("compensated program", found.after),
-    ]
-    if found.whole is not None:
-        rows.append(("as programmed, with reversal and lag", found.whole[0]))
-        rows.append(("compensated, with reversal and lag", found.whole[1]))
-    _show_departures(found, rows)
+    show_table(departures(found, before_and_after(found)))
+    show_table(shifts(found))
     r, b = found.rounding, found.blocks
     print(
         f"tolerance {found.used * 1e3:g} um: {'met everywhere' if found.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 
 def machine_form(machine: Path, points: Path | None, table: str | None, out: Path | None, json: bool) -> int:
@@ -19,10 +18,13 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
     """MACHINE --points measured.csv: indicated to corrected points."""
     from vcmm.compensating.points import corrected_points
     from vcmm.compensating.tables import without_scatter
-    from vcmm.console.common import document, print_json, say, sources, write_text
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.files import write_text
+    from vcmm.console.terminal import say
     from vcmm.core.errors import ModelLimit
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
+    from vcmm.tables.compensated import points_csv
 
     loaded = without_scatter(load_machine(machine))
     run = read_positions(points, loaded.chain.letters)
@@ -31,7 +33,7 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
     except ModelLimit as error:
         raise ModelLimit(f"{points}: {error}") from None
     target = out or Path(f"{points.stem}-corrected.csv")
-    write_text(target, _points_csv(found))
+    write_text(target, points_csv(found))
     say(f"wrote {target}")
     largest = max((float((e**2).sum() ** 0.5) for e in found.error), default=0.0)
     if json:
@@ -45,20 +47,12 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
     return 0
 
 
-def _points_csv(found: Any) -> str:
-    rows = [
-        "corrected_x_mm,corrected_y_mm,corrected_z_mm,indicated_x_mm,indicated_y_mm,indicated_z_mm,ex_um,ey_um,ez_um"
-    ]
-    for corrected, indicated, error in zip(found.corrected, found.indicated, found.error):
-        numbers = [f"{v:.6f}" for v in (*corrected, *indicated)] + [f"{v * 1e3:.4f}" for v in error]
-        rows.append(",".join(numbers))
-    return "\n".join(rows) + "\n"
-
-
 def table_form(machine: Path, form: str, out: Path | None, json: bool) -> int:
     """MACHINE --table FORMAT: tables for a control, in the folder --out (default: the current one)."""
     from vcmm.compensating.tables import control_tables
-    from vcmm.console.common import document, print_json, say, sources, write_files
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.files import write_files
+    from vcmm.console.terminal import say
     from vcmm.files.machine import load_machine
 
     loaded = load_machine(machine)

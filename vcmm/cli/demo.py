@@ -34,11 +34,6 @@ def demo_command(
     json
         Print one JSON document.
     """
-    if twin == "worn_cmm":
-        from vcmm.cases.worn_cmm_command import worn_command
-
-        _refuse_draws(twin, draws)
-        return worn_command(out, json, _command())
     if twin != "gaska2014":
         from vcmm.cli.twins import twin_command
 
@@ -46,19 +41,15 @@ def demo_command(
     return _gaska(out, 200 if draws is None else draws, trials, json)
 
 
-def _refuse_draws(twin: str, draws: int | None) -> None:
-    from vcmm.core.errors import UsageError
-
-    if draws is not None:
-        raise UsageError(f"--draws is of no use to {twin}: it has one recording; leave it out")
-
-
 def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
-    from vcmm.console.common import document, output_folder, print_json, progress, say, show_table, write_text
+    from vcmm.console.documents import document, json_text, print_json
+    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.terminal import progress, say, show_table
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path
     from vcmm.papers.gaska2014 import twin as gaska2014
-    from vcmm.papers.gaska2014.page import cells, demo_page
+    from vcmm.papers.gaska2014.page import demo_page, table
+    from vcmm.tables.table import csv_text
 
     folder = output_folder(out)
     source = path("gaska2014")
@@ -67,21 +58,14 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
         rows = gaska2014.run(scenario, draws, trials, report)
     shown = next(r for r in rows if r.place == "3" and r.redraw == "touch")
     content = document("vcmm.demo/1", demo_json(rows, draws), seed=scenario.settings.seed, files=[source])
-    table = [cells(row) for row in rows]
-    write_text(folder / "demo.json", _dumps(content))
-    write_text(folder / "demo.csv", _csv(table))
+    shown_table = table(rows, draws)
+    write_text(folder / "demo.json", json_text(content))
+    write_text(folder / "demo.csv", csv_text(shown_table))
     write_text(folder / "report.html", demo_page(scenario, rows, draws, shown.result))
     if json:
         print_json(content)
         return 0
-    columns = ["place", "field per", "form um", "U um", f"U, {draws} draws", "paper", "distance mm", "U um", f"U, {draws} draws", "paper", "form, distance", "main contributors"]  # fmt: skip
-    show_table(
-        "Gaska 2014 twin: compressor body at five places of a Leitz PMM 12106",
-        columns,
-        table,
-        left=(0, 1, 10, 11),
-        caption=gaska2014.CAPTION,
-    )
+    show_table(shown_table)
     say(f"wrote {folder}/report.html, demo.json, demo.csv")
     me = _command()
     print(
@@ -101,8 +85,8 @@ def _command() -> str:
 
 def demo_json(rows: Any, draws: int) -> dict[str, Any]:
     """The body of the JSON document."""
-    from vcmm.cli.uncertainty import characteristic_json
     from vcmm.papers.gaska2014.twin import PAPER_DISTANCE_U, PAPER_FORM_U
+    from vcmm.tables.evaluated import characteristic_json
 
     return {
         "draws": draws,
@@ -116,14 +100,3 @@ def demo_json(rows: Any, draws: int) -> dict[str, Any]:
             for r in rows
         ],
     }  # fmt: skip
-
-
-def _dumps(content: dict[str, Any]) -> str:
-    import json
-
-    return json.dumps(content, indent=1, allow_nan=False)
-
-
-def _csv(table: list[list[str]]) -> str:
-    head = "place,redraw,form_um,form_U_um,form_U_range_um,paper_form_U_um,distance_mm,distance_U_um,distance_U_range_um,paper_distance_U_um,decision,main_contributor"
-    return "\n".join([head, *(",".join(f'"{c}"' for c in row) for row in table)]) + "\n"

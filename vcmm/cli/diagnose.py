@@ -37,7 +37,10 @@ def diagnose_command(
     out
         Folder for report.html, diagnosis.json and, when something was found, machine.toml.
     """
-    from vcmm.console.common import about, document, output_folder, print_json, progress, sources
+    from vcmm.console.complaints import about
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.files import output_folder
+    from vcmm.console.terminal import progress
     from vcmm.diagnosis.job import diagnose
     from vcmm.diagnosis.result import diagnosis_json
     from vcmm.files.machine import load_machine
@@ -54,7 +57,7 @@ def diagnose_command(
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
     content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
-    _write(folder, report, found, known, diagnosis, content, improved)
+    _write(folder, report, found, known=known, diagnosis=diagnosis, content=content, improved=improved)
     if json:
         print_json(content)
     else:
@@ -127,9 +130,9 @@ def _write(
     content: Any,
     improved: dict[str, str],
 ) -> None:
-    import json as _json
-
-    from vcmm.console.common import say, write_files, write_text
+    from vcmm.console.documents import json_text
+    from vcmm.console.files import write_files, write_text
+    from vcmm.console.terminal import say
     from vcmm.pages.diagnosis import diagnosis_page
 
     page = diagnosis_page(found, known, diagnosis) if folder or report else ""
@@ -137,40 +140,26 @@ def _write(
         write_text(report, page)
         say(f"wrote {report}")
     if folder:
-        texts = {"diagnosis.json": _json.dumps(content, indent=1, allow_nan=False), "report.html": page}
+        texts = {"diagnosis.json": json_text(content), "report.html": page}
         texts |= improved
         write_files(folder, texts)
         say(f"wrote {folder}/" + ", ".join(texts))
 
 
 def _show(d: Any) -> None:
-    from vcmm.console.common import say, show_table
+    from vcmm.console.terminal import say, show_table
     from vcmm.diagnosis.accepted import notes
-    from vcmm.pages.diagnosis import (
-        SCALE,
-        answer_parts,
-        answer_rows,
-        fit_rows,
-        least_seen,
-        next_rows,
-        sentences,
-    )
+    from vcmm.pages.diagnosis import least_seen, sentences
+    from vcmm.tables.diagnosed import answers, folds, next_steps
 
     for sentence in sentences(d):
         print(sentence)
     print()
-    if d.answer:
-        columns = ["missing", "where", "parameters", "probability", "share", "cannot be told from"]
-        for title, of in answer_parts(d):
-            show_table(title, columns, answer_rows(of), left=(0, 1, 2, 5))
-    show_table(
-        "how the prediction improves on rows never fitted",
-        ["fold", "rms before", "rms after", "effect energy left", "log score gain"],
-        fit_rows(d),
-        caption=SCALE,
-    )
+    for answered in answers(d):
+        show_table(answered)
+    show_table(folds(d))
     if d.next_measurement:
-        show_table("measure next", ["separates", "do", "minutes"], next_rows(d), left=(0, 1))
+        show_table(next_steps(d))
     if d.answer:
         for note in notes(d.answer):
             say(f"note: {note}")

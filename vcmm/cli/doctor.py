@@ -9,7 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "manifold3d", "pydantic", "cyclopts", "rich")
+REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "pydantic", "cyclopts", "rich", "tomlkit")
 
 
 def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
@@ -23,7 +23,9 @@ def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -
     import os
 
     from vcmm import __version__
-    from vcmm.console.common import document, print_json, show_table
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import show_table
+    from vcmm.tables.table import listing
 
     rows = [
         ["vcmm", __version__, "ok"],
@@ -36,7 +38,7 @@ def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -
         body = {"checks": [dict(zip(("what", "found", "state"), row)) for row in rows], "ok": not missing}
         print_json(document("vcmm.doctor/1", body))
     else:
-        show_table("installation", ["", "found", "state"], rows, left=(0, 1, 2))
+        show_table(listing("installation", ["", "found", "state"], rows, words=(0, 1, 2)))
     return 3 if missing else 0
 
 

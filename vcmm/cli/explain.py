@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -20,9 +19,11 @@ def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json
     """
     from inspect import cleandoc
 
-    from vcmm.console.common import document, print_json, show_table
-    from vcmm.core.effect import parameter_fields, place_fields
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import show_table
+    from vcmm.core.effect import key_fields, parameter_fields, place_fields
     from vcmm.effects import find
+    from vcmm.tables.table import listing
 
     kind = find(effect)
     back = {v: k for k, v in kind.aliases.items()}
@@ -47,6 +48,6 @@ def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json
         f"sign      {link}\nsource    {kind.cites}\nper       {kind.per}\nneeds     {', '.join(kind.needs) or 'positions only'}\n"
     )
     rows = [["place", n, d] for n, d in places] + [["parameter", n, f"{u}: {d}"] for n, u, d in parameters]
-    rows += [["key", f.name, "further key of the table"] for f in fields(kind) if not f.metadata]
-    show_table("keys of the [[effects]] table", ["", "key", "meaning"], rows, left=(0, 1, 2))
+    rows += [["key", f.name, "further key of the table"] for f in key_fields(kind)]
+    show_table(listing("keys of the [[effects]] table", ["", "key", "meaning"], rows, words=(0, 1, 2)))
     return 0

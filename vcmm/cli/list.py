@@ -21,7 +21,9 @@ def list_command(what: What = "scenarios", *, json: Annotated[bool, Parameter(na
     json
         Print one JSON document.
     """
-    from vcmm.console.common import document, print_json, show_table
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import show_table
+    from vcmm.tables.table import listing
 
     columns, rows = _TABLES[what]()
     if json:
@@ -29,7 +31,7 @@ def list_command(what: What = "scenarios", *, json: Annotated[bool, Parameter(na
             document("vcmm.list/1", {"what": what, "items": [dict(zip(columns, row)) for row in rows]})
         )
     else:
-        show_table(what, columns, rows, left=tuple(range(len(columns))))
+        show_table(listing(what, columns, rows, words=range(len(columns))))
     return 0
 
 

@@ -36,7 +36,8 @@ def nc_command(
     """
     from dataclasses import replace
 
-    from vcmm.console.common import document, print_json, say
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import say
     from vcmm.files.machine import load_machine
     from vcmm.files.setup import load_setup
     from vcmm.nc.interpret import read_program
@@ -90,26 +91,18 @@ def time_json(path: Any) -> dict[str, Any]:
 
 
 def _show_time(path: Any) -> None:
-    from vcmm.console.common import say, show_table
-    from vcmm.motion.toolpath import clock
+    from vcmm.console.terminal import say, show_table
+    from vcmm.tables.program import times
 
-    rows = [["cycle time", f"{path.seconds:.1f} s", clock(path.seconds)]]
-    for what in ("mode", "tool"):
-        for name, seconds in path.seconds_by(what).items():
-            rows.append(
-                [
-                    f"{what} {name}",
-                    f"{seconds:.1f} s",
-                    f"{seconds / path.seconds:.0%}" if path.seconds else "–",
-                ]
-            )
-    show_table("time by the time law", ["", "time", ""], rows, left=(0,))
+    show_table(times(path))
     for text in path.assumptions:
         say(f"note: assumed: {text}")
 
 
 def nc_json(found: Any, total: Any) -> dict[str, Any]:
     """The body of the JSON document."""
+    from vcmm.tables.program import move_json
+
     warnings = [{"line": w.line, "column": w.column, "text": w.text} for w in found.warnings]
     if found.dialect_reason:
         text = f"the dialect {found.dialect} was guessed: {found.dialect_reason}"
@@ -123,53 +116,15 @@ def nc_json(found: Any, total: Any) -> dict[str, Any]:
     }
 
 
-def move_json(m: Any) -> dict[str, Any]:
-    """One move."""
-    out: dict[str, Any] = {
-        "type": m.kind, "line": m.source.line, "start_mm": list(m.start), "end_mm": list(m.end), "plane": m.plane,
-        "centre_mm": list(m.centre) if m.centre else None, "turns": m.turns, "clockwise": m.clockwise,
-        "feed_mm_min": m.feed, "spindle_rpm": m.spindle, "tool": m.tool, "compensation": m.compensation,
-    }  # fmt: skip
-    if any(m.rotary_start) or any(m.rotary_end):
-        out |= {"rotary_start_rad": list(m.rotary_start), "rotary_end_rad": list(m.rotary_end)}
-    if m.kind == "dwell":
-        out["seconds"] = m.seconds
-    return out
-
-
 def _show(program: Path, found: Any, total: Any, moves: bool) -> None:
-    from vcmm.console.common import show_table
 
+    from vcmm.console.terminal import show_table
+    from vcmm.tables import program as tables
+
+    name = program.name
     if moves:
-        rows = [_row(m) for m in found.moves]
-        show_table(
-            f"{program.name}: moves",
-            ["line", "move", "start", "end", "centre", "feed", "tool"],
-            rows,
-            left=(1,),
-        )
-    rows = [[kind, str(n), f"{total.lengths[kind]:.3f} mm"] for kind, n in total.counts.items()]
-    show_table(
-        f"{program.name}: {len(found.moves)} moves, dialect {found.dialect}", ["move", "number", "path"], rows
-    )
-    show_table("", ["", "value"], [list(row) for row in total.rows(found)], left=(0, 1))
+        show_table(tables.moves(name, found))
+    show_table(tables.kinds(name, found, total))
+    show_table(tables.extents(found, total))
     if found.warnings:
-        rows = [[f"{program.name}:{w.line}:{w.column}", w.text] for w in found.warnings]
-        show_table("remarks", ["where", "what"], rows, left=(0, 1))
-
-
-def _row(m: Any) -> list[str]:
-    def point(p: Any) -> str:
-        return " ".join(f"{v:.4f}" for v in p)
-
-    kind = {None: m.kind, True: "arc G2", False: "arc G3"}[m.clockwise]
-    centre = point(m.centre) if m.centre else f"{m.seconds:g} s" if m.kind == "dwell" else ""
-    return [
-        str(m.source.line),
-        kind,
-        point(m.start),
-        point(m.end),
-        centre,
-        f"{m.feed:g}" if m.feed else "",
-        str(m.tool),
-    ]
+        show_table(tables.remarks(name, found))

@@ -24,7 +24,8 @@ def new_command(
     out
         Folder for the file.
     """
-    from vcmm.console.common import output_folder, say
+    from vcmm.console.files import output_folder
+    from vcmm.console.terminal import say
     from vcmm.core.errors import UsageError
     from vcmm.library import path
 
@@ -59,7 +60,7 @@ def _texts(original: Path, stem: str) -> dict[str, str]:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    from vcmm.console.common import output_folder, write_text
+    from vcmm.console.files import output_folder, write_text
 
     for name, text in texts.items():
         target = folder / name

@@ -54,7 +54,7 @@ def place_command(
         Folder for report.html, place.json and placed.toml, the scenario with the new pose; with --plan for report.html,
         plan.json, plan.toml and the points as CSV files.
     """
-    from vcmm.console.common import output_folder
+    from vcmm.console.files import output_folder
 
     search = {"--evaluations": evaluations, "--scan": scan, "--trials": trials}
     if plan:
@@ -99,7 +99,7 @@ def _any(
         _refuse("a program is cut on the machine that its set-up was made for", {"--machines": machines})
         return placed_cut(scenario, options, json, folder)
     if machines:
-        from vcmm.cli.machines import choose
+        from vcmm.cli.place_machines import choose
 
         return choose(scenario, machines, options, json, folder)
     return _placed(scenario, options, json, folder)
@@ -130,10 +130,12 @@ def _planned(scenario: Path, budget: str, seed: int | None, json: bool, out: Pat
 
 def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
     """Place one scenario and say what was found."""
-    from vcmm.console.common import about, document, print_json, progress, sources
+    from vcmm.console.complaints import about
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
-    from vcmm.placing.document import place_json
-    from vcmm.placing.job import place
+    from vcmm.placing.placement import place
+    from vcmm.placing.result import place_json
 
     loaded = load_scenario(scenario)
     with progress() as report, about(scenario, "placement"):
@@ -152,28 +154,12 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
 
 def show(found: Any) -> None:
     """Poses compared, why, certificate and flatness."""
-    from vcmm.console.common import say, show_table
-    from vcmm.placing.words import change, goal_text, pose_text, poses_rows, region_text, why_rows
+    from vcmm.console.terminal import say, show_table
+    from vcmm.placing.words import pose_text
+    from vcmm.tables.placed import compared_poses, how_sure, why
 
-    show_table(
-        f"objective: {goal_text(found.objective.goal)}; the smaller the better",
-        ["pose", "shift mm", "turn deg", "objective", "against present"], poses_rows(found), left=(0, 1, 2),
-    )  # fmt: skip
-    show_table(
-        "why: contributions u_i, present and best pose (up to four largest changes each)",
-        ["characteristic", "influence", "present", "best", "change of u²"], why_rows(found), left=(0, 1),
-    )  # fmt: skip
-    lines = [["certificate", found.certificate.text], ["flatness", region_text(found)]]
-    if found.confirmation is not None:
-        sure = found.confirmation
-        lines.insert(
-            0,
-            [
-                "gain, out of sample",
-                f"{change(sure.gain, sure.present)} ± {sure.u_gain / sure.present:.2%} (standard error), {sure.trials:,} paired trials",
-            ],
-        )
-    show_table("how sure, how flat", ["", ""], lines, left=(0, 1))
+    for table in (compared_poses(found), why(found), how_sure(found)):
+        show_table(table)
     if found.region.convenient is not None:
         print(f"convenient pose within 2 %: {pose_text(found.region.convenient)}")
     for warning in found.warnings:
@@ -181,14 +167,14 @@ def show(found: Any) -> None:
 
 
 def _write(folder: Path, source: Path, found: Any, content: dict[str, Any]) -> None:
-    import json as _json
-
-    from vcmm.console.common import say, write_files
+    from vcmm.console.documents import json_text
+    from vcmm.console.files import write_files
+    from vcmm.console.terminal import say
     from vcmm.files.placed import placed_text
     from vcmm.pages.place import place_page
 
     texts = {
-        "place.json": _json.dumps(content, indent=1, allow_nan=False),
+        "place.json": json_text(content),
         "report.html": place_page(found),
         "placed.toml": placed_text(
             source, folder / "placed.toml", found.best.pose, convenient=found.region.convenient

@@ -8,7 +8,9 @@ from typing import Any
 
 def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path | None) -> int:
     """Place a cut part and say what was found. Exit code 0."""
-    from vcmm.console.common import about, document, print_json, progress, sources
+    from vcmm.console.complaints import about
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.terminal import progress
     from vcmm.files.cut_scenario import load_cut
     from vcmm.machining.placement import place_cut
 
@@ -30,7 +32,9 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 
 def _json(found: Any) -> dict[str, Any]:
     from vcmm.gps.characteristics import unit
-    from vcmm.placing.document import map_json, named, pose_json
+    from vcmm.placing.result import map_json, named, pose_json
+    from vcmm.tables.placed import GAINS, gains
+    from vcmm.tables.table import records
 
     def at(one: Any) -> dict[str, Any]:
         rows = [
@@ -52,63 +56,32 @@ def _json(found: Any) -> dict[str, Any]:
             "spacing": certificate.spacing,
         },
         "flat": {"within": flat.within, "share": flat.share, "box": {named(n): list(r) for n, r in flat.box.items()}},
-        "conforming": [
-            {"name": a.name, "p_present": _p(b), "p_best": _p(a)}
-            for a, b in zip(found.after.characteristics, found.before.characteristics)
-        ],
+        "conforming": records(GAINS, gains(found).rows),
         "map": map_json(found.map),
     }  # fmt: skip
 
 
-def _p(c: Any) -> float | None:
-    return None if c.decision is None else c.decision.p_conform
-
-
 def show(found: Any) -> None:
     """Poses compared, what each characteristic gains, how sure and how flat."""
-    from vcmm.console.common import show_table
-    from vcmm.console.quantities import deviation_text, percent_text
-    from vcmm.gps.characteristics import unit
-    from vcmm.placing.words import poses, region_text
+    from vcmm.console.terminal import show_table
+    from vcmm.placing.words import region_text
+    from vcmm.tables.placed import compared_cut_poses, gains
 
-    rows = [
-        [name, poses(at.pose)[0], f"{at.value:.4g}", f"{at.value / found.present.value - 1:+.1%}" if found.present.value else "–"]
-        for name, at in (
-            ("found", found.best), ("present", found.present), ("median of the scan", found.median),
-            ("worst of the scan", found.worst),
-        )
-    ]  # fmt: skip
-    show_table(
-        "objective: weighted deviations of the cut part as shares of half their tolerance; the smaller the better",
-        ["pose", "shift mm", "objective", "against present"], rows, left=(0, 1),
-    )  # fmt: skip
-    lines = [
-        [
-            c.name, deviation_text(float(before), unit(c)), deviation_text(float(after), unit(c)),
-            "–" if p is None else percent_text(p), "–" if q is None else percent_text(q),
-        ]
-        for c, before, after, p, q in zip(
-            found.characteristics, found.present.deviations, found.best.deviations,
-            [_p(c) for c in found.before.characteristics], [_p(c) for c in found.after.characteristics],
-        )
-    ]  # fmt: skip
-    show_table(
-        "deviation by the known errors, and probability to conform",
-        ["characteristic", "present", "found", "p present", "p found"], lines, left=(0,),
-    )  # fmt: skip
+    for table in (compared_cut_poses(found), gains(found)):
+        show_table(table)
     print(f"certificate: {found.certificate.text}\nflatness: {region_text(found)}")
 
 
 def _write(folder: Path, source: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
-    import json as _json
-
-    from vcmm.console.common import say, write_files
-    from vcmm.files.placed_cut import placed_cut as placed_texts
+    from vcmm.console.documents import json_text
+    from vcmm.console.files import write_files
+    from vcmm.console.terminal import say
+    from vcmm.files.placed import placed_cut as placed_texts
     from vcmm.pages.place_cut import place_cut_page
 
     shift = found.best.pose[:3] - found.present.pose[:3]
     texts = {
-        "place.json": _json.dumps(content, indent=1, allow_nan=False),
+        "place.json": json_text(content),
         "report.html": place_cut_page(scenario, found),
         **placed_texts(source, scenario, folder, found.best.pose, shift),
     }

@@ -22,7 +22,8 @@ def schema_command(
     """
     import json
 
-    from vcmm.console.common import output_folder, say, write_text
+    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.terminal import say
     from vcmm.files.schemas import json_schema
 
     text = json.dumps(json_schema(kind), indent=1)

@@ -36,7 +36,8 @@ def test_command(
     """
     from vcmm.calibrating.acceptance import predicted
     from vcmm.calibrating.limits import limits_of
-    from vcmm.console.common import document, print_json, show_table, sources
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.terminal import show_table
     from vcmm.files.machine import load_machine
     from vcmm.files.toml import read_toml
 

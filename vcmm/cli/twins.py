@@ -1,45 +1,108 @@
-"""Twins of machining for `vcmm demo --twin`: run, tables, report, JSON."""
+"""Twins for `vcmm demo --twin`: run, tables, report, JSON."""
 
 from __future__ import annotations
 
-import importlib
-import json as _json
+from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
-MODULES = {  # twin and page
-    "abbe_milling": ("vcmm.papers.abbe_milling.twin", "vcmm.papers.abbe_milling.page"),
-    "marin2004": ("vcmm.papers.marin2004.twin", "vcmm.papers.marin2004.page"),
-    "test_piece": ("vcmm.cases.test_piece_errors", "vcmm.cases.test_piece_page"),
+
+def _abbe_milling() -> tuple[ModuleType, ModuleType]:
+    from vcmm.papers.abbe_milling import page, twin
+
+    return twin, page
+
+
+def _marin2004() -> tuple[ModuleType, ModuleType]:
+    from vcmm.papers.marin2004 import page, twin
+
+    return twin, page
+
+
+def _test_piece() -> tuple[ModuleType, ModuleType]:
+    from vcmm.cases import test_piece_errors, test_piece_page
+
+    return test_piece_errors, test_piece_page
+
+
+def _worn_cmm() -> tuple[ModuleType, ModuleType]:
+    from vcmm.cases import worn_cmm, worn_cmm_page
+
+    return worn_cmm, worn_cmm_page
+
+
+# Twin (run, figures) and page (tables, twin_page) of each name, imported when it is run.
+TWINS: dict[str, Callable[[], tuple[ModuleType, ModuleType]]] = {
+    "abbe_milling": _abbe_milling,
+    "marin2004": _marin2004,
+    "test_piece": _test_piece,
+    "worn_cmm": _worn_cmm,
 }
 DRAWN = ("abbe_milling",)  # twins whose ranges are over drawn machines
 
 
 def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
-    """Run one twin on its embedded scenario and write report.html and demo.json. me: how the user calls vcmm."""
-    from vcmm.console.common import document, output_folder, print_json, progress, say, show_table, write_text
+    """Run one twin on its embedded files and write report.html and demo.json. me: how the user calls vcmm."""
+    from vcmm.console.documents import document, json_text, print_json
+    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.terminal import progress, say, show_table
     from vcmm.core.errors import UsageError
-    from vcmm.files.cut_scenario import load_cut
-    from vcmm.library import companions, path
 
     if draws is not None and name not in DRAWN:
-        raise UsageError(f"--draws is of no use to {name}: it draws one machine; leave it out")
+        raise UsageError(f"--draws is of no use to {name}: it draws no machines; leave it out")
     output_folder(folder)
-    twin, page = (importlib.import_module(module) for module in MODULES[name])
-    source = path(name)
-    scenario = load_cut(source)
+    twin, page = TWINS[name]()
+    run = _recorded_run if name == "worn_cmm" else _cut_run
     with progress() as report:
-        result = twin.run(scenario, **({} if draws is None else {"draws": draws}), progress=report)
-    files = [source, *companions(name).values()]
+        result, html, files = run(name, twin, page, {} if draws is None else {"draws": draws}, report)
     content = document("vcmm.twin/1", {"twin": name, **twin.figures(result)}, files=files)
-    write_text(folder / "demo.json", _json.dumps(content, indent=1, allow_nan=False))
-    write_text(folder / "report.html", page.twin_page(scenario, result))
+    write_text(folder / "demo.json", json_text(content))
+    write_text(folder / "report.html", html)
     if json:
         print_json(content)
         return 0
-    for shown in page.tables(result):
-        show_table(shown.title, shown.columns, shown.rows, left=shown.left, caption=shown.caption)
+    for table in page.tables(result):
+        show_table(table)
     say(f"wrote {folder}/report.html, demo.json")
+    verb = "diagnose" if name == "worn_cmm" else "cut"
     print(
-        f"Next:\n  open {folder}/report.html\n  {me} new {name}\n  {me} cut {name}.toml --out {name}-report"
+        f"Next:\n  open {folder}/report.html\n  {me} new {name}\n  {me} {verb} {name}.toml --out {name}-report"
     )
     return 0
+
+
+Outcome = tuple[Any, str, list[Path]]  # the twin's result, its page, the files read
+
+
+def _cut_run(
+    name: str,
+    twin: ModuleType,
+    page: ModuleType,
+    options: dict[str, int],
+    report: Callable[[str, float], None],
+) -> Outcome:
+    """A twin that cuts its scenario."""
+    from vcmm.files.cut_scenario import load_cut
+    from vcmm.library import companions, path
+
+    scenario = load_cut(path(name))
+    result = twin.run(scenario, **options, progress=report)
+    return result, page.twin_page(scenario, result), [path(name), *companions(name).values()]
+
+
+def _recorded_run(
+    name: str,
+    twin: ModuleType,
+    page: ModuleType,
+    options: dict[str, int],
+    report: Callable[[str, float], None],
+) -> Outcome:
+    """A twin that diagnoses its recording, and does the measuring job of the scenario plate."""
+    from vcmm.files.recording import load_recording
+    from vcmm.files.scenario import load_scenario
+    from vcmm.library import companions, path
+
+    recording, machine = load_recording(path(name))
+    result = twin.run(recording, machine, load_scenario(path("plate")), progress=report)
+    return result, page.twin_page(result), [path(name), *companions(name).values(), path("plate")]

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.compensating.fitting import Fit, Piece
-from vcmm.compensating.frame import Frame, frame_of
+from vcmm.compensating.fitting import BlockFit, BlockPiece
+from vcmm.compensating.frame import BlockFrame, frame_of
 from vcmm.compensating.numbers import HOLD, SAME, nearest, value_of
-from vcmm.compensating.source import Edit, edited
+from vcmm.compensating.source import Edit, at_line, edited
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError
 from vcmm.nc.moves import PLANES
@@ -24,7 +24,7 @@ NEAR = 1e-6  # mm
 HEIGHTS = {"sinumerik": ("RFP", "DP", "FDEP"), "heidenhain": ("Q203",)}  # absolute heights of a definition
 
 
-def straightened(traces: Sequence[Trace], fits: Sequence[Fit | None]) -> list[Fit | None]:
+def straightened(traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> list[BlockFit | None]:
     """Fits in which the block before a hole ends over the mean of the corrections of that hole."""
     out = list(fits)
     for i in range(len(traces) - 1):
@@ -43,7 +43,7 @@ def straightened(traces: Sequence[Trace], fits: Sequence[Fit | None]) -> list[Fi
         mean = (shifts[0] + shifts[1]) / 2
         end = np.array(own.contour.end) + mean
         end[normal] = fit.pieces[-1].end[normal]
-        out[i] = Fit((*fit.pieces[:-1], Piece(1.0, end)), fit.residual)
+        out[i] = BlockFit((*fit.pieces[:-1], BlockPiece(1.0, end)), fit.residual)
     return out
 
 
@@ -62,7 +62,7 @@ def _bottom(traces: Sequence[Trace], hole: Sequence[int], normal: int) -> int:
     return max(feeds, key=lambda k: abs(traces[k].contour.end[normal] - top))
 
 
-def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -> None:
+def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> None:
     """One hole where the tool stands."""
     first = traces[0]
     frame, normal = frame_of(first), PLANES[first.contour.plane][2]
@@ -73,8 +73,11 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | Non
     shift = frame.ways(fit.pieces[-1].end - np.array(traces[k].contour.end))[normal]
     block = first.words.get("cycle") or first.words.get("path")
     if block is None:
-        raise DataError(
-            f"{first.file}:{first.line}: the definition of {first.cycle} cannot be told; write the hole as single moves"
+        raise at_line(
+            DataError,
+            first.file,
+            first.line,
+            f"the definition of {first.cycle} cannot be told; write the hole as single moves",
         )
     down = _down(writer, first, frame, block, float(shift))
     top = fits[0] or fit
@@ -94,7 +97,7 @@ def drill_here(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | Non
     _arrive(writer, traces, frame, normal, down)
 
 
-def _down(writer: Writer, trace: Trace, frame: Frame, block: WordAt, shift: float) -> float:
+def _down(writer: Writer, trace: Trace, frame: BlockFrame, block: WordAt, shift: float) -> float:
     """The shift of the heights that is in force for this hole, defined again where it must be."""
     c, step = writer.cycle, writer.step(frame.inch)
     wanted = nearest(shift, step)
@@ -127,10 +130,8 @@ def _values(writer: Writer, trace: Trace, down: float) -> list[tuple[WordAt, str
         if word is None:
             continue
         if not word.plain:
-            raise DataError(
-                f"{trace.file}:{word.line}:{word.first}: {name} of {trace.cycle} is an expression; write it as a number, or have the "
-                "program written out (--inline)"
-            )
+            said = f"{name} of {trace.cycle} is an expression; write it as a number, or have the program written out (--inline)"
+            raise at_line(DataError, trace.file, word.line, said, word.first)
         number = writer.number(value_of(word) + down, writer.decimals[inch], word.text)
         out.append((word, number))
     return out
@@ -154,7 +155,7 @@ def _again(writer: Writer, trace: Trace, block: WordAt, words: Sequence[tuple[Wo
     writer.before.setdefault(trace.line - 1, []).extend(lines)
 
 
-def _arrive(writer: Writer, traces: Sequence[Trace], frame: Frame, normal: int, down: float) -> None:
+def _arrive(writer: Writer, traces: Sequence[Trace], frame: BlockFrame, normal: int, down: float) -> None:
     """Where the new program stands after the hole: above it, at the height of the definition."""
     new = frame.numbers(writer.q - frame.offset)
     last = traces[-1]

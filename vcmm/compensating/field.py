@@ -19,14 +19,13 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
-from vcmm.machining.rows import setting_rows
 from vcmm.machining.states import states_at
 from vcmm.machining.tool_errors import cutting_effects
+from vcmm.machining.zero_setting import setting_rows
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup
 
-RANDOM = ("scatter", "reindexing")  # they have no known value
 DYNAMIC = (
     "sense_",
     "since_reversal_",
@@ -44,7 +43,7 @@ SHAPE_OF_CONTACT = (
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class KnownErrors:
     """machine: with the effects that are corrected; full: also with those that the drives must correct.
 
     left: ids of effects that are not corrected, and why.
@@ -62,9 +61,9 @@ class Known:
     def needs_states(self) -> bool:
         return any(e.required() for e in self.machine.effects)
 
-    def whole(self) -> Known:
+    def whole(self) -> KnownErrors:
         """The same with every known effect on the path, to see what is left in all."""
-        return Known(self.full, self.full, self.left)
+        return KnownErrors(self.full, self.full, self.left)
 
 
 def _absent(effect: Effect) -> bool:
@@ -73,7 +72,7 @@ def _absent(effect: Effect) -> bool:
     return bool(values) and not any(np.any(v) for v in values if v.dtype.kind in "fiu")
 
 
-def known_errors_of(machine: Machine) -> Known:
+def known_errors_of(machine: Machine) -> KnownErrors:
     """What of a machine can be corrected by its path: what is known and smooth along it.
 
     Reversal, lag and vibration jump or depend on the speed: steps in the path would mark the surface, and the control has
@@ -82,7 +81,7 @@ def known_errors_of(machine: Machine) -> Known:
     moves, stated, idle = cutting_effects(machine)
     kept, rest, left = [], [], [f"{name} acts on measuring, not on cutting" for name in idle]
     for effect in moves.effects:
-        if effect.name in RANDOM or _absent(effect):
+        if effect.random or _absent(effect):
             continue
         if set(effect.required()) & set(SHAPE_OF_CONTACT):
             left.append(f"{effect.id} depends on force or contact, which a path does not know: not corrected")
@@ -95,14 +94,14 @@ def known_errors_of(machine: Machine) -> Known:
             kept.append(effect)
     left += [f"{e.id} is stated for the finished part: not corrected" for e in stated.effects]
     full = replace(machine, effects=(*kept, *rest))
-    return Known(replace(machine, effects=tuple(kept)), full, tuple(left))
+    return KnownErrors(replace(machine, effects=tuple(kept)), full, tuple(left))
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class PathErrors:
     """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns."""
 
-    known: Known
+    known: KnownErrors
     setup: Setup
     moves: tuple[Move, ...]
     path: Toolpath | None
@@ -151,17 +150,16 @@ class Field:
         if not machine.effects:
             return np.zeros((run.n, 3))
         try:
-            found = -machine.indication_error(run)
-        except ModelLimit as error:
-            raise ModelLimit(self._where(str(error), move)) from None
-        found = found - self._setting(run, move) if self.set_here else found
-        return np.asarray(found * self.sensitive)
-
-    def _where(self, text: str, move: Ints) -> str:
-        row = int(text.split(":")[0].removeprefix("row ")) - 1 if text.startswith("row ") else -1
-        if not 0 <= row < len(move):
-            return text
-        return f"line {self.moves[move[row]].source.line} leaves the machine: {text}; check work offset and tool length"
+            error = -machine.indication_error(run)
+        except ModelLimit as limit:
+            if limit.row is None:
+                raise
+            line = self.moves[move[limit.row]].source.line
+            raise ModelLimit(
+                f"line {line} leaves the machine: {limit}; check work offset and tool length", line=line
+            ) from None
+        error = error - self._setting(run, move) if self.set_here else error
+        return np.asarray(error * self.sensitive)
 
     def _setting(self, run: Run, move: Ints) -> Array:
         """Error (k, 3) where the offset of each row was set, with its tool: at the work zero unless the set-up says where."""
@@ -218,12 +216,21 @@ class Field:
 
 
 def field_of(
-    known: Known, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
-) -> Field:  # fmt: skip
+    known: KnownErrors, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
+) -> PathErrors:  # fmt: skip
     """Errors along the motion of a program."""
     path = toolpath(tuple(moves), known.machine, setup) if known.needs_states and moves else None
     moving = np.arange(len(moves)) if path is None else path.timing.moving
     if path is not None and not len(moving):
         path = None
     sensitive = np.array([float(a in known.machine.axes and not (lathe and a == "Y")) for a in "XYZ"])
-    return Field(known, setup, tuple(moves), path, moving, set_here, constants or {}, sensitive)
+    return PathErrors(
+        known=known,
+        setup=setup,
+        moves=tuple(moves),
+        path=path,
+        moving=moving,
+        set_here=set_here,
+        constants=constants or {},
+        sensitive=sensitive,
+    )

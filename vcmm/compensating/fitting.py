@@ -24,7 +24,7 @@ SMALL = (
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class BlockPiece:
     """One block: it ends at `end` (machine coordinates, before rounding) at this share of the move; arcs have a centre."""
 
     share: float
@@ -33,25 +33,25 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class BlockFit:
     """Blocks of one move, and the largest departure that they leave across the path, mm (before rounding)."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[BlockPiece, ...]
     residual: float
 
 
-def chords(m: Move, share: Array, wanted: Array, across: Array, limit: float, split: bool) -> Fit:
+def chords(m: Move, share: Array, wanted: Array, across: Array, limit: float, split: bool) -> BlockFit:
     """Lines through wanted points (k, 3), the longest ones that hold the limit; across (k, 3, 3) takes off what is along the path."""
     last = len(share) - 1
     if not split or last < 2:
-        return Fit((Piece(1.0, wanted[-1]),), _bow(share, wanted, across, 0, last))
+        return BlockFit((BlockPiece(1.0, wanted[-1]),), _bow(share, wanted, across, 0, last))
     pieces, at, worst = [], 0, 0.0
     while at < last:
         to = _farthest(share, wanted, across, at, last, limit)
         worst = max(worst, _bow(share, wanted, across, at, to))
-        pieces.append(Piece(float(share[to]), wanted[to]))
+        pieces.append(BlockPiece(float(share[to]), wanted[to]))
         at = to
-    return Fit(tuple(pieces), worst)
+    return BlockFit(tuple(pieces), worst)
 
 
 def _farthest(share: Array, wanted: Array, across: Array, at: int, last: int, limit: float) -> int:
@@ -79,11 +79,11 @@ def _bow(share: Array, wanted: Array, across: Array, a: int, b: int) -> float:
     return float(np.linalg.norm(np.einsum("kij,kj->ki", across[a : b + 1], off), axis=1).max())
 
 
-def arcs(m: Move, wanted: Array, limit: float, most: int, least: int = 1) -> Fit:
+def arcs(m: Move, wanted: Array, limit: float, most: int, least: int = 1) -> BlockFit:
     """Arcs through corrected points (k, 3) of an arc, evenly spaced; k - 1 is a multiple of every count that is tried."""
     least = min(least, most)
     last = len(wanted) - 1
-    best: Fit | None = None
+    best: BlockFit | None = None
     for count in COUNTS:
         if last % count or last // count < 2 or not least <= count <= most:
             continue
@@ -111,15 +111,15 @@ def _apart(m: Move, wanted: Array) -> float:
     return float(np.linalg.norm(shift))
 
 
-def _even(m: Move, wanted: Array, count: int) -> Fit:
+def _even(m: Move, wanted: Array, count: int) -> BlockFit:
     part = (len(wanted) - 1) // count
     pieces, worst = [], 0.0
     for i in range(count):
         inside = wanted[i * part : (i + 1) * part + 1]
         centre, residual = fitted_arc(m, inside, abs(sweep_of(m)) / count, i / count, (i + 1) / count)
-        pieces.append(Piece((i + 1) / count, inside[-1], centre))
+        pieces.append(BlockPiece((i + 1) / count, inside[-1], centre))
         worst = max(worst, residual)
-    return Fit(tuple(pieces), worst)
+    return BlockFit(tuple(pieces), worst)
 
 
 def fitted_arc(m: Move, wanted: Array, sweep: float, begin: float, end: float) -> tuple[Array, float]:

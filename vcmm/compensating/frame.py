@@ -13,7 +13,7 @@ AXES, CENTRES = "XYZ", "IJK"
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class BlockFrame:
     """Machine point of the tip <-> numbers of the program (its unit; diameters where X is one)."""
 
     matrix: Array
@@ -42,14 +42,20 @@ class Frame:
         return float(np.linalg.norm(self.ways(way)))
 
 
-def frame_of(trace: Trace) -> Frame:
+def frame_of(trace: Trace) -> BlockFrame:
     t, m = trace.transformation, trace.after
     scale = np.full(3, 1.0 / m.unit)
     if m.diameter:
         scale[0] *= 2.0
     matrix = np.array(t.matrix)
     turned = np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-9  # no scaling
-    return Frame(
-        matrix, matrix.T if turned else np.linalg.inv(matrix), np.array(t.shift), scale,
-        np.array(trace.contour.tool_offset), m.absolute, m.unit > 1.0, m.arc_absolute,
-    )  # fmt: skip
+    return BlockFrame(
+        matrix=matrix,
+        inverse=matrix.T if turned else np.linalg.inv(matrix),
+        shift=np.array(t.shift),
+        scale=scale,
+        offset=np.array(trace.contour.tool_offset),
+        absolute=m.absolute,
+        inch=m.unit > 1.0,
+        arc_absolute=m.arc_absolute,
+    )

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.compensating.fitting import Fit
-from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
+from vcmm.compensating.fitting import BlockFit
+from vcmm.compensating.frame import AXES, CENTRES, BlockFrame, frame_of
 from vcmm.compensating.numbers import SAME, nearest, written
+from vcmm.compensating.source import at_line
 from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
@@ -29,7 +30,7 @@ FEED_OUT = (
 
 
 @dataclass(frozen=True, eq=False)
-class Hole:
+class DrilledHole:
     """Numbers of the program: place (3,) of the bottom, its correction (3,), and along the hole the correction at R."""
 
     place: Array
@@ -37,7 +38,7 @@ class Hole:
     top: float
 
 
-def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -> None:
+def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> None:
     """One block of a cycle with all its moves."""
     first = traces[0]
     frame = frame_of(first)
@@ -55,10 +56,10 @@ def drill(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -
         _back_bore(writer, traces, fits, frame, normal, blocks)
     if repeat is not None:
         writer.drop(first.line - 1, first.words[repeat])
-    _arrive(writer, traces[-1], frame, normal, r, bottom, holes, blocks)
+    _arrive(writer, traces[-1], frame=frame, normal=normal, r=r, bottom=bottom, holes=holes, blocks=blocks)
 
 
-def _series(writer: Writer, trace: Trace, frame: Frame, normal: int) -> None:
+def _series(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> None:
     """A new series begins where no cycle was in force: its initial level is where the tool stands."""
     c = writer.cycle
     going = trace.before.motion in CYCLES and trace.before.plane == trace.after.plane and "level" in c
@@ -68,15 +69,14 @@ def _series(writer: Writer, trace: Trace, frame: Frame, normal: int) -> None:
         c["new level"] = float(frame.numbers(writer.q - frame.offset)[normal])
 
 
-def _heights(writer: Writer, trace: Trace, frame: Frame, normal: int) -> tuple[float, float]:
+def _heights(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> tuple[float, float]:
     """R and bottom as programmed, absolute, numbers of the program."""
     c = writer.cycle
     for letter, name in ((AXES[normal], "Z"), ("R", "R")):
         if letter in trace.words:
             if not trace.words[letter].plain:
-                raise DataError(
-                    f"{trace.file}:{trace.line}:{trace.words[letter].first}: {letter} of a cycle is an expression; write it as a number to compensate the program"
-                )
+                said = f"{letter} of a cycle is an expression; write it as a number to compensate the program"
+                raise at_line(DataError, trace.file, trace.line, said, trace.words[letter].first)
             c[name] = _said(writer, trace, letter, frame.inch)
     r = c["R"] if frame.absolute else c["level"] + c["R"]
     return r, c["Z"] if frame.absolute else r + c["Z"]
@@ -92,10 +92,10 @@ def _said(writer: Writer, trace: Trace, letter: str, inch: bool) -> float:
 
 
 def _holes(
-    traces: Sequence[Trace], fits: Sequence[Fit | None], frame: Frame, normal: int, bottom: float
-) -> list[Hole]:
+    traces: Sequence[Trace], fits: Sequence[BlockFit | None], frame: BlockFrame, normal: int, bottom: float
+) -> list[DrilledHole]:
     """Holes in order: one for each stay at the bottom."""
-    found: list[Hole] = []
+    holes: list[DrilledHole] = []
     others = [i for i in range(3) if i != normal]
     for trace, fit in zip(traces, fits):
         if fit is None:
@@ -110,18 +110,19 @@ def _holes(
         if top is not None:
             mean[others] = (shift[others] + top[others]) / 2
         place = numbers.copy()
-        if not found or np.abs((place - found[-1].place)[others]).max() > NEAR:
+        if not holes or np.abs((place - holes[-1].place)[others]).max() > NEAR:
             out = trace.cycle in FEED_OUT and top is not None
-            found.append(Hole(place, mean, float(top[normal] if out and top is not None else shift[normal])))
-    if not found:
-        raise DataError(
-            f"{traces[0].file}:{traces[0].line}: the holes of {traces[0].cycle} cannot be told; write the block as single moves"
-        )
-    return found
+            holes.append(
+                DrilledHole(place, mean, float(top[normal] if out and top is not None else shift[normal]))
+            )
+    if not holes:
+        said = f"the holes of {traces[0].cycle} cannot be told; write the block as single moves"
+        raise at_line(DataError, traces[0].file, traces[0].line, said)
+    return holes
 
 
 def _top(
-    traces: Sequence[Trace], fits: Sequence[Fit | None], start: Array, frame: Frame, normal: int
+    traces: Sequence[Trace], fits: Sequence[BlockFit | None], start: Array, frame: BlockFrame, normal: int
 ) -> Array | None:
     """Correction where the feed of a hole begins."""
     for trace, fit in zip(traces, fits):
@@ -131,7 +132,7 @@ def _top(
 
 
 def _blocks(
-    writer: Writer, holes: Sequence[Hole], frame: Frame, normal: int, r: float, bottom: float
+    writer: Writer, holes: Sequence[DrilledHole], frame: BlockFrame, normal: int, r: float, bottom: float
 ) -> list[dict[str, float]]:
     """Words of the block of each hole: X Y of the plane, Z and R as they are written."""
     step, out = writer.step(frame.inch), []
@@ -156,7 +157,7 @@ def _even(blocks: Sequence[dict[str, float]], step: float) -> bool:
 
 
 def _write(
-    writer: Writer, trace: Trace, frame: Frame, normal: int, blocks: Sequence[dict[str, float]]
+    writer: Writer, trace: Trace, frame: BlockFrame, normal: int, blocks: Sequence[dict[str, float]]
 ) -> None:
     """The block itself, then one block for each further hole."""
     c, step, index = writer.cycle, writer.step(frame.inch), trace.line - 1
@@ -184,7 +185,7 @@ def _write(
 
 
 def _back_bore(
-    writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], frame: Frame, normal: int,
+    writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None], frame: BlockFrame, normal: int,
     blocks: Sequence[dict[str, float]],
 ) -> None:  # fmt: skip
     """I, J or K of G87: where the bore ends, with the correction there; from the bottom on where the program counts steps."""
@@ -202,7 +203,7 @@ def _back_bore(
 
 
 def _arrive(
-    writer: Writer, last: Trace, frame: Frame, normal: int, r: float, bottom: float, holes: Sequence[Hole],
+    writer: Writer, last: Trace, frame: BlockFrame, normal: int, r: float, bottom: float, holes: Sequence[DrilledHole],
     blocks: Sequence[dict[str, float]],
 ) -> None:  # fmt: skip
     """Where the new program stands after the block."""

@@ -21,7 +21,7 @@ from vcmm.compensating.switched import check_end, check_step
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.moves import Move, Program
-from vcmm.nc.trace import Cut, Step, Trace
+from vcmm.nc.trace import ExecutedBlock, TextCut, Trace
 
 SAME = 1e-6  # mm between a move and the same one written out: expressions are written with nine decimals
 INLINE = 200.0  # executed blocks for each line of the program, beyond which nothing is written out
@@ -78,7 +78,7 @@ class _Sheet:
     origin: list[int] = field(default_factory=list)
     seen: set[str] = field(default_factory=set)
     passes: Counter[tuple[str, int]] = field(default_factory=Counter)
-    last: Step | None = None
+    last: ExecutedBlock | None = None
     texts: dict[str, list[str]] = field(default_factory=dict)
     pending: str = (
         ""  # a comment that stands before the next block, and whether it announces a pass of a loop
@@ -103,7 +103,7 @@ class _Sheet:
         self.lines.append((body, self.source.end))
         self.origin.append(origin)
 
-    def step(self, step: Step) -> None:
+    def step(self, step: ExecutedBlock) -> None:
         """One executed block, with the comments and blank lines before it, and where it comes from."""
         self.passes[(step.file, step.line)] += 1
         self.between(step)
@@ -121,7 +121,7 @@ class _Sheet:
             self.put(new, number if step.file == self.source.name else step.line)
         self.last = step
 
-    def between(self, step: Step) -> None:
+    def between(self, step: ExecutedBlock) -> None:
         """Lines without code since the block before."""
         before = self.last.last if self.last is not None and self.last.file == step.file else 0
         if self.last is not None and (self.last.file != step.file or before >= step.line):
@@ -134,7 +134,7 @@ class _Sheet:
             if self.last is None or not self.code(body[n - 1]):
                 self.put(body[n - 1], n)
 
-    def whence(self, step: Step) -> None:
+    def whence(self, step: ExecutedBlock) -> None:
         """A comment where a call begins or ends, and where a loop begins anew."""
         last = self.last
         if last is None:
@@ -180,7 +180,7 @@ class _Sheet:
             self.put(body[signs[-1] - 1], signs[-1])
 
 
-def _cut(line: str, cuts: Sequence[Cut]) -> str:
+def _cut(line: str, cuts: Sequence[TextCut]) -> str:
     """A line with its cuts made; two blanks that meet become one."""
     for cut in sorted(cuts, key=lambda c: c.first)[::-1]:
         before, behind = line[: cut.first - 1], line[cut.last - 1 :]

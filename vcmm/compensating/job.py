@@ -6,14 +6,13 @@ program -> moves with traces -> corrected points (fixed point) -> lines and arcs
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.field import Known, field_of, known_errors_of
+from vcmm.compensating.field import KnownErrors, field_of, known_errors_of
 from vcmm.compensating.frame import AXES, CENTRES
 from vcmm.compensating.header import SEMICOLON, digest, file_parts, header, machine_parts
 from vcmm.compensating.inlining import INLINE, check_written_out, must_be_written_out, written_out
@@ -40,13 +39,12 @@ from vcmm.compensating.refusals import (
     check_state,
     check_travel,
 )
-from vcmm.compensating.result import Blocks, Compensation, Departure, Rounding
+from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
-from vcmm.compensating.source import SourceText
+from vcmm.compensating.source import SourceText, at_origin
 from vcmm.compensating.switched import check_expressions
-from vcmm.compensating.targets import Targets
 from vcmm.compensating.writer import Writer
-from vcmm.core.errors import DataError, ModelLimit, UsageError, VcmmError
+from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.evaluation.sampling import Progress
 from vcmm.nc.dialects import Dialect
@@ -74,7 +72,7 @@ def compensate(
     constants: Mapping[str, float] | None = None,
     inline: float = INLINE,
     progress: Progress | None = None,
-) -> Compensation:
+) -> CompensatedProgram:
     """Rewrite a program. tolerance: mm. machine: instead of that of the set-up. set_here: the work offset was set on this machine.
     carry: rounding errors are carried along chains of short blocks; else every number is rounded by itself. inline: blocks that
     are executed several times are written out, up to so many blocks for each line of the program; 0 refuses them.
@@ -85,32 +83,29 @@ def compensate(
         raise UsageError(f"tolerance = {tolerance:g} mm must be a positive length")
     report = progress or (lambda text, share: None)
     report("reading the program", 0.0)
-    work = prepare(program, setup, machine, dialect, decimals, set_here, constants, carry, inline)
+    work = prepare(
+        program=program,
+        setup=setup,
+        machine=machine,
+        dialect=dialect,
+        decimals=decimals,
+        set_here=set_here,
+        constants=constants,
+        carry=carry,
+        inline=inline,
+    )
     try:
         return _rewritten(work, tolerance, growth, report)
     except (DataError, ModelLimit) as error:
-        raise _located(error, work) from None
+        raise at_origin(error, work.source.name, work.origin) from None
 
 
-def _located(error: VcmmError, work: Work) -> VcmmError:
-    """Lines of the written-out program in a message become those of the file."""
-    if work.origin == tuple(range(1, len(work.origin) + 1)):
-        return error
-
-    def line(found: re.Match[str]) -> str:
-        number = int(found[2])
-        return f"{found[1]}{work.origin[number - 1] if 0 < number <= len(work.origin) else number}"
-
-    kind = DataError if isinstance(error, DataError) else ModelLimit
-    return kind(re.sub(rf"({re.escape(work.source.name)}:)(\d+)", line, str(error)))
-
-
-def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> Compensation:
+def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) -> CompensatedProgram:
     """The new program with as many blocks as are allowed, and its proof."""
     used, notes = tolerance, list(work.notes)
     for _ in range(MOST_RELAXED):
         report("correcting", 0.3)
-        text, lines, found, writer, new = _read_back(work, used, notes)
+        text, lines, writer, new = _read_back(work, used, notes)
         grown = len(new.traces) / max(len(work.program.traces), 1)
         if grown <= growth:
             break
@@ -124,15 +119,13 @@ def _rewritten(work: Work, tolerance: float, growth: float, report: Progress) ->
             f"the program grows beyond {growth:g} times its blocks at every tolerance; raise --growth"
         )
     report("running it again", 0.7)
-    return _proved(work, text, lines, found, writer, new, tolerance, used, notes)
+    return _proved(work, text, lines, writer=writer, new=new, tolerance=tolerance, used=used, notes=notes)
 
 
-def _read_back(
-    work: Work, tolerance: float, notes: list[str]
-) -> tuple[str, list[int], Targets, Writer, Program]:
+def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, list[int], Writer, Program]:
     """Rewrite and read again; where radius compensation cannot follow the added blocks, without blocks added there."""
     for beside in (True, False):
-        text, lines, found, writer = rewrite(work, tolerance, beside)
+        text, lines, writer = rewrite(work, tolerance, beside)
         try:
             new = interpret(text, work.dialect.name, work.setup, work.source.name, trace=True)
         except (ModelLimit, DataError) as error:
@@ -146,7 +139,7 @@ def _read_back(
                 "radius compensation (G41, G42) cannot follow blocks added to its contours; none were added there"
             )
         break
-    return text, lines, found, writer, new
+    return text, lines, writer, new
 
 
 def prepare(
@@ -166,7 +159,7 @@ def prepare(
         raise UsageError(f"{source.name}: {length_missing(short, setup.tools)}")
     check_travel(read, machine, False, source.name)
     check_moves([t.contour for t in read.traces], machine, setup, source.name)
-    source, read, origin = _flat(source, read, setup, language, known, inline, notes)
+    source, read, origin = _flat(source, read, setup, language, known, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
     field = field_of(
         known,
@@ -182,23 +175,23 @@ def prepare(
     hashed = digest([*file_parts([setup.path, machine_file]), *own, given[1].text.encode("utf-8")])
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in given[0].warnings))
     return Work(
-        source,
-        origin,
-        read,
-        language,
-        setup,
-        machine,
-        known,
-        field,
-        _decimals(given[0].traces, decimals),
-        hashed,
-        said,
-        carry,
+        source=source,
+        origin=origin,
+        program=read,
+        dialect=language,
+        setup=setup,
+        machine=machine,
+        known=known,
+        field=field,
+        decimals=_decimals(given[0].traces, decimals),
+        hashed=hashed,
+        notes=said,
+        carry=carry,
     )
 
 
 def _flat(
-    source: SourceText, read: Program, setup: Setup, language: Dialect, known: Known, inline: float, notes: list[str]
+    source: SourceText, read: Program, setup: Setup, language: Dialect, known: KnownErrors, inline: float, notes: list[str]
 ) -> tuple[SourceText, Program, tuple[int, ...]]:  # fmt: skip
     """The program written out where that is needed, what it means, and where its lines come from."""
     one = must_be_written_out(read.traces, source.name) if known.machine.effects and inline > 0 else None
@@ -235,9 +228,9 @@ def _decimals(traces: Sequence[Trace], asked: int | None) -> tuple[int, int]:
 
 
 def _proved(
-    work: Work, text: str, lines: list[int], found: Targets, writer: Writer, new: Program, tolerance: float, used: float,
+    work: Work, text: str, lines: list[int], writer: Writer, new: Program, tolerance: float, used: float,
     notes: list[str],
-) -> Compensation:  # fmt: skip
+) -> CompensatedProgram:  # fmt: skip
     """Read back, compare, run again."""
     check_expressions(work.program, work.source, writer.expressions)
     mark = header(work.machine.name, used, work.hashed, work.dialect)
@@ -266,11 +259,26 @@ def _proved(
         notes.append(_more_decimals(work, after, digits, used))
     for index in sorted(writer.expressions)[:5]:
         notes.append(f"{work.source.name}:{origin[index + 1]}: an expression has been replaced by its number")
-    return Compensation(
-        work.source.name, work.dialect.name, work.machine.name, text, work.source.encoded(text), tolerance, used,
-        met and used == tolerance, before, offset_only, after, shifts, rounding, _counted(work, writer, new, lines), work.hashed,
-        tuple(notes), tuple(origin[n] for n in lines), whole,
-    )  # fmt: skip
+    return CompensatedProgram(
+        name=work.source.name,
+        dialect=work.dialect.name,
+        machine=work.machine.name,
+        text=text,
+        data=work.source.encoded(text),
+        tolerance=tolerance,
+        used=used,
+        met=met and used == tolerance,
+        before=before,
+        offset_only=offset_only,
+        after=after,
+        shifts=shifts,
+        rounding=rounding,
+        blocks=_counted(work, writer, new, lines),
+        digest=work.hashed,
+        warnings=tuple(notes),
+        source_lines=tuple(origin[n] for n in lines),
+        whole=whole,
+    )
 
 
 def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> str:
@@ -285,12 +293,12 @@ def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> 
     )
 
 
-def _at(found: Departure, origin: Sequence[int]) -> Departure:
+def _at(departed: Departure, origin: Sequence[int]) -> Departure:
     """With the line of the file."""
-    return replace(found, line=origin[found.line])
+    return replace(departed, line=origin[departed.line])
 
 
-def _departed(work: Work, known: Known, program: Program, lines: Sequence[int]) -> Departure:
+def _departed(work: Work, known: KnownErrors, program: Program, lines: Sequence[int]) -> Departure:
     """The program run on the machine, against the path of the original; lines: empty for the original itself."""
     field = field_of(
         known, work.setup, program.moves, set_here=work.field.set_here, constants=work.field.constants,
@@ -314,10 +322,15 @@ def _rounding(work: Work, writer: Writer, after: Departure) -> Rounding:
     return Rounding(step, float(size.max(initial=0.0)), rms, share)
 
 
-def _counted(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> Blocks:
+def _counted(work: Work, writer: Writer, new: Program, lines: Sequence[int]) -> BlockCounts:
     old_rate, _ = block_rate(work.program.moves)
     rate, line = block_rate(new.moves)
-    return Blocks(
-        len({t.line for t in work.program.traces}), len({t.line for t in new.traces}), len(writer.edits),
-        sum(len(v) for v in writer.added.values()), old_rate, rate, (0, *work.origin)[lines[line - 1]] if line else 0,
-    )  # fmt: skip
+    return BlockCounts(
+        before=len({t.line for t in work.program.traces}),
+        after=len({t.line for t in new.traces}),
+        changed=len(writer.edits),
+        added=sum(len(v) for v in writer.added.values()),
+        rate_before=old_rate,
+        rate_after=rate,
+        rate_line=(0, *work.origin)[lines[line - 1]] if line else 0,
+    )

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vcmm.compensating.contours import sweep_of
-from vcmm.compensating.fitting import Fit, Piece
-from vcmm.compensating.frame import AXES, Frame, frame_of
+from vcmm.compensating.fitting import BlockFit
+from vcmm.compensating.frame import AXES, BlockFrame, frame_of
 from vcmm.compensating.numbers import HOLD, SAME, nearest, written
 from vcmm.compensating.source import Edit, semicolon_code
-from vcmm.compensating.writer import Writer, best_centre
+from vcmm.compensating.writer import Stretch, Writer, best_centre
 from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES
 from vcmm.nc.trace import Trace, WordAt
@@ -52,22 +52,22 @@ class KlartextWriter(Writer):
     def _like(self, trace: Trace) -> str:
         return next((w.text for k, w in trace.words.items() if k in AXES and w.plain), "+")
 
-    def _drop(self, index: int, word: WordAt) -> None:
+    def drop(self, index: int, word: WordAt) -> None:
         """A word and the blanks before it."""
         at = word.line - 1 if word.line else index
         ahead = self.source.lines[at][0][: word.first - 1]
         first = len(ahead.rstrip()) + 1
         self.edits.setdefault(at, []).append(Edit(first, word.last, ""))
 
-    def relative(self, trace: Trace, frame: Frame, i: int, first: bool) -> bool:
+    def relative(self, trace: Trace, frame: BlockFrame, i: int, first: bool) -> bool:
         word = trace.words.get(AXES[i]) if first else None
         return word is not None and word.mode == "IC"
 
-    def centre_absolute(self, trace: Trace, frame: Frame, i: int) -> bool:
+    def centre_absolute(self, trace: Trace, frame: BlockFrame, i: int) -> bool:
         return True
 
     # -- blocks -----------------------------------------------------------------------------------------------------
-    def move(self, trace: Trace, fit: Fit) -> None:
+    def move(self, trace: Trace, fit: BlockFit) -> None:
         frame, index = frame_of(trace), trace.line - 1
         self.path = trace.words["path"].text if "path" in trace.words else "L"
         self._pole_of(trace, frame)
@@ -80,7 +80,7 @@ class KlartextWriter(Writer):
             self._turn(trace, frame, index)
         super().move(trace, fit)
 
-    def _pole_of(self, trace: Trace, frame: Frame) -> None:
+    def _pole_of(self, trace: Trace, frame: BlockFrame) -> None:
         """A CC of the source has been passed since the last arc."""
         block = trace.words.get("CC path")
         if block is None or block.line == self.pole_line:
@@ -95,7 +95,7 @@ class KlartextWriter(Writer):
             if trace.words["path"].text != "CTP":
                 self.pole = float(centre[a]), float(centre[b])
 
-    def _unchanged(self, trace: Trace, frame: Frame, fit: Fit) -> bool:
+    def _unchanged(self, trace: Trace, frame: BlockFrame, fit: BlockFit) -> bool:
         """Whether the block may stay as it is: tool, pole and end are where the source has them."""
         m = trace.contour
         if self.pole_moved and any(k in trace.words for k in POLAR):
@@ -111,7 +111,7 @@ class KlartextWriter(Writer):
             )
         return off < STILL
 
-    def _turn(self, trace: Trace, frame: Frame, index: int) -> None:
+    def _turn(self, trace: Trace, frame: BlockFrame, index: int) -> None:
         """LP -> L, CT and CTP -> C; arcs get their name in `_named`, once it is known whether they climb."""
         if self.path in ("CT", "CTP"):
             self.path = "C"
@@ -127,7 +127,7 @@ class KlartextWriter(Writer):
             self.edits.setdefault(word.line - 1, []).append(Edit(word.first, word.last, name))
         for key in POLAR:
             if key in trace.words:
-                self._drop(index, trace.words[key])
+                self.drop(index, trace.words[key])
 
     def _behind(self, trace: Trace) -> tuple[int, int]:
         """Index of the line and column behind the last axis word, else behind the path function."""
@@ -135,47 +135,44 @@ class KlartextWriter(Writer):
         last = max(words, key=lambda w: (w.line, w.last))
         return last.line - 1, last.last
 
-    def _settled(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
-    ) -> Array:  # fmt: skip
-        new = super()._settled(trace, frame, piece, cur, named, part, False)
+    def _settled(self, s: Stretch) -> Array:
+        trace, frame, piece, cur = s.trace, s.frame, s.piece, s.start
+        new = super()._settled(replace(s, whole=False))
         if trace.contour.kind != "arc":
             return new
-        a, b, n = PLANES[trace.contour.plane]
+        a, b, n = s.plane
         step = self.step(frame.inch)
         wanted = frame.numbers(piece.end)
         for i in (a, b):
-            steps = self.relative(trace, frame, i, piece.share == self.first_share)
+            steps = self.relative(trace, frame, i, s.first)
             origin = float(cur[i]) if steps else 0.0
-            new[i] = float(cur[i]) if whole else origin + nearest(float(wanted[i]) - origin, step)
+            new[i] = float(cur[i]) if s.whole else origin + nearest(float(wanted[i]) - origin, step)
         near = max(HOLD * step, self.slack * float(frame.scale[1]))
         rises = abs(wanted[n] - cur[n]) > near
-        new[n] = nearest(float(wanted[n]), step) if rises or named[n] else cur[n]
+        new[n] = nearest(float(wanted[n]), step) if rises or s.names(n) else cur[n]
         self.helix = abs(new[n] - cur[n]) > SAME * step or trace.contour.turns > 1
         if self.helix:
-            new = self._spiral(trace, frame, piece, cur, new)
+            new = self._spiral(replace(s, end=new))
         return new
 
     helix: bool = False
     angle: float = 0.0  # deg, of the last helix
     centre: tuple[float, float] = (0.0, 0.0)
 
-    def _rounded_centre(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, end: Array
-    ) -> tuple[float, float]:
-        a, b, _ = PLANES[trace.contour.plane]
-        assert piece.centre is not None
-        wanted = frame.numbers(piece.centre)[[a, b]]
-        return best_centre(wanted, cur[[a, b]], (end - cur)[[a, b]], self.step(frame.inch))
+    def _rounded_centre(self, s: Stretch) -> tuple[float, float]:
+        flat = list(s.plane[:2])
+        assert s.piece.centre is not None
+        wanted = s.frame.numbers(s.piece.centre)[flat]
+        return best_centre(wanted, s.start[flat], (s.end - s.start)[flat], self.step(s.frame.inch))
 
-    def _spiral(self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array) -> Array:
+    def _spiral(self, s: Stretch) -> Array:
         """End of a helix: on the circle about the pole that goes through the start, at an angle as written."""
-        m = trace.contour
-        a, b, _ = PLANES[m.plane]
-        self.centre = self._rounded_centre(trace, frame, piece, cur, new)
+        cur, new = s.start, s.end
+        a, b, _ = s.plane
+        self.centre = self._rounded_centre(s)
         begin = math.atan2(cur[b] - self.centre[1], cur[a] - self.centre[0])
         goal = math.atan2(new[b] - self.centre[1], new[a] - self.centre[0])
-        part = self.part * sweep_of(m) * (-1.0 if _mirrored(trace) else 1.0)
+        part = s.share * sweep_of(s.trace.contour) * (-1.0 if _mirrored(s.trace) else 1.0)
         turn = part + math.remainder(goal - begin - part, 2 * math.pi)
         self.angle = round(math.degrees(turn), ANGLE)
         radius = math.hypot(cur[a] - self.centre[0], cur[b] - self.centre[1])
@@ -185,13 +182,10 @@ class KlartextWriter(Writer):
         return out
 
     # -- words ------------------------------------------------------------------------------------------------------
-    def _first(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, nominal: tuple[Array, Array],
-        feed: float | None, whole: bool, split: bool,
-    ) -> None:  # fmt: skip
-        index = trace.line - 1
+    def _first(self, s: Stretch) -> None:
+        trace, frame, cur, new, index = s.trace, s.frame, s.start, s.end, s.index
         if trace.contour.kind != "arc":
-            super()._first(trace, frame, piece, cur, new, nominal, feed, whole, split)
+            super()._first(s)
             return
         self._named(trace, index, "CP" if self.helix else "C" if self.path == "CP" else self.path)
         if self.helix:
@@ -199,8 +193,8 @@ class KlartextWriter(Writer):
             self._place(index, trace, self.centre, frame, first=True)
             self._directed(trace)
             return
-        flat = tuple(AXES[i] for i in PLANES[trace.contour.plane][:2])
-        whole_block = whole and self.path == "C" and not any(k in trace.words for k in flat)
+        flat = tuple(AXES[i] for i in s.plane[:2])
+        whole_block = s.whole and self.path == "C" and not any(k in trace.words for k in flat)
         for letter in (
             () if whole_block else flat
         ):  # the block names its whole end, so that it says what it means
@@ -209,12 +203,12 @@ class KlartextWriter(Writer):
             value = float(new[i] - cur[i] if steps else new[i])
             if (
                 letter in trace.words
-                or split
+                or s.split
                 or self.path != "C"
                 or abs(new[i] - cur[i]) > SAME * self.step(frame.inch)
             ):
-                self.word(index, trace, letter, value, _old(nominal, i, steps), frame.inch)
-        n = PLANES[trace.contour.plane][2]
+                self.word(index, trace, letter, value, s.nominal(i, steps), frame.inch)
+        n = s.plane[2]
         if AXES[n] in trace.words:
             steps = self.relative(trace, frame, n, True)
             self.word(
@@ -222,11 +216,11 @@ class KlartextWriter(Writer):
                 trace,
                 AXES[n],
                 float(new[n] - cur[n] if steps else new[n]),
-                _old(nominal, n, steps),
+                s.nominal(n, steps),
                 frame.inch,
             )
         self._directed(trace)
-        self._centre(trace, frame, piece, cur, new, index, split)
+        self._centre(s)
 
     def _directed(self, trace: Trace) -> None:
         """The sense of rotation, which CT and CTP do not say."""
@@ -234,13 +228,13 @@ class KlartextWriter(Writer):
             index, column = self._behind(trace)
             self.edits.setdefault(index, []).append(Edit(column, column, f" {_sense(trace)}"))
 
-    def _as_helix(self, trace: Trace, frame: Frame, new: Array, index: int) -> None:
+    def _as_helix(self, trace: Trace, frame: BlockFrame, new: Array, index: int) -> None:
         """C X.. Y.. -> CP IPA.. Z.."""
         a, b, n = PLANES[trace.contour.plane]
         word = trace.words["path"]
         for key in (AXES[a], AXES[b], "R"):
             if key in trace.words:
-                self._drop(index, trace.words[key])
+                self.drop(index, trace.words[key])
         at = word.last
         text = f" IPA{self.number(self.angle, ANGLE)}"
         if AXES[n] in trace.words:
@@ -253,16 +247,15 @@ class KlartextWriter(Writer):
             text += f" {AXES[n]}{self.number(float(new[n]), self.decimals[frame.inch])}"
         self.edits.setdefault(word.line - 1, []).append(Edit(at, at, text))
 
-    def _more(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, feed: float | None, share: float, index: int
-    ) -> None:  # fmt: skip
+    def _more(self, s: Stretch) -> None:
+        trace, frame, new, index = s.trace, s.frame, s.end, s.index
         if trace.contour.kind != "arc":
             before = len(self.added.get(index, []))
-            super()._more(trace, frame, piece, cur, new, feed, share, index)
+            super()._more(s)
             if len(self.added.get(index, [])) > before:
                 self.added[index][-1] = "L " + self.added[index][-1]
             return
-        a, b, n = PLANES[trace.contour.plane]
+        a, b, n = s.plane
         places, like = self.decimals[frame.inch], self._like(trace)
         ends = [AXES[i] + self.number(float(new[i]), places, like) for i in (a, b)]
         if self.helix:
@@ -270,23 +263,21 @@ class KlartextWriter(Writer):
             height = AXES[n] + self.number(float(new[n]), places, like)
             words = ["CP", f"IPA{self.number(self.angle, ANGLE)}", height, _sense(trace)]
         elif "R" in trace.words:
-            radius = self._centre_words(trace, frame, piece, cur, new, share)["R"]
+            radius = self._centre_words(s)["R"]
             words = ["CR", *ends, "R" + self.number(radius, places, like), _sense(trace)]
         else:
-            self._place(index, trace, self._rounded_centre(trace, frame, piece, cur, new), frame, first=False)
+            self._place(index, trace, self._rounded_centre(s), frame, first=False)
             words = ["C", *ends, _sense(trace)]
         self.insert(index, words)
 
-    def _centre(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, index: int, split: bool
-    ) -> None:
-        if "R" in trace.words:
-            super()._centre(trace, frame, piece, cur, new, index, split)
+    def _centre(self, s: Stretch) -> None:
+        if "R" in s.trace.words:
+            super()._centre(s)
             return
-        self._place(index, trace, self._rounded_centre(trace, frame, piece, cur, new), frame, first=True)
+        self._place(s.index, s.trace, self._rounded_centre(s), s.frame, first=True)
 
     def _place(
-        self, index: int, trace: Trace, centre: tuple[float, float], frame: Frame, first: bool
+        self, index: int, trace: Trace, centre: tuple[float, float], frame: BlockFrame, first: bool
     ) -> None:
         """The pole of an arc: where it is already, in the CC of the source, or in a new CC."""
         step, places = self.step(frame.inch), self.decimals[frame.inch]
@@ -315,7 +306,7 @@ class KlartextWriter(Writer):
             return
         self.edits.setdefault(last.line - 1, []).append(Edit(last.last, last.last, f" {letter}{number}"))
 
-    def leave(self, traces: Sequence[Trace], fit: Fit) -> None:
+    def leave(self, traces: Sequence[Trace], fit: BlockFit) -> None:
         """DEP: its moves follow from the contour; only words that it has are corrected."""
         first, last = traces[0].contour, traces[-1].contour
         self.q = self.q + np.array(last.end) - np.array(first.start)
@@ -337,8 +328,3 @@ def _mirrored(trace: Trace) -> bool:
 
 def _sense(trace: Trace) -> str:
     return "DR-" if bool(trace.contour.clockwise) != _mirrored(trace) else "DR+"
-
-
-def _old(nominal: tuple[Array, Array], i: int, steps: bool) -> float:
-    end, start = nominal
-    return float(end[i] - start[i] if steps else end[i])

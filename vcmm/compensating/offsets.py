@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vcmm.compensating.field import Field, field_of, known_errors_of
+from vcmm.compensating.field import PathErrors, field_of, known_errors_of
 from vcmm.compensating.loading import loaded
 from vcmm.compensating.proof import (
     best_shifts,
@@ -41,7 +41,7 @@ class OffsetOnly:
     warnings: tuple[str, ...]
 
 
-def with_shifts(moves: Sequence[Move], field: Field) -> tuple[Departure, Departure, dict[str, Array]]:
+def with_shifts(moves: Sequence[Move], field: PathErrors) -> tuple[Departure, Departure, dict[str, Array]]:
     """The program as it is, and with its work offsets shifted by least squares over the cutting path."""
     w = walk(moves)
     error = errors_on(field, w)
@@ -83,4 +83,12 @@ def best_offsets(
     )
     before, after, shifts = with_shifts(read.moves, field)
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))
-    return OffsetOnly(source.name, name, machine.name, before, after, shifts, said)
+    return OffsetOnly(
+        name=source.name,
+        dialect=name,
+        machine=machine.name,
+        before=before,
+        offset_only=after,
+        shifts=shifts,
+        warnings=said,
+    )

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.contours import length_of, nominal_distance, points, sweep_of
-from vcmm.compensating.field import Field
+from vcmm.compensating.field import PathErrors
 from vcmm.compensating.result import Departure
+from vcmm.compensating.source import at_line
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
@@ -61,7 +62,7 @@ def walk(moves: Sequence[Move]) -> Walk:
     )
 
 
-def errors_on(field: Field, w: Walk) -> Array:
+def errors_on(field: PathErrors, w: Walk) -> Array:
     """Error (k, 3) at the points of a walk along the field's own moves."""
     if not len(w.move):
         return np.zeros((0, 3))
@@ -152,7 +153,7 @@ def compare(old: Program, new: Program, lines: Sequence[int], name: str) -> None
         missing = [line for line in before if line not in after] or [
             line for line in after if line not in before
         ]
-        raise ModelLimit(_differs(name, (missing or [0])[0], "the blocks that move are not the same"))
+        raise _differs(name, (missing or [0])[0], "the blocks that move are not the same")
     for line, there in before.items():
         here = after[line]
         _compare_block(there, here, name, line)
@@ -169,20 +170,16 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
     if old[0].before != new[0].before or old[-1].after != new[-1].after:
         pairs = zip((*old[0].before, *old[-1].after), (*new[0].before, *new[-1].after))
         was, now = next((a, b) for a, b in pairs if a != b)
-        raise ModelLimit(_differs(name, line, f"the modal state differs ({was} has become {now})"))
+        raise _differs(name, line, f"the modal state differs ({was} has become {now})")
     a, b = old[-1].transformation, new[-1].transformation
     if max(abs(x - y) for x, y in zip(a.shift, b.shift)) > 1e-6 or a.matrix != b.matrix:
-        raise ModelLimit(
-            _differs(
-                name,
-                line,
-                "the work coordinates depend on where the tool stands (G92, G10 L20, G68 without a centre)",
-            )
-            + "; set them where nothing is corrected yet, or use fixed work offsets"
+        what = "the work coordinates depend on where the tool stands (G92, G10 L20, G68 without a centre)"
+        raise _differs(
+            name, line, what, "; set them where nothing is corrected yet, or use fixed work offsets"
         )
     kinds = {t.contour.kind for t in old}
     if {t.contour.kind for t in new} - kinds:
-        raise ModelLimit(_differs(name, line, "the kind of a move has changed"))
+        raise _differs(name, line, "the kind of a move has changed")
     for t in new:
         there = next(o for o in old if o.contour.kind == t.contour.kind)
         f, g = there.contour.feed, t.contour.feed
@@ -190,11 +187,12 @@ def _compare_block(old: Sequence[Trace], new: Sequence[Trace], name: str, line: 
         if (not several and (f is None) != (g is None)) or (
             f and g and not several and abs(f - g) > 1e-3 * f
         ):
-            raise ModelLimit(_differs(name, line, f"the feed has become {g} instead of {f} mm/min"))
+            raise _differs(name, line, f"the feed has become {g} instead of {f} mm/min")
 
 
-def _differs(name: str, line: int, what: str) -> str:
-    return f"{name}:{line}: reading the new program again shows that {what}; nothing was written"
+def _differs(name: str, line: int, what: str, advice: str = "") -> ModelLimit:
+    said = f"reading the new program again shows that {what}; nothing was written{advice}"
+    return at_line(ModelLimit, name, line, said)
 
 
 def compare_comments(old: str, new: str, mark: Sequence[str], semicolon: bool = False) -> None:

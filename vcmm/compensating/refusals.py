@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vcmm.compensating.codes import codes_in
-from vcmm.compensating.source import SourceText
+from vcmm.compensating.source import SourceText, at_line
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
@@ -146,10 +146,11 @@ def check_travel(
                 continue
             line = lines[m.source.line - 1] if lines else m.source.line
             what = "after correction" if after else "already as programmed"
-            raise ModelLimit(
-                f"{name}:{line}:{m.source.first}: axis {letter} = {q:.4f} mm is outside its travel {low:g} to {high:g} mm {what}; move the "
-                "work offset or check the tool length"
+            said = (
+                f"axis {letter} = {q:.4f} mm is outside its travel {low:g} to {high:g} mm {what}; move the work offset or check "
+                "the tool length"
             )
+            raise at_line(ModelLimit, name, line, said, m.source.first)
 
 
 def codes_of(source: SourceText, dialect: Dialect) -> list[frozenset[str]]:

@@ -28,7 +28,7 @@ class Rounding:
 
 
 @dataclass(frozen=True)
-class Blocks:
+class BlockCounts:
     """blocks with motion before and after; changed and added lines; blocks per second at the programmed feed."""
 
     before: int
@@ -45,7 +45,7 @@ class Blocks:
 
 
 @dataclass(frozen=True, eq=False)
-class Compensation:
+class CompensatedProgram:
     """text and data: the new program. shifts: best correction of each work offset alone, mm (3,).
 
     before: the program as it is; offset_only: with the work offsets shifted; after: the new program, all re-simulated.
@@ -65,7 +65,7 @@ class Compensation:
     after: Departure
     shifts: Mapping[str, Array]
     rounding: Rounding
-    blocks: Blocks
+    blocks: BlockCounts
     digest: str
     warnings: tuple[str, ...]
     source_lines: tuple[int, ...]  # of each line of the new program, from 1; 0 for lines of the mark

@@ -11,15 +11,15 @@ import numpy as np
 
 from vcmm.compensating.contours import length_of
 from vcmm.compensating.drilled import drill_here, straightened
-from vcmm.compensating.field import Field, Known
-from vcmm.compensating.fitting import Fit
+from vcmm.compensating.field import KnownErrors, PathErrors
+from vcmm.compensating.fitting import BlockFit
 from vcmm.compensating.frame import AXES
 from vcmm.compensating.header import SEMICOLON, header, place
 from vcmm.compensating.holes import drill
 from vcmm.compensating.languages import writer_of
 from vcmm.compensating.refusals import codes_of
-from vcmm.compensating.source import SourceText
-from vcmm.compensating.targets import Targets, moves_of, targets
+from vcmm.compensating.source import SourceText, at_line
+from vcmm.compensating.targets import moves_of, targets
 from vcmm.compensating.writer import SHORT, Writer
 from vcmm.core.errors import DataError
 from vcmm.core.machine import Machine
@@ -42,23 +42,22 @@ class Work:
     dialect: Dialect
     setup: Setup
     machine: Machine
-    known: Known
-    field: Field
+    known: KnownErrors
+    field: PathErrors
     decimals: tuple[int, int]
     hashed: str
     notes: tuple[str, ...]
     carry: bool
 
 
-def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Targets, Writer]:
-    """The new text, the source line (from 1, 0 for the mark) of each of its lines, the fits, and the writer's tallies."""
+def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, list[int], Writer]:
+    """The new text, the source line (from 1, 0 for the mark) of each of its lines, and the writer's tallies."""
     traces = work.program.traces
     codes = codes_of(work.source, work.dialect)
     index = moves_of(traces, work.program.moves)
     own = [codes[t.line - 1] for t in traces]
-    found = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
+    fits: Sequence[BlockFit | None] = targets(traces, work.field, index, FIT_SHARE * tolerance, own, beside)
     first = traces[0].contour
-    fits: Sequence[Fit | None] = found.fits
     if work.dialect.name in SEMICOLON:
         fits = straightened(traces, fits)
     writer = writer_of(work.dialect)(
@@ -78,7 +77,7 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
         _look_ahead(writer, traces, at, to, work, tolerance)
         _block(writer, traces[at:to], fits[at:to], work)
         at = to
-    return (*_assembled(work, writer, tolerance), found, writer)
+    return (*_assembled(work, writer, tolerance), writer)
 
 
 def _look_ahead(
@@ -96,7 +95,7 @@ def _look_ahead(
         writer.rapid, writer.above = writer.slack, PLANES[hole.contour.plane][2]
 
 
-def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], work: Work) -> None:
+def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None], work: Work) -> None:
     """One block of the source with all its moves."""
     one = traces[0]
     if one.contour.kind == "dwell" and not one.cycle:
@@ -109,10 +108,11 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], 
         writer.q = np.array(last.end) + np.array(last.tool_offset)
         return
     if one.runs > 1:
-        raise DataError(
-            f"{one.file}:{one.line}:{one.contour.source.first}: the block is executed {one.runs} times (loop or subprogram), and the "
-            "correction depends on the place: have the program written out (--inline), or post it without subprograms and loops"
+        said = (
+            f"the block is executed {one.runs} times (loop or subprogram), and the correction depends on the place: have the "
+            "program written out (--inline), or post it without subprograms and loops"
         )
+        raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
     if work.dialect.name in SEMICOLON:
         _with_holes(writer, traces, fits)
         return
@@ -126,13 +126,14 @@ def _block(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None], 
     if len(traces) > 1:
         back = traces[-1].contour
         if len(traces) > 2 or back.kind != "thread" or back.end != one.contour.start:
-            raise DataError(
-                f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
+            said = (
+                f"a block of several moves ({one.after.motion}) is not rewritten; write its moves one by one"
             )
+            raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
         writer.q = begin  # a rigid tap comes back to where it began
 
 
-def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | None]) -> None:
+def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[BlockFit | None]) -> None:
     """A block of Sinumerik or Klartext: its own moves, then the hole that it calls."""
     from vcmm.compensating.klartext_writer import KlartextWriter
 
@@ -150,9 +151,8 @@ def _with_holes(writer: Writer, traces: Sequence[Trace], fits: Sequence[Fit | No
             writer.move(traces[own[0]], last)
         else:
             one = traces[0]
-            raise DataError(
-                f"{one.file}:{one.line}:{one.contour.source.first}: a block of several moves is not rewritten; write its moves one by one"
-            )
+            said = "a block of several moves is not rewritten; write its moves one by one"
+            raise at_line(DataError, one.file, one.line, said, one.contour.source.first)
     if holes:
         drill_here(writer, [traces[i] for i in holes], [fits[i] for i in holes])
 

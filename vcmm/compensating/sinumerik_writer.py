@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.contours import nearest_share, points
-from vcmm.compensating.fitting import Fit, Piece
-from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
+from vcmm.compensating.fitting import BlockFit, BlockPiece
+from vcmm.compensating.frame import AXES, CENTRES, BlockFrame, frame_of
 from vcmm.compensating.numbers import nearest, value_of
 from vcmm.compensating.source import semicolon_code
-from vcmm.compensating.writer import Writer
+from vcmm.compensating.writer import Stretch, Writer
 from vcmm.core.run import Array
 from vcmm.nc.moves import PLANES, Move
 from vcmm.nc.trace import Trace
@@ -41,17 +41,17 @@ class SinumerikWriter(Writer):
 
     from_zero: frozenset[str] = frozenset()  # centres of the block that are written as AC()
 
-    def relative(self, trace: Trace, frame: Frame, i: int, first: bool) -> bool:
+    def relative(self, trace: Trace, frame: BlockFrame, i: int, first: bool) -> bool:
         word = trace.words.get(AXES[i]) if first else None
         if word is not None and word.mode:
             return word.mode == "IC"
         return not frame.absolute
 
-    def centre_absolute(self, trace: Trace, frame: Frame, i: int) -> bool:
+    def centre_absolute(self, trace: Trace, frame: BlockFrame, i: int) -> bool:
         word = trace.words.get(CENTRES[i])
         return word is not None and word.mode == "AC"
 
-    def move(self, trace: Trace, fit: Fit) -> None:
+    def move(self, trace: Trace, fit: BlockFit) -> None:
         self.from_zero = frozenset(c for i, c in enumerate(CENTRES) if _from_zero(trace, c))
         if "AR" in trace.words:
             trace, changed = self._opened(trace, fit)
@@ -60,27 +60,24 @@ class SinumerikWriter(Writer):
                 self.q = np.array(trace.contour.end) + frame.offset
                 return
         if trace.contour.turns > 1 and len(fit.pieces) > 1 and "TURN" in trace.words:
-            self._drop(trace.line - 1, trace.words["TURN"])
+            self.drop(trace.line - 1, trace.words["TURN"])
         super().move(trace, fit)
 
-    def _settled(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
-    ) -> Array:  # fmt: skip
+    def _settled(self, s: Stretch) -> Array:
         """CIP keeps its height: with another one it would be a circle in space."""
-        new = super()._settled(trace, frame, piece, cur, named, part, whole)
-        if trace.after.motion == "CIP":
-            n = PLANES[trace.contour.plane][2]
-            new[n] = cur[n]
+        new = super()._settled(s)
+        if s.trace.after.motion == "CIP":
+            new[s.plane[2]] = s.start[s.plane[2]]
         return new
 
-    def _opened(self, trace: Trace, fit: Fit) -> tuple[Trace, bool]:
+    def _opened(self, trace: Trace, fit: BlockFit) -> tuple[Trace, bool]:
         """AR= goes where the arc must change: the end point and the centre say the same, and more."""
         m = trace.contour
         frame = frame_of(trace)
         begin = np.abs(self.q - frame.offset - np.array(m.start)).max()
         if len(fit.pieces) == 1 and begin < STILL and _same(m, fit.pieces[0]):
             return trace, False
-        self._drop(trace.line - 1, trace.words["AR"])
+        self.drop(trace.line - 1, trace.words["AR"])
         a, b, _ = PLANES[m.plane]
         for i in (a, b):
             for letter, nominal in ((AXES[i], m.end), (CENTRES[i], m.centre)):
@@ -91,26 +88,22 @@ class SinumerikWriter(Writer):
 
     forced: tuple[str, ...] = ()  # axes that the block must name
 
-    def _first(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, nominal: tuple[Array, Array],
-        feed: float | None, whole: bool, split: bool,
-    ) -> None:  # fmt: skip
-        index, step = trace.line - 1, self.step(frame.inch)
+    def _first(self, s: Stretch) -> None:
+        trace, frame, step = s.trace, s.frame, self.step(s.frame.inch)
         for letter in self.forced:
             i = AXES.index(letter)
-            if abs(new[i] - cur[i]) <= 1e-3 * step:  # otherwise it is added as for any block
-                value = 0.0 if self.relative(trace, frame, i, True) else float(new[i])
-                self.word(index, trace, letter, value, math.inf, frame.inch)
+            if abs(s.end[i] - s.start[i]) <= 1e-3 * step:  # otherwise it is added as for any block
+                value = 0.0 if self.relative(trace, frame, i, True) else float(s.end[i])
+                self.word(s.index, trace, letter, value, math.inf, frame.inch)
         self.forced = ()
-        super()._first(trace, frame, piece, cur, new, nominal, feed, whole, split)
+        super()._first(s)
 
-    def _centre_words(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, share: float
-    ) -> dict[str, float]:
+    def _centre_words(self, s: Stretch) -> dict[str, float]:
+        trace, frame, piece, cur, new, share = s.trace, s.frame, s.piece, s.start, s.end, s.share
         if trace.after.motion != "CIP":
-            return super()._centre_words(trace, frame, piece, cur, new, share)
+            return super()._centre_words(s)
         m, step = trace.contour, self.step(frame.inch)
-        a, b, _ = PLANES[m.plane]
+        a, b, _ = s.plane
         assert piece.centre is not None
         begin = piece.share - share if piece.share > share else 0.0
         at = self._via(trace, frame) if share >= 1.0 - 1e-9 else begin + share / 2
@@ -140,10 +133,10 @@ class SinumerikWriter(Writer):
             out[VIA[i]] = value - float(cur[i]) if steps else value
         return out
 
-    def _nominal_centre(self, trace: Trace, frame: Frame) -> dict[str, float]:
+    def _nominal_centre(self, trace: Trace, frame: BlockFrame) -> dict[str, float]:
         return super()._nominal_centre(trace, frame) | dict.fromkeys(VIA, math.inf)
 
-    def _via(self, trace: Trace, frame: Frame) -> float:
+    def _via(self, trace: Trace, frame: BlockFrame) -> float:
         """Share of the arc at which its intermediate point lies."""
         m = trace.contour
         point = frame.numbers(np.array(m.start))
@@ -164,7 +157,7 @@ def _from_zero(trace: Trace, letter: str) -> bool:
     return word is not None and word.mode == "AC"
 
 
-def _same(m: Move, piece: Piece) -> bool:
+def _same(m: Move, piece: BlockPiece) -> bool:
     """Whether nothing of an arc has to change."""
     assert m.centre is not None
     assert piece.centre is not None

@@ -6,15 +6,16 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from vcmm.core.errors import Environment
+from vcmm.core.errors import DataError, Environment, ModelLimit, VcmmError
 from vcmm.nc.reading import read_bytes
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _APART, _CLOSE = re.compile(r"[\d.]\s+[A-Za-z]"), re.compile(r"[\d.][A-Za-z]")
 _BOM = "\ufeff"
+E = TypeVar("E", bound=VcmmError)
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,22 @@ def write_source(path: Path, content: bytes) -> None:
         raise Environment(
             f"{path} cannot be written ({error.strerror}); choose another file with --out"
         ) from None
+
+
+def at_line(kind: type[E], name: str, line: int, said: str, column: int | None = None) -> E:
+    """The error of a place in a program, which it names in its text and carries as data."""
+    place = f"{name}:{line}" if column is None else f"{name}:{line}:{column}"
+    return kind(f"{place}: {said}", line=line, column=column)
+
+
+def at_origin(error: VcmmError, name: str, origin: Sequence[int]) -> VcmmError:
+    """The same error at the line of the file from which its line (from 1) of a written-out program comes."""
+    head, line = f"{name}:{error.line}:", error.line
+    if line is None or not 0 < line <= len(origin) or not str(error).startswith(head):
+        return error
+    said = f"{name}:{origin[line - 1]}:{str(error).removeprefix(head)}"
+    kind = DataError if isinstance(error, DataError) else ModelLimit
+    return kind(said, line=origin[line - 1], column=error.column)
 
 
 class Edit(NamedTuple):

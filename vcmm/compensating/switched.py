@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from vcmm.compensating.codes import codes_in
-from vcmm.compensating.source import SourceText
+from vcmm.compensating.source import SourceText, at_line
 from vcmm.core.errors import DataError
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.moves import Program
-from vcmm.nc.trace import Cut, Step
+from vcmm.nc.trace import ExecutedBlock, TextCut
 
 ENDS = (2, 30)
 
 
-def decided_by(line: str, cuts: Sequence[Cut]) -> str:
+def decided_by(line: str, cuts: Sequence[TextCut]) -> str:
     """What of a block with a slash decides what else is executed, as it is written; "" for any other block."""
     if not line.lstrip().startswith("/"):
         return ""
@@ -26,7 +26,7 @@ def decided_by(line: str, cuts: Sequence[Cut]) -> str:
     return next((text for text in gone if text and not text.endswith(":")), "")  # a label decides nothing
 
 
-def check_step(step: Step, number: int, line: str, cuts: Sequence[Cut]) -> None:
+def check_step(step: ExecutedBlock, number: int, line: str, cuts: Sequence[TextCut]) -> None:
     """A block that is to be written out. Raises DataError."""
     what = decided_by(line, cuts)
     if what:
@@ -36,7 +36,7 @@ def check_step(step: Step, number: int, line: str, cuts: Sequence[Cut]) -> None:
         )
 
 
-def check_end(steps: Sequence[Step], line: str, dialect: Dialect) -> None:
+def check_end(steps: Sequence[ExecutedBlock], line: str, dialect: Dialect) -> None:
     """line: of the last executed block. An end behind a slash leaves out what follows with the switch on. Raises DataError."""
     slash = line.lstrip().startswith("/")
     if slash and any(c.name == "M" and c.number in ENDS for c in codes_in(line, dialect)):
@@ -53,10 +53,11 @@ def check_expressions(program: Program, source: SourceText, changed: Collection[
     behind = None
     for step in program.steps:
         if behind is not None and step.file == source.name and step.line - 1 in changed:
-            raise DataError(
-                f"{source.name}:{step.line}: the expression of this block has to become a number, but "
+            said = (
+                f"the expression of this block has to become a number, but "
                 f'"{behind[1]}" in line {behind[0]} stands in a block with a slash, and its value may hang on it. {_advice()}'
             )
+            raise at_line(DataError, source.name, step.line, said)
         if behind is None and step.cuts and step.file == source.name:
             body = source.lines[step.line - 1][0]
             what = decided_by(body, [c for c in step.cuts if c.line == step.line])

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -102,10 +103,9 @@ def isg_tables(machine: Machine, nodes: int) -> Tables:
         held |= {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
         columns = {f"E{n}{letter}": values[:, i] for i, n in enumerate(NAMES)}
         tables.append(ErrorTable((letter,), (q,), columns, 0))
-    angles = {
-        e.where: float(e.angle) for e in machine.effects if e.name == "squareness" and hasattr(e, "angle")
-    }
-    held |= {e.id for e in machine.effects if e.name == "squareness"}
+    square: list[Any] = [e for e in machine.effects if e.role == "angle between axes"]
+    angles = {e.where: float(e.angle) for e in square}
+    held |= {e.id for e in square}
     said = f"{machine.name}: errors, actual - nominal, mm and rad (ISO 230-1)"
     why = "depends on more than the position of its axis; a table cannot hold it"
     return Tables(
@@ -121,7 +121,7 @@ def _both_ways(machine: Machine, letter: str, q: Array) -> tuple[Array, Array, s
     held = {e.id for e in machine.effects if e.link == letter and e.place == "motion"} - set(left)
     half = np.zeros(len(q))
     for e in machine.effects:
-        if e.name == "backlash" and e.where == letter:
+        if e.role == "reversal gap" and e.where == letter:
             half += 0.5 * float(e.gap)  # type: ignore[attr-defined]
             held.add(e.id)
     return forward - half, forward + half, held
@@ -179,6 +179,4 @@ def heidenhain_tables(machine: Machine, nodes: int) -> Tables:
 
 def without_scatter(machine: Machine) -> Machine:
     """The machine without effects that have no known value."""
-    return replace(
-        machine, effects=tuple(e for e in machine.effects if e.name not in ("scatter", "reindexing"))
-    )
+    return replace(machine, effects=tuple(e for e in machine.effects if not e.random))

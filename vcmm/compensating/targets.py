@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.compensating.contours import directions, left_normal, length_of, points, sweep_of
-from vcmm.compensating.field import Field
-from vcmm.compensating.fitting import Fit, Piece, arcs, chords
+from vcmm.compensating.field import PathErrors
+from vcmm.compensating.fitting import BlockFit, BlockPiece, arcs, chords
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.nc.moves import Move
@@ -31,7 +31,7 @@ HALF_TURN = 0.3  # |cos| of half the sweep, below which R fixes the centre badly
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class MoveSamples:
     """Points along the moves of traces: trace (k,), share (k,), nominal (k, 3), beside (k, 3); first (n + 1,) row of each trace."""
 
     first: Ints
@@ -56,9 +56,9 @@ def moves_of(traces: Sequence[Trace], moves: Sequence[Move]) -> Ints:
             moves[place].source.line != line or moves[place].kind != trace.contour.kind
         ):
             place += 1
-        found = place if place < len(moves) else min(at, len(moves) - 1)
-        out.append(found)
-        at = found + 1 if place < len(moves) else at
+        own = place if place < len(moves) else min(at, len(moves) - 1)
+        out.append(own)
+        at = own + 1 if place < len(moves) else at
     return np.array(out, dtype=np.intp)
 
 
@@ -82,14 +82,14 @@ def shares_of(trace: Trace) -> Array:
     return share[kept]
 
 
-def samples_of(traces: Sequence[Trace]) -> Samples:
+def samples_of(traces: Sequence[Trace]) -> MoveSamples:
     """All points of all traces."""
     share = [shares_of(t) for t in traces]
     first = np.concatenate([[0], np.cumsum([len(s) for s in share])]).astype(np.intp)
     nominal = [points(t.contour, s) for t, s in zip(traces, share)]
     beside = [_beside(traces, i, s) for i, s in enumerate(share)]
     index = np.repeat(np.arange(len(traces)), np.diff(first))
-    return Samples(first, index, np.concatenate(share), np.concatenate(nominal), np.concatenate(beside))
+    return MoveSamples(first, index, np.concatenate(share), np.concatenate(nominal), np.concatenate(beside))
 
 
 def _beside(traces: Sequence[Trace], i: int, share: Array) -> Array:
@@ -109,10 +109,10 @@ def _beside(traces: Sequence[Trace], i: int, share: Array) -> Array:
 
 def _side(traces: Sequence[Trace], i: int) -> float:
     """Signed radius of compensation, positive to the left of travel; 0 where there is none."""
-    found = traces[i].compensation if 0 <= i < len(traces) else None
-    if found is None:
+    cutter = traces[i].compensation if 0 <= i < len(traces) else None
+    if cutter is None:
         return 0.0
-    return found.radius if found.side == "left" else -found.radius
+    return cutter.radius if cutter.side == "left" else -cutter.radius
 
 
 def _corner(traces: Sequence[Trace], i: int) -> Array:
@@ -133,17 +133,6 @@ def _corner(traces: Sequence[Trace], i: int) -> Array:
     inside = turn * h > 0
     factor = 2.0 / size if inside else 1.0
     return np.asarray(h * factor * middle / size)
-
-
-@dataclass(frozen=True, eq=False)
-class Targets:
-    """Fits by trace (None: not rewritten); start (n, 3): wanted at the start of each trace."""
-
-    fits: tuple[Fit | None, ...]
-    start: Array
-
-    def worst(self) -> float:
-        return max((f.residual for f in self.fits if f is not None), default=0.0)
 
 
 def may_split(trace: Trace, codes: frozenset[str], following: Trace | None = None) -> bool:
@@ -168,18 +157,18 @@ def _least(trace: Trace, wanted: Array, nominal: Array) -> int:
 
 
 def targets(
-    traces: Sequence[Trace], field: Field, index: Ints, limit: float, codes: Sequence[frozenset[str]],
+    traces: Sequence[Trace], field: PathErrors, index: Ints, limit: float, codes: Sequence[frozenset[str]],
     beside: bool = True, most: int = 48,
-) -> Targets:  # fmt: skip
-    """Corrected end points, centres and split points of all traces.
+) -> tuple[BlockFit | None, ...]:  # fmt: skip
+    """Corrected end points, centres and split points of all traces; None where a trace is not rewritten.
 
     codes: M codes of each trace's block. beside: blocks under radius compensation may be split too.
     """
     if not traces:
-        return Targets((), np.zeros((0, 3)))
+        return ()
     samples = samples_of(traces)
     wanted = field.corrected(index[samples.trace], samples.share, samples.nominal, samples.beside)
-    fits: list[Fit | None] = []
+    fits: list[BlockFit | None] = []
     for i, trace in enumerate(traces):
         rows = samples.rows(i)
         m = trace.contour
@@ -198,9 +187,9 @@ def targets(
                 )
             )
         elif rows.stop - rows.start <= 2:
-            fits.append(Fit((Piece(1.0, wanted[rows.stop - 1]),), 0.0))
+            fits.append(BlockFit((BlockPiece(1.0, wanted[rows.stop - 1]),), 0.0))
         else:
             way = directions(m, np.zeros(1))[0]
             across = np.broadcast_to(np.eye(3) - np.outer(way, way), (rows.stop - rows.start, 3, 3))
             fits.append(chords(m, samples.share[rows], wanted[rows], across, limit, free))
-    return Targets(tuple(fits), wanted[samples.first[:-1]])
+    return tuple(fits)

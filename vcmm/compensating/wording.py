@@ -97,14 +97,12 @@ class Wording:
             begin += 1
         self.edits.setdefault(index, []).append(Edit(begin + 1, word.last, text))
 
-    def _drop(self, index: int, word: WordAt) -> None:
+    def drop(self, index: int, word: WordAt) -> None:
         index = word.line - 1 if word.line else index
         line = self.source.lines[index][0]
         blank = line[word.last - 1 : word.last] == " "
         first = word.first - (1 if not blank and line[: word.first - 1].endswith(" ") else 0)
         self.edits.setdefault(index, []).append(Edit(first, word.last + blank, ""))
-
-    drop = _drop
 
     def _add(self, index: int, trace: Trace, letter: str, number: str) -> None:
         """A word that the block has not: behind those that come before it in X Y Z I J K R, else before the first."""

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vcmm.compensating.codes import Code, behind
 from vcmm.compensating.contours import length_of, sweep_of
-from vcmm.compensating.fitting import WHOLE, Fit, Piece
-from vcmm.compensating.frame import AXES, CENTRES, Frame, frame_of
+from vcmm.compensating.fitting import WHOLE, BlockFit, BlockPiece
+from vcmm.compensating.frame import AXES, CENTRES, BlockFrame, frame_of
 from vcmm.compensating.header import SEMICOLON
 from vcmm.compensating.numbers import HOLD, SAME, Diffusion, nearest
 from vcmm.compensating.source import Edit
@@ -28,45 +28,82 @@ SHORT = 5.0  # mm: chains of blocks up to this length carry their rounding along
 TINY_ARC = 0.1  # mm: an arc shorter than this is shifted as a whole
 
 
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """One piece of a move as it is written, from start to end (3,), numbers of the program; end: once it is settled.
+
+    share: of the move. first: it stands in the block itself, not in one added behind it. split: the move has more pieces.
+    whole: it is a whole circle. feed: F of inverse time, None where F stays.
+    """
+
+    trace: Trace
+    frame: BlockFrame
+    piece: BlockPiece
+    start: Array
+    end: Array
+    share: float
+    first: bool
+    split: bool
+    whole: bool
+    feed: float | None
+
+    @property
+    def index(self) -> int:
+        """Of the line of the source."""
+        return self.trace.line - 1
+
+    @property
+    def plane(self) -> tuple[int, int, int]:
+        """Both axes of the plane and its normal."""
+        return PLANES[self.trace.contour.plane]
+
+    def names(self, i: int) -> bool:
+        """Whether the block names an axis."""
+        return self.first and AXES[i] in self.trace.words
+
+    def nominal(self, i: int, steps: bool) -> float:
+        """Number with which the source says the end in an axis, absolute or in steps."""
+        m = self.trace.contour
+        end, start = self.frame.numbers(np.array(m.end)), self.frame.numbers(np.array(m.start))
+        return float(end[i] - start[i] if steps else end[i])
+
+
 @dataclass(eq=False)
 class Writer(Wording):
     """Where the new program stands, block by block."""
 
-    first_share: float = 1.0  # of the piece that stands in the block itself
-    part: float = 1.0  # share of the move that the block being written covers
-
-    def relative(self, trace: Trace, frame: Frame, i: int, first: bool) -> bool:
+    def relative(self, trace: Trace, frame: BlockFrame, i: int, first: bool) -> bool:
         """Whether a number counts from where the tool stands. first: in the block itself, not in one added behind it."""
         return not frame.absolute
 
-    def centre_absolute(self, trace: Trace, frame: Frame, i: int) -> bool:
+    def centre_absolute(self, trace: Trace, frame: BlockFrame, i: int) -> bool:
         return frame.arc_absolute
 
     # -- one block ------------------------------------------------------------------------------------------------
-    def move(self, trace: Trace, fit: Fit) -> None:
+    def move(self, trace: Trace, fit: BlockFit) -> None:
         """A rapid, a line, an arc or a thread of its own."""
         frame, m = frame_of(trace), trace.contour
         index = trace.line - 1
-        nominal = frame.numbers(np.array(m.end)), frame.numbers(np.array(m.start))
+
         wanted = fit.pieces[-1].end
         if m.kind == "arc" and length_of(m) < TINY_ARC:
             fit = self._shifted(trace, frame)
         shares = [0.0, *(p.share for p in fit.pieces)]
-        self.first_share = fit.pieces[0].share
+
         last_codes = behind(self.source.lines[index][0], self.dialect) if len(fit.pieces) > 1 else []
         for k, piece in enumerate(fit.pieces):
             cur = frame.numbers(self.q - (self._standing(trace) if k == 0 else frame.offset))
-            named = tuple(a in trace.words for a in AXES) if k == 0 else (False,) * 3
-            whole = m.kind == "arc" and len(fit.pieces) == 1 and _is_whole(trace)
-            self.part = shares[k + 1] - shares[k]
-            part = self.part * length_of(m)
-            new = self._settled(trace, frame, piece, cur, named, part, whole)
-            feed = self._feed(trace, fit, k, shares)
+            split = len(fit.pieces) > 1
+            stretch = Stretch(
+                trace=trace, frame=frame, piece=piece, start=cur, end=cur, share=shares[k + 1] - shares[k], first=k == 0,
+                split=split, whole=m.kind == "arc" and not split and _is_whole(trace), feed=self._feed(trace, fit, k, shares),
+            )  # fmt: skip
+            stretch = replace(stretch, end=self._settled(stretch))
             if k == 0:
-                self._first(trace, frame, piece, cur, new, nominal, feed, whole, len(fit.pieces) > 1)
+                self._first(stretch)
             else:
-                self._more(trace, frame, piece, cur, new, feed, shares[k + 1] - shares[k], index)
-            self.q = frame.tip(new) + frame.offset
+                self._more(stretch)
+            self.q = frame.tip(stretch.end) + frame.offset
             if m.kind != "rapid":
                 last = k == len(fit.pieces) - 1
                 self.rounding.append(self.q - frame.offset - (wanted if last else piece.end))
@@ -88,30 +125,28 @@ class Writer(Wording):
         follows = self.dialect.length_follows and "Z" in trace.words
         return np.array(trace.before.tool_offset if follows else trace.contour.tool_offset)
 
-    def _shifted(self, trace: Trace, frame: Frame) -> Fit:
+    def _shifted(self, trace: Trace, frame: BlockFrame) -> BlockFit:
         """A tiny arc moves as a whole with its start, so that rounding cannot close or turn it."""
         m = trace.contour
         by = self.q - frame.offset - np.array(m.start)
         assert m.centre is not None
-        return Fit((Piece(1.0, np.array(m.end) + by, np.array(m.centre) + by),), 0.0)
+        return BlockFit((BlockPiece(1.0, np.array(m.end) + by, np.array(m.centre) + by),), 0.0)
 
-    def _settled(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, named: tuple[bool, ...], part: float, whole: bool
-    ) -> Array:  # fmt: skip
+    def _settled(self, s: Stretch) -> Array:
         """Numbers at which the block will end, rounded."""
-        kind, step = trace.contour.kind, self.step(frame.inch)
+        trace, frame, piece, cur = s.trace, s.frame, s.piece, s.start
+        kind, step, part = trace.contour.kind, self.step(frame.inch), s.share * length_of(trace.contour)
         wanted, new = frame.numbers(piece.end), cur.copy()
         short = (
             self.carry and kind == "line" and part <= SHORT and not (self.chain_ends and piece.share == 1.0)
         )
-        a, b, _ = PLANES[trace.contour.plane]
         for i in range(3):
             diffusion = self.carried.setdefault((i, frame.inch), Diffusion(step))
-            if whole and i in (a, b):
+            if s.whole and i in s.plane[:2]:
                 continue
-            if not named[i] and self.absent(i):
+            if not s.names(i) and self.absent(i):
                 continue
-            if short and named[i]:
+            if short and s.names(i):
                 target = diffusion.next(float(wanted[i]))
             else:
                 diffusion.forget()
@@ -119,46 +154,43 @@ class Writer(Wording):
                 slack = self.rapid if kind == "rapid" else self.slack
                 slack = math.inf if kind == "rapid" and i == self.above else slack
                 near = max(HOLD * step, slack * float(frame.scale[1]))
-                if not named[i] and abs(wanted[i] - cur[i]) <= near:
+                if not s.names(i) and abs(wanted[i] - cur[i]) <= near:
                     continue
-            steps = self.relative(trace, frame, i, piece.share == self.first_share)
+            steps = self.relative(trace, frame, i, s.first)
             new[i] = cur[i] + nearest(target - float(cur[i]), step) if steps else target
         return new
 
-    def _feed(self, trace: Trace, fit: Fit, k: int, shares: list[float]) -> float | None:
+    def _feed(self, trace: Trace, fit: BlockFit, k: int, shares: list[float]) -> float | None:
         """F of an inverse-time block (1/min) for its share of the block; None where F stays."""
         if trace.after.feed_mode != "G93" or trace.contour.kind == "rapid" or len(fit.pieces) == 1:
             return None
         length, feed = length_of(trace.contour), trace.contour.feed
         return None if not feed or not length else feed / (length * (shares[k + 1] - shares[k]))
 
-    def _first(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, nominal: tuple[Array, Array],
-        feed: float | None, whole: bool, split: bool,
-    ) -> None:  # fmt: skip
-        index, step = trace.line - 1, self.step(frame.inch)
-        end, start = nominal
+    def _first(self, s: Stretch) -> None:
+        """The block itself."""
+        trace, frame, cur, new = s.trace, s.frame, s.start, s.end
+        index, step = s.index, self.step(frame.inch)
         for i, letter in enumerate(AXES):
             steps = self.relative(trace, frame, i, True)
             value = float(new[i] - cur[i] if steps else new[i])
-            old = float(end[i] - start[i] if steps else end[i])
-            if whole and letter in trace.words and abs(value - nearest(value, step)) > SAME * step:
-                self._drop(index, trace.words[letter])
+            old = s.nominal(i, steps)
+            if s.whole and letter in trace.words and abs(value - nearest(value, step)) > SAME * step:
+                self.drop(index, trace.words[letter])
             elif letter in trace.words or abs(new[i] - cur[i]) > SAME * step:
                 self.word(index, trace, letter, value, old, frame.inch)
         if trace.contour.kind == "arc":
-            self._centre(trace, frame, piece, cur, new, index, split)
-        if feed is not None and "F" in trace.words:
-            self.word(index, trace, "F", feed, math.inf, frame.inch)
-        if split and "P" in trace.words and trace.contour.turns > 1:
-            self._drop(index, trace.words["P"])
+            self._centre(s)
+        if s.feed is not None and "F" in trace.words:
+            self.word(index, trace, "F", s.feed, math.inf, frame.inch)
+        if s.split and "P" in trace.words and trace.contour.turns > 1:
+            self.drop(index, trace.words["P"])
 
-    def _more(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, feed: float | None, share: float, index: int
-    ) -> None:  # fmt: skip
+    def _more(self, s: Stretch) -> None:
         """A block behind the one it continues: axis words, centre, F of inverse time; nothing else."""
+        trace, frame, cur, new = s.trace, s.frame, s.start, s.end
         step, m = self.step(frame.inch), trace.contour
-        kept = PLANES[m.plane][:2] if m.kind == "arc" else ()
+        kept = s.plane[:2] if m.kind == "arc" else ()
         words = []
         for i, letter in enumerate(AXES):
             if abs(new[i] - cur[i]) > SAME * step or i in kept:
@@ -171,30 +203,27 @@ class Writer(Wording):
         if m.kind == "arc":
             words += [
                 self.spelt(letter, self.number(v, self.decimals[frame.inch], self._like(trace)))
-                for letter, v in self._centre_words(trace, frame, piece, cur, new, share).items()
+                for letter, v in self._centre_words(s).items()
             ]
-        if feed is not None:
-            words.append("F" + self.number(feed, 4))
-        self.insert(index, words)
+        if s.feed is not None:
+            words.append("F" + self.number(s.feed, 4))
+        self.insert(s.index, words)
 
     # -- arcs -------------------------------------------------------------------------------------------------------
-    def _centre(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, index: int, split: bool
-    ) -> None:
-        m = trace.contour
-        assert m.centre is not None
-        share = piece.share
+    def _centre(self, s: Stretch) -> None:
+        trace, frame = s.trace, s.frame
         nominal = self._nominal_centre(trace, frame)
-        for letter, value in self._centre_words(trace, frame, piece, cur, new, share).items():
+        for letter, value in self._centre_words(s).items():
             present, step = letter in trace.words, self.step(frame.inch)
             if (
                 present
                 or abs(value) > SAME * step
                 or self.centre_absolute(trace, frame, CENTRES.find(letter))
             ):
-                self.word(index, trace, letter, value, math.inf if split else nominal[letter], frame.inch)
+                old = math.inf if s.split else nominal[letter]
+                self.word(s.index, trace, letter, value, old, frame.inch)
 
-    def _nominal_centre(self, trace: Trace, frame: Frame) -> dict[str, float]:
+    def _nominal_centre(self, trace: Trace, frame: BlockFrame) -> dict[str, float]:
         m = trace.contour
         assert m.centre is not None
         start, centre = np.array(m.start), np.array(m.centre)
@@ -205,20 +234,18 @@ class Writer(Wording):
         out["R"] = frame.length(radius, PLANES[m.plane][0]) * (-1.0 if abs(sweep_of(m)) > math.pi else 1.0)
         return out
 
-    def _centre_words(
-        self, trace: Trace, frame: Frame, piece: Piece, cur: Array, new: Array, share: float
-    ) -> dict[str, float]:
-        """I J K, or R where the block has R, of one arc from `cur` to `new`."""
-        m, step = trace.contour, self.step(frame.inch)
-        a, b, _ = PLANES[m.plane]
+    def _centre_words(self, s: Stretch) -> dict[str, float]:
+        """I J K, or R where the block has R, of one arc."""
+        trace, frame, piece, step = s.trace, s.frame, s.piece, self.step(s.frame.inch)
+        a, b, _ = s.plane
         assert piece.centre is not None
-        start, end = frame.tip(cur), frame.tip(new)
+        start, end = frame.tip(s.start), frame.tip(s.end)
         if "R" in trace.words:
             radius = (_gap(start, piece.centre, a, b) + _gap(end, piece.centre, a, b)) / 2
             value = nearest(frame.length(radius, a), step)
             half = float(np.linalg.norm(frame.ways(end - start)[[a, b]])) / 2
             value = value if value >= half else math.ceil(half / step) * step
-            return {"R": -value if abs(sweep_of(m)) * share > math.pi else value}
+            return {"R": -value if abs(sweep_of(trace.contour)) * s.share > math.pi else value}
         from_zero = np.array([self.centre_absolute(trace, frame, i) for i in range(3)])
         wanted = np.where(from_zero, frame.numbers(piece.centre), frame.ways(piece.centre - start))
         origin = np.where(from_zero, frame.numbers(start), 0.0)

@@ -1,1 +1,1 @@
-"""What every command shares: JSON documents, tables, files written whole, progress. Imports core and files."""
+"""What every command shares: JSON documents, files written whole, tables and progress, complaints. Imports files and tables."""

@@ -14,6 +14,8 @@ its parameters and one method, and then serves simulation, Monte Carlo, budget, 
     per           how candidates multiply: machine, axis, pair, component, direction, sensor, stylus, part ...
     needs         columns of the run that must be present; "{axis}" and other place fields are filled in
 
+What else an effect may say of itself (words, prior, what it belongs to ...) stands in `vcmm.core.declaration`.
+
 Parameters are linear unless `scan` is given. The basis of a parameter is its unit response, so an effect writes
 no derivative.
 """
@@ -27,8 +29,10 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from vcmm.core.declaration import UM, URAD, Declared, Typical
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array, Run
+from vcmm.core.units import parse_unit
 
 AXES = "XYZABC"
 FREE_LINKS = ("tip", "tool", "command", "reading")  # links that are no axis
@@ -45,21 +49,27 @@ def param(
     scan: Sequence[float] = (),
     shape: str = "",
     only: str = "",
+    typical: Typical | None = None,
+    lengths: Sequence[int] = (),
 ) -> Any:
     """Declare a parameter of an effect.
 
     unit: canonical or file unit, it fixes the dimension ("um", "urad", "um/m", "um/(m K)", "s" ...).
     show: unit of reports when it differs. scan: trial values, only for parameters that act non-linearly.
-    shape: text such as "(nodes, 3)" for array parameters. only: first letters of `component` that use it ("" = all).
+    shape: text such as "(nodes, 3)" for array parameters; lengths: how many elements diagnosis tries.
+    only: first letters of `component` that use it ("" = all). typical: how large it is when it matters.
     """
-    meta = {"unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape, "only": only}
+    meta = {
+        "unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape, "only": only,
+        "typical": typical, "lengths": tuple(lengths),
+    }  # fmt: skip
     if callable(default):
         return field(default_factory=default, metadata=meta)
     return field(default=default, metadata=meta)
 
 
 @dataclass(frozen=True, eq=False)
-class Effect(ABC):
+class Effect(Declared, ABC):
     """Base of all effects; see the head of this file."""
 
     name: ClassVar[str] = ""
@@ -105,6 +115,11 @@ class Effect(ABC):
     def id(self) -> str:
         return f"{self.name}[{self.where}]" if self.where else self.name
 
+    @classmethod
+    def reported_as(cls) -> str:
+        """The name of its answers: that of its family."""
+        return cls.family or cls.name
+
     def required(self) -> tuple[str, ...]:
         """Columns this instance needs, place fields filled in."""
         filled = {f.name: getattr(self, f.name) for f in place_fields(type(self))}
@@ -121,9 +136,34 @@ def place_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
     return [f for f in fields(effect) if f.metadata.get("place")]
 
 
-def at(default: Any, doc: str, quiet: bool = False) -> Any:
-    """Declare a place field of an effect (axis, pair, component ...). quiet: not in the name at its default value."""
-    return field(default=default, metadata={"place": True, "doc": doc, "quiet": quiet})
+def key_fields(effect: type[Effect] | Effect) -> list[Field[Any]]:
+    """Further keys of the effect's table: neither place nor parameter, nor filled in by the program."""
+    return [f for f in fields(effect) if not {"unit", "place", "internal"} & set(f.metadata)]
+
+
+def at(
+    default: Any,
+    doc: str,
+    quiet: bool = False,
+    *,
+    tries: Sequence[Any] = (),
+    waves_over: str = "",
+    forms: Sequence[Any] = (),
+) -> Any:
+    """Declare a place field of an effect (axis, pair, component ...). quiet: not in the name at its default value.
+
+    tries: values that diagnosis tries; the first carries half of the weight. waves_over: column (rad) over which they are
+    waves per turn, of which only those are tried that its values resolve. forms: values that are candidates of their own.
+    """
+    meta = {
+        "place": True, "doc": doc, "quiet": quiet, "tries": tuple(tries), "waves_over": waves_over, "forms": tuple(forms),
+    }  # fmt: skip
+    return field(default=default, metadata=meta)
+
+
+def choice(default: str, tries: Sequence[str]) -> Any:
+    """Declare a further key with a few words to choose from, which diagnosis tries; the first carries half of the weight."""
+    return field(default=default, metadata={"tries": tuple(tries)})
 
 
 def parameter(effect: Effect, name: str) -> Field[Any]:
@@ -133,6 +173,21 @@ def parameter(effect: Effect, name: str) -> Field[Any]:
     if name not in known:
         raise UsageError(f"{effect.name} has no parameter {name}.{choose_from(name, known)}")
     return known[name]
+
+
+def typical(effect: Effect, name: str) -> float:
+    """Typical size of each element of a linear parameter, canonical unit; 1 of its own unit where none is declared.
+
+    For "mm or rad" that is 1 um, or 1 urad for the rotations EA., EB., EC. Raises UsageError for an unknown parameter.
+    """
+    spec = parameter(effect, name)
+    turns = str(getattr(effect, "component", ""))[1:2] in tuple("ABC")
+    known: Typical | None = spec.metadata["typical"]
+    if known is not None:
+        return known.turn if turns and known.turn else known.amount
+    if spec.metadata["unit"] == "mm or rad":
+        return URAD if turns else UM
+    return parse_unit(spec.metadata["unit"]).factor
 
 
 def with_parameter(effect: E, name: str, value: float | Array) -> E:

@@ -40,10 +40,12 @@ def canonical(name: str) -> str:
     Raises UsageError with the closest known name.
     """
     word = name.strip()
-    found = _iso(word) or _delta(word) or _vdi(word) or _compact(word) or _by_words().get(word.lower(), "")
-    if not found:
+    name_of_iso = (
+        _iso(word) or _delta(word) or _vdi(word) or _compact(word) or _by_words().get(word.lower(), "")
+    )
+    if not name_of_iso:
         raise UsageError(f'unknown error name "{name}".{choose_from(word, _examples(word))}')
-    return found
+    return name_of_iso
 
 
 def known(name: str) -> bool:

@@ -15,9 +15,18 @@ from collections.abc import Iterable
 
 
 class VcmmError(Exception):
-    """Base of all errors that vcmm raises on purpose. `exit_code` is what the command line returns."""
+    """Base of all errors that vcmm raises on purpose. `exit_code` is what the command line returns.
+
+    row: of a run, from 0; line, column: of a file, from 1; each where it is known.
+    """
 
     exit_code = 2
+
+    def __init__(
+        self, *args: object, row: int | None = None, line: int | None = None, column: int | None = None
+    ) -> None:
+        super().__init__(*args)
+        self.row, self.line, self.column = row, line, column
 
 
 class UsageError(VcmmError):
@@ -27,9 +36,16 @@ class UsageError(VcmmError):
 class DataError(VcmmError):
     """A file is wrong. `problems` holds every problem found in it, one sentence each."""
 
-    def __init__(self, problems: str | Iterable[str]) -> None:
+    def __init__(
+        self,
+        problems: str | Iterable[str],
+        *,
+        row: int | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ) -> None:
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
-        super().__init__("\n".join(self.problems))
+        super().__init__("\n".join(self.problems), row=row, line=line, column=column)
 
 
 class ModelLimit(VcmmError):

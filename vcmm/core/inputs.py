@@ -46,6 +46,13 @@ class Input:
     def is_channel(self) -> bool:
         return self.effect == "channel"
 
+    @property
+    def size(self) -> float:
+        """Standard uncertainty of a scalar Input, canonical unit; 1e-6 where it has none that is finite and above zero."""
+        _, factor = self.spread(1)
+        u = float(np.ravel(self.law.u)[0]) * abs(float(factor[0, 0]))
+        return u if 0 < u < np.inf else 1e-6
+
     def spread(self, k: int) -> tuple[Law | MultivariateSamples, Array]:
         """(law, factor (k, r)): departure of the k elements = factor @ r draws of the law.
 

@@ -25,6 +25,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
 LINEAR, ROTARY = "XYZ", "ABC"
+FULL_TURN = float(np.radians(345.0))  # rad: from here an axis is taken to have come back to where it was
 UNIT = {axis: np.eye(3)["XYZABC".index(axis) % 3] for axis in "XYZABC"}
 
 
@@ -127,6 +128,9 @@ class Motion:
     six: Array
 
 
+Summed = dict[tuple[str, str], Array]  # (link, place) -> six numbers (n, 6)
+
+
 def rotation_from_vector(vector: Array) -> Array:
     """exp([v]x) for rotation vectors (n, 3) rad: Rodrigues' formula, (n, 3, 3)."""
     angle = np.linalg.norm(vector, axis=1)
@@ -159,7 +163,10 @@ class Pose6:
     after: Frame
 
 
-def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> tuple[dict[str, Pose6], Frame, Frame]:
+LinkFrames = tuple[dict[str, Pose6], Frame, Frame]  # of every link; the ends of the tool and workpiece chains
+
+
+def link_frames(chain: Chain, axes: Mapping[str, Axis], run: Run) -> LinkFrames:
     """Frames of every link, and the ends of the tool and workpiece chains."""
     still = Frame(None, np.zeros((run.n, 3)))
     frames: dict[str, Pose6] = {}
@@ -185,17 +192,18 @@ def tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequen
 
     `motions` are in tip sense. A motion (t, r) of a link about its pivot m moves the tip by t + r x (p - m).
     """
-    frames, tool, work = link_frames(chain, axes, run)
+    frames_of = link_frames(chain, axes, run)
+    _, tool, work = frames_of
     tip = tool.apply(run.offset)
     total = np.zeros((run.n, 6))
     for motion in motions:
-        frame, shift, turn = _carried(motion, frames, axes, tool, work, tip, run)
+        frame, shift, turn = _carried(motion, frames_of, axes, tip, run)
         total[:, :3] += work.turn_back(frame.turn(shift))
         total[:, 3:] += work.turn_back(frame.turn(turn))
     return total
 
 
-def commanded_directions(ends: tuple[dict[str, Pose6], Frame, Frame], n: int) -> Array:
+def commanded_directions(ends: LinkFrames, n: int) -> Array:
     """Way of the tip in workpiece axes per mm that X, Y and Z are commanded to go, as columns (n, 3, 3).
 
     ends: `link_frames` of a run of n rows. The identity while all rotary axes stand at zero; a direction in which no axis
@@ -210,22 +218,17 @@ def commanded_directions(ends: tuple[dict[str, Pose6], Frame, Frame], n: int) ->
 
 
 def _carried(
-    motion: Motion,
-    frames: Mapping[str, Pose6],
-    axes: Mapping[str, Axis],
-    tool: Frame,
-    work: Frame,
-    tip: Array,
-    run: Run,
+    motion: Motion, frames_of: LinkFrames, axes: Mapping[str, Axis], tip: Array, run: Run
 ) -> tuple[Frame, Array, Array]:
     """(frame in which the motion is expressed, tip shift, turn), both (n, 3) in that frame."""
+    frames, tool, work = frames_of
     shift, turn = motion.six[:, :3], motion.six[:, 3:]
     if motion.link == "tip":
         return work, shift, turn
     if motion.link == "tool":
         return tool, shift, turn
     if motion.link == "command":
-        ways = commanded_directions((dict(frames), tool, work), run.n)
+        ways = commanded_directions(frames_of, run.n)
         return work, np.einsum("nij,nj->ni", ways, shift), np.zeros_like(turn)
     axis, pose = axes[motion.link], frames[motion.link]
     if motion.place == "travel":
@@ -235,63 +238,72 @@ def _carried(
             run.q(motion.link)[:, None] * np.cross(turn, UNIT[motion.link]),
             np.zeros_like(turn),
         )
-    fixed = motion.place == "location" or axis.error_frame == "fixed"
-    frame = pose.before if fixed else pose.after
-    pivot = np.array(axis.centre) if motion.place == "location" else axis.pivot
+    frame, pivot = _frame_and_pivot(axis, pose, motion.place)
     if turn.any():
         shift = shift + np.cross(turn, frame.undo(tip) - pivot)
     return frame, shift, turn
 
 
 def sensed(
-    frames_of: tuple[dict[str, Pose6], Frame, Frame],
-    axes: Mapping[str, Axis],
-    run: Run,
-    link: str,
-    place: str,
-    direction: Array,
+    frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
 ) -> Array:
     """How far the tip moves along `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
 
     The transpose of `tip_motion`: n . (t + r x d) = n . t + r . (d x n), with d from the pivot to the tip.
-    frames_of: `link_frames` of the run, made once for all links.
+    frames_of: `link_frames` of the run, made once for all links. link: its letter or word, and the place of the motion.
     """
-    frames, tool, work = frames_of
-    seen = work.turn(direction)
+    (name, place), (frames, tool, work) = link, frames_of
     out = np.zeros((run.n, 6))
-    if link in ("tip", "tool"):
-        out[:, :3] = direction if link == "tip" else tool.turn_back(seen)
-        out[:, 3:] = 0.0
-        return out
-    if link == "command":
+    if name == "tip":
+        out[:, :3] = direction
+    elif name == "tool":
+        out[:, :3] = tool.turn_back(work.turn(direction))
+    elif name == "command":
         out[:, :3] = np.einsum("nij,ni->nj", commanded_directions(frames_of, run.n), direction)
-        return out
-    axis, pose = axes[link], frames[link]
-    fixed = place in ("travel", "location") or axis.error_frame == "fixed"
-    frame = pose.before if fixed else pose.after
-    local = frame.turn_back(seen)
-    if place == "travel":
-        out[:, 3:] = run.q(link)[:, None] * np.cross(UNIT[link], local)
-        return out
-    pivot = np.array(axis.centre) if place == "location" else axis.pivot
-    out[:, :3] = local
-    out[:, 3:] = np.cross(frame.undo(tool.apply(run.offset)) - pivot, local)
+    elif place == "travel":
+        local = frames[name].before.turn_back(work.turn(direction))
+        out[:, 3:] = run.q(name)[:, None] * np.cross(UNIT[name], local)
+    else:
+        frame, pivot = _frame_and_pivot(axes[name], frames[name], place)
+        out[:, :3] = local = frame.turn_back(work.turn(direction))
+        out[:, 3:] = np.cross(frame.undo(tool.apply(run.offset)) - pivot, local)
     return out
+
+
+def turn_sensed(
+    frames_of: LinkFrames, axes: Mapping[str, Axis], run: Run, link: tuple[str, str], direction: Array
+) -> Array:
+    """How far the tip turns about `direction` (n, 3; workpiece axes) per unit of the six numbers of a link: (n, 6).
+
+    Arguments as in `sensed`. A direction of travel that turns, and a moved command, do not turn the tip.
+    """
+    (name, place), (frames, tool, work) = link, frames_of
+    out = np.zeros((run.n, 6))
+    if name == "tip":
+        out[:, 3:] = direction
+    elif name == "tool":
+        out[:, 3:] = tool.turn_back(work.turn(direction))
+    elif name != "command" and place != "travel":
+        frame, _ = _frame_and_pivot(axes[name], frames[name], place)
+        out[:, 3:] = frame.turn_back(work.turn(direction))
+    return out
+
+
+def _frame_and_pivot(axis: Axis, pose: Pose6, place: str) -> tuple[Frame, Array]:
+    """The frame in which a motion of an axis is expressed, and the point (3,) about which it turns."""
+    if place == "location":
+        return pose.before, np.array(axis.centre)
+    return (pose.before if axis.error_frame == "fixed" else pose.after), axis.pivot
 
 
 def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
     """Tip error (n, 3) mm by multiplying the transforms; motions of one link and place are added first."""
     summed = _by_link(motions, run.n)
-    ends = []
-    for side, carries_work in ((chain.tool, False), (chain.work, True)):
-        here = Frame(None, np.zeros((run.n, 3)))
-        for letter in side:
-            here = here.then(_actual_motion(axes[letter], run.q(letter), carries_work, summed))
-        ends.append(here)
+    tool, work = _actual_ends(chain, axes, run, summed)
     at_tip, at_tool = summed.get(("tip", "motion")), summed.get(("tool", "motion"))
     command = summed.get(("command", "motion"))
     offset = run.offset if at_tool is None else run.offset + at_tool[:, :3]
-    actual = ends[1].undo(ends[0].apply(offset))
+    actual = work.undo(tool.apply(offset))
     if at_tip is not None:
         actual = actual + at_tip[:, :3]
     if command is not None:
@@ -300,17 +312,53 @@ def exact_tip_error(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: S
     return actual - nominal_tip(chain, axes, run)
 
 
-def _by_link(motions: Sequence[Motion], n: int) -> dict[tuple[str, str], Array]:
-    summed: dict[tuple[str, str], Array] = {}
+def exact_tip_motion(chain: Chain, axes: Mapping[str, Axis], run: Run, motions: Sequence[Motion]) -> Array:
+    """Motion of the tip (n, 6), actual - nominal, workpiece axes, mm and rad, by multiplying the transforms.
+
+    Columns 3 to 5 are the rotation vector of R_actual R_nominal^T, R the orientation of the tool seen from the workpiece.
+    """
+    from scipy.spatial.transform import Rotation
+
+    summed = _by_link(motions, run.n)
+    actual = _orientation(*_actual_ends(chain, axes, run, summed), run.n)
+    for link, order in (("tool", 1), ("tip", -1)):
+        six = summed.get((link, "motion"))
+        if six is not None:
+            turn = rotation_from_vector(six[:, 3:])
+            actual = actual @ turn if order > 0 else turn @ actual
+    _, tool, work = link_frames(chain, axes, run)
+    nominal = _orientation(tool, work, run.n)
+    turned = Rotation.from_matrix(actual @ nominal.transpose(0, 2, 1)).as_rotvec()
+    return np.concatenate([exact_tip_error(chain, axes, run, motions), turned], axis=1)
+
+
+def _orientation(tool: Frame, work: Frame, n: int) -> Array:
+    """Of the tool, seen from the workpiece (n, 3, 3)."""
+    upright = np.broadcast_to(np.eye(3), (n, 3, 3))
+    seen = upright if work.rotation is None else work.rotation.transpose(0, 2, 1)
+    return seen if tool.rotation is None else seen @ tool.rotation
+
+
+def _actual_ends(chain: Chain, axes: Mapping[str, Axis], run: Run, summed: Summed) -> tuple[Frame, Frame]:
+    """Tool side and workpiece side: products of their axes from the bed outwards, errors included."""
+    ends = []
+    for side, carries_work in ((chain.tool, False), (chain.work, True)):
+        here = Frame(None, np.zeros((run.n, 3)))
+        for letter in side:
+            here = here.then(_actual_motion(axes[letter], run.q(letter), carries_work, summed))
+        ends.append(here)
+    return ends[0], ends[1]
+
+
+def _by_link(motions: Sequence[Motion], n: int) -> Summed:
+    summed: Summed = {}
     for motion in motions:
         key = (motion.link, motion.place)
         summed[key] = summed.get(key, np.zeros((n, 6))) + motion.six
     return summed
 
 
-def _actual_motion(
-    axis: Axis, q: Array, carries_work: bool, summed: Mapping[tuple[str, str], Array]
-) -> Frame:
+def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: Summed) -> Frame:
     """L · T_nominal · E of one axis (or L · E · T_nominal), errors included."""
     sign = -1.0 if carries_work else 1.0  # motions are in tip sense; the table's own motion is opposite
     nominal = nominal_motion(axis, q, carries_work)

@@ -10,7 +10,15 @@ import numpy as np
 from vcmm.core.effect import FREE_LINKS, Effect
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.inputs import Input
-from vcmm.core.kinematics import Axis, Chain, Motion, exact_tip_error, nominal_tip, tip_motion
+from vcmm.core.kinematics import (
+    Axis,
+    Chain,
+    Motion,
+    exact_tip_error,
+    exact_tip_motion,
+    nominal_tip,
+    tip_motion,
+)
 from vcmm.core.run import Array, Run
 
 FIRST_ORDER_LIMIT_RAD = 1e-3  # second-order terms: 1e-3^2 / 2 x 1 m = 0.5 um
@@ -84,6 +92,11 @@ class Machine:
 
     def asked(self, effect: Effect, run: Run) -> Array:
         """error_motion, after checking that the run has the columns the effect needs."""
+        self.check_columns(effect, run)
+        return effect.error_motion(run)
+
+    def check_columns(self, effect: Effect, run: Run) -> None:
+        """Raises ModelLimit naming a column that an effect needs and the run has neither as a column nor as a log."""
         for column in effect.required():
             if (
                 column not in run.columns
@@ -92,14 +105,15 @@ class Machine:
                 raise ModelLimit(
                     f"{effect.id} needs the column {column}, which this run lacks; add it or remove the effect"
                 )
-        return effect.error_motion(run)
 
-    def tip_motion(self, run: Run) -> Array:
-        """First-order motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad.
+    def tip_motion(self, run: Run, exact: bool = False) -> Array:
+        """Motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad; of first order unless exact.
 
         Raises ModelLimit where a rotation exceeds 1 mrad: there first order is no longer good enough.
         """
         run = self.prepare(run)
+        if exact:
+            return exact_tip_motion(self.chain, self.axes, run, self.motions(run))
         parts = [self._first_order(run.take(slice(i, i + CHUNK))) for i in range(0, run.n, CHUNK)]
         return np.concatenate(parts) if parts else np.zeros((0, 6))
 
@@ -137,7 +151,7 @@ class Machine:
 
 
 def check_travel(axis: Axis, q: Array) -> None:
-    """Raises ModelLimit for the first row outside the travel (1 nm or 1 nrad of rounding is allowed)."""
+    """Raises ModelLimit, with its row, for the first row outside the travel (1 nm or 1 nrad of rounding is allowed)."""
     low, high = axis.travel
     outside = np.flatnonzero((q < low - 1e-6) | (q > high + 1e-6))
     if len(outside):
@@ -145,5 +159,6 @@ def check_travel(axis: Axis, q: Array) -> None:
         scale, unit = (180 / np.pi, "deg") if axis.rotary else (1.0, "mm")
         raise ModelLimit(
             f"row {row + 1}: axis {axis.letter} = {q[row] * scale:.6g} {unit} is outside its travel "
-            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose"
+            f"{low * scale:.6g} to {high * scale:.6g} {unit} ({len(outside)} of {len(q)} rows are); move the part or the pose",
+            row=row,
         )

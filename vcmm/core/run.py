@@ -17,6 +17,12 @@ from vcmm.core.errors import ModelLimit, UsageError, choose_from
 
 Array = npt.NDArray[np.float64]
 T0_DEG_C = 20.0  # ISO 1: the reference temperature of every dimension
+TOOL_AXIS_COLUMNS = (
+    "tool_axis_x",
+    "tool_axis_y",
+    "tool_axis_z",
+)  # workpiece axes, where rotary axes turn the tool
+OFFSET_LABEL = "work_offset"  # the label that names the work offset a row was cut under
 
 
 @dataclass(frozen=True)

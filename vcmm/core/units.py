@@ -146,11 +146,11 @@ def in_unit(value: float, unit: str) -> float:
 
 def dimension_of(unit: str) -> str:
     """The name of the dimension of a unit text: dimension_of("um/(m K)") -> 'expansion', "um/m" -> 'slope'."""
-    found = parse_unit(unit).dimension
-    if found == _NONE:
+    given = parse_unit(unit).dimension
+    if given == _NONE:
         return "number" if unit in ("1", "%") else "slope"
     for name, dimension in DIMENSIONS.items():
-        if dimension == found:
+        if dimension == given:
             return name
     raise UsageError(f'no dimension is known for the unit "{unit}"')
 
@@ -259,9 +259,9 @@ def _a(dimension: str) -> str:
     return f"an {dimension}" if dimension[0] in "aeiou" else f"a {dimension}"
 
 
-def _angle_as_slope(found: Dimension, dimension: str) -> bool:
+def _angle_as_slope(given: Dimension, dimension: str) -> bool:
     """Shop practice writes angles as um/m: accept the slope where an angle is due."""
-    return dimension == "angle" and found == _NONE
+    return dimension == "angle" and given == _NONE
 
 
 def _numbers_and_unit(text: str) -> tuple[list[float], str]:
@@ -282,14 +282,14 @@ def _numbers_and_unit(text: str) -> tuple[list[float], str]:
 
 
 def _tokens(text: str) -> list[str]:
-    found, position = [], 0
+    words, position = [], 0
     while position < len(text.rstrip()):
         match = _TOKEN.match(text, position)
         if not match:
             raise UsageError(f'unit "{text}" cannot be read at "{text[position:]}"')
-        found.append(match.group().strip())
+        words.append(match.group().strip())
         position = match.end()
-    return found
+    return words
 
 
 def _product(tokens: list[str], text: str) -> tuple[Unit, list[str]]:

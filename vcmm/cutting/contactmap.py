@@ -13,28 +13,36 @@ condition N . v = 0, Altintas, Manufacturing Automation, 2nd ed. (2012), ch. 2 a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Array
-from vcmm.cutting.displaced import CHORD, Field, displaced
+from vcmm.cutting.displaced import CHORD, Displacement, displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.cutting.standing_tool import entry
 from vcmm.cutting.sweeps import Sweep
-from vcmm.cutting.tools import Tool
+from vcmm.cutting.tools import Cutter
 
 Ints = npt.NDArray[np.intp]
 ASTRAY = 0.05  # mm: a ray that meets the moved tool further off has met another side of it
 GRAZING = 1e-6  # |N . n| below which the ray ends in the side of a gouge: the tool moves that end as it moves itself
 
 
+class MovedCutters(Protocol):
+    """What cuts the points, candidate by candidate, to be met again when it is moved."""
+
+    def entry(self, shift: Array, normal: Array) -> Array:
+        """Where the rays from P points along normal (P, 3) enter what is moved by shift (..., P, K, 3): (..., P, K) mm."""
+
+
 @dataclass(frozen=True, eq=False)
 class Solids:
     """The tools of the candidates: which (P, K) of `tools`, and arm (P, K, 3) mm from their tip to the point."""
 
-    tools: tuple[Tool, ...]
+    tools: tuple[Cutter, ...]
     which: Ints
     arm: Array
 
@@ -61,7 +69,7 @@ class Contacts:
     cutter: Array
     normal: Array
     row: Ints
-    solids: Solids | None = None
+    solids: MovedCutters | None = None
 
     def __post_init__(self) -> None:
         if (self.row[:, 0] < 0).any():
@@ -127,7 +135,7 @@ def upright(cutter: Array, normal: Array, known: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Audit:
+class ContactAudit:
     """Contacts against cutting again with the displaced tool."""
 
     largest: float  # mm
@@ -140,11 +148,11 @@ class Audit:
 def audit(
     surface: CutSurface,
     sweep: Sweep,
-    field: Field,
+    field: Displacement,
     tolerance: float = CHORD,
     depth: float = 0.5,
     height: float = 2.0,
-) -> Audit:
+) -> ContactAudit:
     """Largest and rms difference between contacts and an exact new query with the tool displaced by `field`."""
     part = surface.take(np.flatnonzero(surface.status == CUT))
     known = part.row >= 0
@@ -157,7 +165,7 @@ def audit(
         raise UsageError("audit: no point was cut both by the nominal and by the displaced tool")
     one = contacts.height[:, 0] + np.einsum("pi,pi->p", moved[contacts.row[:, 0]], contacts.gain[:, 0])
     off = (contacts.surface(moved) - again.s)[both]
-    return Audit(
+    return ContactAudit(
         float(np.abs(off).max()),
         float(np.sqrt(np.mean(off**2))),
         float(np.abs(one - again.s)[both].max()),

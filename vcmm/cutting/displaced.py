@@ -15,11 +15,11 @@ CHORD = 5e-5  # mm: 0.05 um
 MOST = 4096  # pieces of one move
 _INSIDE = np.array([0.25, 0.5, 0.75])
 
-Field = Callable[[Array, Array, Array], Array]
+Displacement = Callable[[Array, Array, Array], Array]
 """Displacement (m, 3) mm at tip positions (m, 3), rows (m,) of the sweep and fractions t (m,) of the row."""
 
 
-def displaced(sweep: Sweep, field: Field, tolerance: float = CHORD) -> Sweep:
+def displaced(sweep: Sweep, field: Displacement, tolerance: float = CHORD) -> Sweep:
     """The sweep moved by `field`, cut so that the error departs from its chord by at most `tolerance` (mm) at the quarters.
 
     Arcs stay arcs: the piece of the circle is moved by the error at its start and the change of the error along the piece
@@ -40,7 +40,7 @@ def displaced(sweep: Sweep, field: Field, tolerance: float = CHORD) -> Sweep:
     )
 
 
-def knots(sweep: Sweep, field: Field, tolerance: float) -> Array:
+def knots(sweep: Sweep, field: Displacement, tolerance: float) -> Array:
     """Number of equal pieces (m,) of every row that keeps the chord of the error within tolerance."""
     counts = np.ones(len(sweep), int)
     open_ = np.arange(len(sweep))

@@ -12,7 +12,8 @@ IEEE Computer Graphics and Applications 9 (1989) 28, here against exact swept vo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Self
 
 import numpy as np
 
@@ -47,9 +48,9 @@ class CutSurface:
         """Deviation (n,) mm of the surface along n; nan where status is UNCUT."""
         return self.contact_s[:, 0]
 
-    def take(self, rows: Array) -> CutSurface:
+    def take(self, rows: Array) -> Self:
         """Some of the points."""
-        return CutSurface(*(getattr(self, name)[rows] for name in CutSurface.__annotations__))
+        return replace(self, **{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
     def counts(self) -> dict[str, int]:
         """How many points have which status."""
@@ -86,7 +87,19 @@ def surface_left(
             f"surface_left: at {over} points more than 64 moves pass below the surface within the depth of {depth} mm; "
             "ask with a smaller depth"
         )
-    return _answer(index, p, n, depth, height, band, s, which, t, contact, tests)
+    return _answer(
+        index=index,
+        p=p,
+        n=n,
+        depth=depth,
+        height=height,
+        band=band,
+        s=s,
+        which=which,
+        t=t,
+        contact=contact,
+        tests=tests,
+    )
 
 
 def _rays(points: Array, normals: Array) -> tuple[Array, Array]:
@@ -177,7 +190,9 @@ def _answer(
     void = ~known
     s, t, normal = s.copy(), t.copy(), normal.copy()
     s[void], t[void], normal[void] = np.nan, np.nan, np.nan
-    return CutSurface(p, n, status, s, row, t, normal, tests)
+    return CutSurface(
+        points=p, normals=n, status=status, contact_s=s, row=row, t=t, normal=normal, tests=tests
+    )
 
 
 def tips(surface: CutSurface, sweep: Sweep) -> Array:

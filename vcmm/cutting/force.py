@@ -23,7 +23,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Array
-from vcmm.cutting.tools import Tool
+from vcmm.cutting.tools import Cutter
 
 CARBIDE = 580e3  # N/mm2, lower end of 580 to 600 GPa
 FLUTED = 0.8  # diameter of a plain rod as stiff as the fluted one, over the tool diameter
@@ -57,13 +57,13 @@ class Kienzle:
 
 LINEAR_EDGE = {
     "Al7075": LinearEdge(
-        796.1,
-        168.8,
-        222.0,
-        27.7,
-        30.8,
-        1.4,
-        "CutPro example set for Al7075-T6 as found in public milling codes",
+        tangential=796.1,
+        radial=168.8,
+        axial=222.0,
+        edge_tangential=27.7,
+        edge_radial=30.8,
+        edge_axial=1.4,
+        source="CutPro example set for Al7075-T6 as found in public milling codes",
     )
 }
 _TABLE = "fitted to the kc table of the Roehm catalogue RN-1391, 45 deg entering angle"
@@ -107,7 +107,15 @@ def at_chip(of: Kienzle, thickness: Array, radial: float = RADIAL) -> LinearEdge
     h = np.maximum(np.asarray(thickness, float), LEAST_CHIP)
     cut, edge = (1.0 - of.mc) * of.kc11 * h**-of.mc, of.mc * of.kc11 * h ** (1.0 - of.mc)
     none = np.zeros_like(h)
-    return LinearEdge(cut, radial * cut, none, edge, radial * edge, none, of.source)
+    return LinearEdge(
+        tangential=cut,
+        radial=radial * cut,
+        axial=none,
+        edge_tangential=edge,
+        edge_radial=radial * edge,
+        edge_axial=none,
+        source=of.source,
+    )
 
 
 def turning_force(width: Array, thickness: Array, of: Kienzle) -> Array:
@@ -167,17 +175,17 @@ def to_workpiece(force: Array, feed: Array, axis: Array) -> Array:
     return force[:, 0:1] * x + force[:, 1:2] * y + force[:, 2:3] * axis
 
 
-def compliance(tool: Tool) -> float:
+def compliance(tool: Cutter) -> float:
     """Displacement of the tip per force across the tool, mm/N; see `bending`. UsageError without a stick-out."""
     if tool.stick_out is None:
-        raise UsageError("compliance: the tool needs its stick-out; give Tool(..., stick_out=40.0) in mm")
+        raise UsageError("compliance: the tool needs its stick-out; give Cutter(..., stick_out=40.0) in mm")
     return bending(tool.radius, tool.stick_out, tool.modulus or CARBIDE)
 
 
 def bending(radius: float, stick_out: float, modulus: float = CARBIDE) -> float:
     """Compliance of a cantilever at its end, mm/N: L^3 / 3 E I, I = pi d^4 / 64, d = 0.8 D.
 
-    Tool and its stick-out only; holder, spindle and machine come on top.
+    Cutter and its stick-out only; holder, spindle and machine come on top.
     """
     diameter = FLUTED * 2.0 * radius
     inertia = math.pi * diameter**4 / 64.0

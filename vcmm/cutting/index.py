@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.laws import Array
-from vcmm.cutting.sweeps import LINE, Sweep, basis, pieces
+from vcmm.cutting.sweeps import LINE, Sweep, basis, frames_of, pieces
 from vcmm.cutting.tools import parameters
 
 LEAF = 2  # pieces in a leaf of a tree
@@ -40,22 +40,22 @@ def build(sweep: Sweep) -> Index:
     key = np.column_stack([parts.axis.round(12), parts.tool])
     _, first, group = np.unique(key, axis=0, return_index=True, return_inverse=True)
     group = np.ravel(group)
-    frames = np.array([_frame(a) for a in parts.axis[first]]).reshape(-1, 3, 3)
+    frames = frames_of(parts.axis[first])
     items = _items(parts, frames[group])
     order, roots, boxes, child = _forest(items, group, len(first))
     return Index(
-        sweep,
-        frames,
-        roots,
-        parts.tool[first].astype(np.int64),
-        boxes,
-        child,
-        items[order],
-        parameters(sweep.tools),
-        row[order],
-        t0[order],
-        t1[order],
-        group[order],
+        sweep=sweep,
+        frames=frames,
+        roots=roots,
+        group_tool=parts.tool[first].astype(np.int64),
+        boxes=boxes,
+        child=child,
+        items=items[order],
+        tools=parameters(sweep.tools),
+        row=row[order],
+        t0=t0[order],
+        t1=t1[order],
+        group=group[order],
     )
 
 
@@ -66,16 +66,6 @@ def _counts(sweep: Sweep) -> Array:
     lines = np.ceil(span / (4.0 * reach) - 1e-9)
     arcs = np.ceil(np.abs(sweep.turn) / QUARTER - 1e-9)
     return np.maximum(np.where(sweep.kind == LINE, lines, arcs), 1).astype(int)
-
-
-def _frame(axis: Array) -> Array:
-    """Right-handed frame whose third row is the tool axis; the part's own frame for a tool along +Z."""
-    other = np.eye(3)[np.argmin(np.abs(axis))]
-    if axis[2] == 1.0:
-        return np.eye(3)
-    first = np.cross(other, axis)
-    first = first / np.linalg.norm(first)
-    return np.array([first, np.cross(axis, first), axis])
 
 
 def _items(parts: Sweep, frame: Array) -> Array:

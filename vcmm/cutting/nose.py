@@ -78,7 +78,15 @@ def removed_by(
     path = _near(path, points, max(depth, height))
     size = max(1, AT_ONCE // max(len(path.r), 1))
     parts = [
-        _part(points[i : i + size], normals[i : i + size], path, depth, height, band, candidates)
+        _part(
+            points[i : i + size],
+            normals[i : i + size],
+            path,
+            depth=depth,
+            height=height,
+            band=band,
+            candidates=candidates,
+        )
         for i in range(0, len(points), size)
     ]
     s, which, t = (np.concatenate([p[k] for p in parts]) for k in range(3))
@@ -88,7 +96,16 @@ def removed_by(
     share = np.where(known, path.t0[which] + t * (path.t1 - path.t0)[which], np.nan)
     normal = np.broadcast_to(-normals[:, None, :], (*row.shape, 3)).copy()
     tests = np.full(len(points), len(path.r))
-    return CutSurface(points, normals, status, np.where(known, s, np.nan), row, share, normal, tests)
+    return CutSurface(
+        points=points,
+        normals=normals,
+        status=status,
+        contact_s=np.where(known, s, np.nan),
+        row=row,
+        t=share,
+        normal=normal,
+        tests=tests,
+    )
 
 
 def _near(path: Capsules, points: Array, reach: float) -> Capsules:

@@ -12,7 +12,7 @@ import numpy as np
 from vcmm.core.laws import Array
 from vcmm.cutting.standing_tool import entry
 from vcmm.cutting.sweeps import Sweep, position
-from vcmm.cutting.tools import Tool
+from vcmm.cutting.tools import Cutter
 
 
 def lowest(sweep: Sweep, points: Array, normals: Array, samples: int = 401, rounds: int = 12) -> Array:
@@ -26,7 +26,7 @@ def lowest(sweep: Sweep, points: Array, normals: Array, samples: int = 401, roun
     return out
 
 
-def _lowest(sweep: Sweep, tool: Tool, p: Array, n: Array, samples: int, rounds: int) -> Array:
+def _lowest(sweep: Sweep, tool: Cutter, p: Array, n: Array, samples: int, rounds: int) -> Array:
     lo, hi = np.zeros(len(sweep)), np.ones(len(sweep))
     best = np.full(len(sweep), np.inf)
     for _ in range(rounds):

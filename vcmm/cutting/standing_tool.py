@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.cutting.tools import Tool
+from vcmm.cutting.tools import Cutter
 
 
-def entry(tool: Tool, o: Array, n: Array) -> Array:
+def entry(tool: Cutter, o: Array, n: Array) -> Array:
     """Lowest s (...) at which o + s n lies in a tool with its tip at the origin, axis +Z; inf where the ray misses."""
     lo, hi = _slab(o[..., 2], n[..., 2], 0.0, tool.length)
     lo, hi = _meet(lo, hi, *_quadric(o, n, tool.radius, 0.0))
@@ -64,7 +64,7 @@ def _quadric(o: Array, n: Array, radius: float, slope: float) -> tuple[Array, Ar
     return np.where(np.isnan(lo), np.inf, lo), np.where(np.isnan(hi), -np.inf, hi)
 
 
-def _rounded(tool: Tool, o: Array, n: Array, lo: Array, hi: Array) -> Array:
+def _rounded(tool: Cutter, o: Array, n: Array, lo: Array, hi: Array) -> Array:
     """Entry into a tool with rounded corner: the core grown by a ball. From `lo` Newton climbs to the first root."""
     s, core = lo.copy(), tool.radius - tool.corner
     alive = (lo <= hi) & np.isfinite(lo)

@@ -94,7 +94,17 @@ def remove(stock: Stock, sweep: Sweep, rapid: Array | None = None, clearance: fl
     hit = np.flatnonzero(fast & (deepest > clearance))
     axial, radial, enter, leave = _per_row(engaged, row, lengths(parts), sweep)
     idle = np.flatnonzero(~fast & (volume == 0.0))
-    return Removal(left, volume, axial, radial, enter, leave, hit, deepest[hit], idle)
+    return Removal(
+        stock=left,
+        volume=volume,
+        axial=axial,
+        radial=radial,
+        enter=enter,
+        leave=leave,
+        collisions=hit,
+        collision_depth=deepest[hit],
+        idle=idle,
+    )
 
 
 def _counts(sweep: Sweep) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.laws import Array
-from vcmm.cutting.tools import Tool
+from vcmm.cutting.tools import Cutter
 
 LINE, ARC, HELIX = 0, 1, 2
 UP: Array = np.array([0.0, 0.0, 1.0])
@@ -34,7 +34,7 @@ class Sweep:
     tool: Array  # (m,) int
     move: Array  # (m,) int
     axis: Array  # (m, 3) unit, from the tip to the spindle
-    tools: tuple[Tool, ...]
+    tools: tuple[Cutter, ...]
     axis_end: Array | None = None  # (m, 3), where the tool tilts while it moves
     drift: Array | None = None  # (m, 3), added in proportion to t: an arc whose error changes along it
 
@@ -52,7 +52,7 @@ class Sweep:
 
 
 def lines(
-    start: Array, end: Array, tools: tuple[Tool, ...], tool: Array | int = 0, axis: Array = UP
+    start: Array, end: Array, tools: tuple[Cutter, ...], tool: Array | int = 0, axis: Array = UP
 ) -> Sweep:
     """Straight moves (m, 3) -> (m, 3)."""
     start, end = np.atleast_2d(np.asarray(start, float)), np.atleast_2d(np.asarray(end, float))
@@ -62,11 +62,22 @@ def lines(
     axes = np.broadcast_to(np.asarray(axis, float), (m, 3)).copy()
     kind = np.full(m, LINE)
     return checked(
-        Sweep(start, end, nothing, nothing.copy(), np.zeros(m), kind, which, np.arange(m), axes, tools)
+        Sweep(
+            start=start,
+            end=end,
+            centre=nothing,
+            normal=nothing.copy(),
+            turn=np.zeros(m),
+            kind=kind,
+            tool=which,
+            move=np.arange(m),
+            axis=axes,
+            tools=tools,
+        )
     )
 
 
-def path(points: Array, tools: tuple[Tool, ...], tool: int = 0, axis: Array = UP) -> Sweep:
+def path(points: Array, tools: tuple[Cutter, ...], tool: int = 0, axis: Array = UP) -> Sweep:
     """Straight moves through points (m + 1, 3)."""
     points = np.asarray(points, float)
     return lines(points[:-1], points[1:], tools, tool, axis)
@@ -77,7 +88,7 @@ def arcs(
     end: Array,
     centre: Array,
     turn: Array,
-    tools: tuple[Tool, ...],
+    tools: tuple[Cutter, ...],
     tool: Array | int = 0,
     normal: Array = UP,
     axis: Array = UP,
@@ -217,3 +228,12 @@ def pieces(sweep: Sweep, counts: Array) -> tuple[Sweep, Array, Array, Array]:
         end[t1 == 1.0] = parent.end[t1 == 1.0]
     turn = parent.turn * (t1 - t0)
     return replace(parent, start=start, end=end, centre=centre, turn=turn, drift=drift), row, t0, t1
+
+
+def frames_of(axis: Array) -> Array:
+    """Right-handed frames (k, 3, 3) whose third row is the tool axis (k, 3); the identity for +Z."""
+    other = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
+    first = np.cross(other, axis)
+    first = first / np.linalg.norm(first, axis=1)[:, None]
+    out = np.stack([first, np.cross(axis, first), axis], axis=1)
+    return np.where((axis[:, 2] == 1.0)[:, None, None], np.eye(3), out)

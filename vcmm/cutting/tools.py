@@ -28,7 +28,7 @@ COLUMNS = 7  # of `parameters`: shape, R, r, radius of the bottom, cosine and si
 
 
 @dataclass(frozen=True)
-class Tool:
+class Cutter:
     """A tool. Lengths in mm, angles in rad. Use the functions below, which check what they are given.
 
     length: height over the tip up to which the tool (flutes and a shank of the same radius) removes material; infinite
@@ -45,27 +45,27 @@ class Tool:
     modulus: float | None = None
 
 
-def flat(radius: float, length: float = math.inf) -> Tool:
+def flat(radius: float, length: float = math.inf) -> Cutter:
     """End mill with sharp corners."""
-    return _checked(Tool("flat", radius, length=length))
+    return _checked(Cutter("flat", radius, length=length))
 
 
-def ball(radius: float, length: float = math.inf) -> Tool:
+def ball(radius: float, length: float = math.inf) -> Cutter:
     """Ball-nosed end mill with a shank of the same radius: half a ball below, a cylinder above."""
-    return _checked(Tool("ball", radius, corner=radius, length=length))
+    return _checked(Cutter("ball", radius, corner=radius, length=length))
 
 
-def bull(radius: float, corner: float, length: float = math.inf) -> Tool:
+def bull(radius: float, corner: float, length: float = math.inf) -> Cutter:
     """End mill with corner radius, 0 < corner < radius."""
     if not 0.0 < corner < radius:
         raise UsageError(
             f"bull: the corner radius must lie between 0 and the radius {radius} mm, not {corner} mm. "
             "Use flat() for sharp corners and ball() for a full radius."
         )
-    return _checked(Tool("bull", radius, corner=corner, length=length))
+    return _checked(Cutter("bull", radius, corner=corner, length=length))
 
 
-def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: float = math.inf) -> Tool:
+def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: float = math.inf) -> Cutter:
     """Chamfer tool or countersink: point_angle is the full angle in rad, tip_radius that of the flat bottom."""
     if not 0.0 < point_angle < math.pi:
         raise UsageError(
@@ -75,20 +75,20 @@ def cone(radius: float, point_angle: float, tip_radius: float = 0.0, length: flo
         raise UsageError(
             f"cone: the tip radius must be at least 0 and below {radius} mm, not {tip_radius} mm"
         )
-    return _checked(Tool("cone", radius, tip_radius=tip_radius, half_angle=point_angle / 2, length=length))
+    return _checked(Cutter("cone", radius, tip_radius=tip_radius, half_angle=point_angle / 2, length=length))
 
 
-def drill(radius: float, point_angle: float = math.radians(118.0), length: float = math.inf) -> Tool:
+def drill(radius: float, point_angle: float = math.radians(118.0), length: float = math.inf) -> Cutter:
     """Twist drill: a cone with a sharp point, 118 deg unless stated."""
     return cone(radius, point_angle, 0.0, length)
 
 
-def insert(nose_radius: float) -> Tool:
+def insert(nose_radius: float) -> Cutter:
     """Turning insert: its nose circle (see vcmm.cutting.turning); the flanks are not modelled."""
     return ball(nose_radius)
 
 
-def grown(tool: Tool, by: float) -> Tool:
+def grown(tool: Cutter, by: float) -> Cutter:
     """The tool offset outwards by `by` mm everywhere on its cutting surface (runout +, wear -), tip at the same point.
 
     An offset flat mill would have rounded corners; a mill is ground and worn as a mill, so its corners stay sharp.
@@ -98,7 +98,7 @@ def grown(tool: Tool, by: float) -> Tool:
     return _checked(changed)
 
 
-def _checked(tool: Tool) -> Tool:
+def _checked(tool: Cutter) -> Cutter:
     if tool.shape not in SHAPES:
         raise UsageError(f'tool shape "{tool.shape}" is not known.{choose_from(tool.shape, SHAPES)}')
     if not (math.isfinite(tool.radius) and tool.radius > 0.0):
@@ -110,14 +110,14 @@ def _checked(tool: Tool) -> Tool:
     return tool
 
 
-def nose_height(tool: Tool) -> float:
+def nose_height(tool: Cutter) -> float:
     """Height over the tip at which the full radius is reached, mm."""
     if tool.shape == "cone":
         return (tool.radius - tool.tip_radius) / math.tan(tool.half_angle)
     return tool.corner
 
 
-def parameters(tools: tuple[Tool, ...]) -> Array:
+def parameters(tools: tuple[Cutter, ...]) -> Array:
     """Rows (n, COLUMNS) as the kernels take them."""
     rows = [
         (
@@ -134,7 +134,7 @@ def parameters(tools: tuple[Tool, ...]) -> Array:
     return np.array(rows, float).reshape(-1, COLUMNS)
 
 
-def profile(tool: Tool, height: Array) -> Array:
+def profile(tool: Cutter, height: Array) -> Array:
     """Radius (...) of the tool at heights (...) over its tip, mm; nothing (-1) below the tip and above its length."""
     h = np.asarray(height, float)
     if tool.shape == "cone":
@@ -145,7 +145,7 @@ def profile(tool: Tool, height: Array) -> Array:
     return np.where((h >= 0.0) & (h <= tool.length), radius, -1.0)
 
 
-def implicit(tool: Tool, radius: Array, height: Array) -> Array:
+def implicit(tool: Cutter, radius: Array, height: Array) -> Array:
     """G (...) at distances `radius` from the axis and heights over the tip: negative inside, at most the distance outside."""
     rho, h = np.broadcast_arrays(np.asarray(radius, float), np.asarray(height, float))
     top = h - tool.length

@@ -14,7 +14,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Array
 from vcmm.cutting.sweeps import ARC, Sweep, arcs, lines
-from vcmm.cutting.tools import Tool, insert
+from vcmm.cutting.tools import Cutter, insert
 
 OUTWARD = np.array([1.0, 0.0, 0.0])
 
@@ -46,17 +46,24 @@ def tip_of_centre(centre: Array, nose: float) -> Array:
     return np.asarray(centre, float) - nose * OUTWARD
 
 
-def straight(start: Array, end: Array, tools: tuple[Tool, ...], tool: int = 0) -> Sweep:
+def straight(start: Array, end: Array, tools: tuple[Cutter, ...], tool: int = 0) -> Sweep:
     """Straight passes between reference points (m, 2) = (radius, z) in mm, not diameters."""
     return lines(_plane(start), _plane(end), tools, tool, OUTWARD)
 
 
 def curved(
-    start: Array, end: Array, centre: Array, turn: Array, tools: tuple[Tool, ...], tool: int = 0
+    start: Array, end: Array, centre: Array, turn: Array, tools: tuple[Cutter, ...], tool: int = 0
 ) -> Sweep:
     """Arcs in the (radius, z) plane about `centre` (m, 2), turn (m,) rad from +z towards +radius (right-handed about +y)."""
     sweep = arcs(
-        _plane(start), _plane(end), _plane(centre), turn, tools, tool, np.array([0.0, 1.0, 0.0]), OUTWARD
+        _plane(start),
+        _plane(end),
+        _plane(centre),
+        turn,
+        tools=tools,
+        tool=tool,
+        normal=np.array([0.0, 1.0, 0.0]),
+        axis=OUTWARD,
     )
     assert np.all(sweep.kind == ARC)
     return sweep

@@ -29,7 +29,7 @@ def unresolved(problem: Problem, white: Whitener) -> Dictionary:
     """What the refused shapes of the catalogue would show on this recording, where they show anything."""
     out = []
     for kind in ALL:
-        changes = refused(kind.name, problem.run)
+        changes = refused(kind, problem.run)
         if not changes or not applies(kind, problem):
             continue
         for effect in instances(kind, problem):
@@ -38,8 +38,7 @@ def unresolved(problem: Problem, white: Whitener) -> Dictionary:
             made = [make_option(replace(effect, **c), problem) for c in changes]
             options = [o for o in made if o is not None]
             if options:
-                name = getattr(kind, "family", "") or kind.name
-                out.append(Family(name, where_of(effect), (*options, *_sum(options))))
+                out.append(Family(kind.reported_as(), where_of(effect), (*options, *_sum(options))))
     return dictionary(out, white)
 
 

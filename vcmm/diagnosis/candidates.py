@@ -12,26 +12,17 @@ from typing import Any, cast
 
 import numpy as np
 
-from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.effect import Effect, parameter, parameter_fields, typical
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.kinematics import ROTARY
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change, trials
-from vcmm.effects import ALL
-from vcmm.effects.typical import TYPICAL, typical
+from vcmm.effects import ALL, of_role
 from vcmm.evaluation.gaussian import thin_svd
 
-NEVER = (  # forms of the stored table, what setting up may err by, and what noise audit and mistakes handle
-    "component_table", "component_spline", "component_polynomial", "residual_field", "correlated_field", "scatter",
-    "calibration_modes", "lost_motion_table",
-    "tip_offset", "stylus_qualification", "work_offset", "tool_length", "tool_radius", "tool_offset", "map_mistake", "abbe_counted_twice",
-    "outliers", "heavy_tails", "correlated_noise", "speed_dependent_noise",
-)  # fmt: skip
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
-RARE = {"probe": ("readout_delay",)}  # a touch is latched by its trigger: late axes are the rarer cause
-SELDOM = {"lost_motion_curve": 0.1}  # a shape that is rarer than the other shape of its family
+RARER = 0.1  # prior of an effect where it is rare (see vcmm.core.declaration.Prior)
 MOST_COLUMNS = 120
 
 
@@ -86,7 +77,7 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
     unseen: list[str] = []
     lost: list[Family] = []
     for kind in (*ALL, *extra):
-        if kind.name in NEVER or not parameter_fields(kind) or not applies(kind, problem):
+        if not kind.diagnosed or not parameter_fields(kind) or not applies(kind, problem):
             continue
         found, missing, still = _of_kind(kind, problem)
         lost += still
@@ -95,7 +86,7 @@ def catalogue(problem: Problem, extra: Sequence[type[Effect]] = ()) -> Catalogue
         if not found and missing:
             absent[kind.name] = tuple(sorted(missing))
         elif not found and instances(kind, problem):
-            unseen.append(getattr(kind, "family", "") or kind.name)
+            unseen.append(kind.reported_as())
     families += _stale(problem)
     names = {f.name for f in families}
     absent = {name: columns for name, columns in absent.items() if name not in names}
@@ -118,13 +109,14 @@ def first_place(family: Family) -> str:
 
 def _stale(problem: Problem) -> list[Family]:
     """The calibration as a whole is off by more than it claims: its own covariance, widened, as random effects."""
-    if not np.any(problem.calibration):
+    changed = of_role("changed component")
+    if changed is None or not np.any(problem.calibration):
         return []
     left, size = thin_svd(problem.calibration)
     columns = (left * size)[:, size > 1e-2 * size[0]][:, :MOST_COLUMNS]
     k = columns.shape[1]
     option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)
-    return [Family("geometric_change", {"component": "all"}, (option,))]
+    return [Family(changed.name, {"component": "all"}, (option,))]
 
 
 def _joined(families: list[Family], new: Family) -> list[Family]:
@@ -147,11 +139,17 @@ def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family,
             prior = 0.5 if _everything(family) else 0.5 / (len(same) - 1)
         else:
             prior = 1.0 / len(same)
-        unclamped = family.name == "clamping" and "clamp" not in problem.run.labels
-        if family.name in RARE.get(problem.recording.kind, ()) or unclamped:
-            prior *= 0.1
+        if any(o.effect is not None and _rare(o.effect, problem) for o in family.options):
+            prior *= RARER
         out.append(replace(family, log_prior=float(np.log(prior))))
     return tuple(out)
+
+
+def _rare(effect: Effect, problem: Problem) -> bool:
+    lacking = effect.prior.rare_without
+    return problem.recording.kind in effect.prior.rare_in or bool(
+        lacking and lacking not in problem.run.labels
+    )
 
 
 def _everything(family: Family) -> bool:
@@ -161,7 +159,7 @@ def _everything(family: Family) -> bool:
 def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
     """Families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
     out, missing, still = [], set(), []
-    name = getattr(kind, "family", "") or kind.name
+    name = kind.reported_as()
     known = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
         lacking = lacking_columns(effect, problem.run)
@@ -178,7 +176,7 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:
     out = []
-    rare = float(np.log(SELDOM.get(effect.name, 1.0)))
+    rare = float(np.log(effect.prior.share))
     for start, share in _origins(effect, problem):
         for changes, weight in trials(start, problem.run):
             option = make_option(replace(start, **changes), problem, weight + share + rare)
@@ -192,9 +190,9 @@ def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
     side they came from, and each of them counts with twice the gap. Both readings of such rows are options.
     """
     since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
-    if effect.name != "backlash" or since is None:
+    if not effect.taken_up or since is None:
         return [option]
-    near = problem.of_rows(since) < typical(effect, "gap")
+    near = problem.of_rows(since) < typical(effect, effect.taken_up)
     if not near.any():
         return [option]
     half = option.log_prior + float(np.log(0.5))
@@ -247,17 +245,15 @@ def applies(kind: type[Effect], problem: Problem) -> bool:
     recording = problem.recording
     if "instrument" in kind.per:
         return recording.kind in ("displacement", "length", "angle")
-    if "tool" in kind.per.split(", ") or kind.name == "workpiece_heating":  # heat of cutting needs a cut
+    if "tool" in kind.per.split(", ") or kind.needs_cut:
         return not recording.measuring
-    if kind.name == "gravity_flexure":  # without a head that turns its attitude is always the same
-        return any(a in ROTARY for a in problem.machine.chain.tool)
     if "stylus" in kind.per:
         return recording.kind == "probe"
     return True
 
 
 def linear_parameters(effect: Effect) -> list[str]:
-    """Parameters that act linearly here. Where typical sizes are listed, only those (a control's own correction is not)."""
+    """Parameters that act linearly here. Where typical sizes are declared, only those (a control's own correction has none)."""
     component = str(getattr(effect, "component", ""))
     chosen = [
         f.name
@@ -266,12 +262,12 @@ def linear_parameters(effect: Effect) -> list[str]:
         and not is_change(f)
         and (not f.metadata["only"] or component[:1] in f.metadata["only"])
     ]
-    listed = set(TYPICAL.get(effect.name, {}))
-    return [name for name in chosen if name in listed] if listed & set(chosen) else chosen
+    sized = [name for name in chosen if parameter(effect, name).metadata["typical"] is not None]
+    return sized or chosen
 
 
 def _amplitudes(effect: Effect, names: Sequence[str], columns: Array) -> tuple[tuple[str, ...], Array]:
-    """Label and typical amplitude of every column; unlisted parameters are scaled to 1 um rms over the recording."""
+    """Label and typical amplitude of every column; parameters without one are scaled to 1 um rms over the recording."""
     labels: list[str] = []
     unit: list[float] = []
     for name in names:

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.effect import COLUMN
-from vcmm.core.run import Array
+from vcmm.core.effect import COLUMN, Effect, motion
+from vcmm.core.run import Array, Run
 from vcmm.diagnosis.locate import SKIP, path_speed, short
 from vcmm.diagnosis.problem import Problem, generator
-from vcmm.effects.geometric_change import GeometricChange
 
 ON_A_LINE, PAIRED, IN_SPACE = 50, 100, 200  # rows about which bumps stand
 FINE, MIDDLE, WIDE = 0.02, 0.06, 0.2  # lengths over one covariate
@@ -132,8 +131,20 @@ def of_component(problem: Problem, component: str) -> Iterator[Array]:
 
 def _moved(problem: Problem, component: str, shapes: Array) -> Array:
     """Observations (m, k) by shapes (n, k) of a component, mm or rad."""
-    q = problem.run.position[component[2]]
     six = np.zeros((problem.run.n, 6, shapes.shape[1]))
     six[:, COLUMN[component[1]]] = shapes
-    carrier = GeometricChange(component, np.array([q.min(), q.max()]))
-    return problem.observer.through(carrier, six)
+    return problem.observer.through(_Link(component[2]), six)
+
+
+@dataclass(frozen=True, eq=False)
+class _Link(Effect):
+    """The axis that a free shape moves."""
+
+    axis: str
+
+    @property
+    def link(self) -> str:
+        return self.axis
+
+    def error_motion(self, run: Run) -> Array:
+        return motion(run)

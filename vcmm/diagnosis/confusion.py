@@ -76,7 +76,8 @@ def own_arguments(family: Family) -> set[str]:
     if "sensor" in family.where:
         return {f"temp_{family.where['sensor']}"}
     axis = str(family.where.get("component", ""))[2:]
-    return {axis, f"{axis} (periodic)"} if family.name in ("geometric_change", "map_interpolation") else set()
+    free = any(o.effect is not None and o.effect.free_curve for o in family.options)
+    return {axis, f"{axis} (periodic)"} if free else set()
 
 
 def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, own_axis: set[str]) -> float:

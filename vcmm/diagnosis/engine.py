@@ -23,7 +23,7 @@ from vcmm.diagnosis.improve import fitted
 from vcmm.diagnosis.kept_terms import that_hold
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.machine_match import check_belonging, wild
-from vcmm.diagnosis.mistakes import Mistake, tables_of
+from vcmm.diagnosis.mistakes import MISTAKE, Mistake, tables_of
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.nextstep import closer, next_steps
@@ -289,7 +289,7 @@ def _with_mistake(place: Standing, selection: Selection, i: int, tied: Sequence[
     """The standing with a mistake of the table among the rivals where one explains as much."""
     if selection.terms[i].family.id not in tied:
         return place
-    return replace(place, names=(*place.names, "map_mistake"))
+    return replace(place, names=(*place.names, MISTAKE))
 
 
 def _variance(selection: Selection) -> float:
@@ -297,7 +297,7 @@ def _variance(selection: Selection) -> float:
 
 
 def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
-    where = {"component" if mistake.effect == "map_mistake" else "axis": mistake.component}
+    where = {"component" if mistake.effect == MISTAKE else "axis": mistake.component}
     size = float(np.linalg.norm(white.apply(mistake.departure)))
     something = 1.0 - float(np.exp(-mistake.score))
     sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it

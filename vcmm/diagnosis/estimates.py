@@ -20,11 +20,6 @@ from vcmm.diagnosis.refine import Refiner, at_value, moved, reach, scanned
 from vcmm.diagnosis.select import Selection
 
 DRAWS = 2000
-AS_ONE = {
-    "reindexing": "sd",
-    "rotary_cyclic": "amplitude",
-    "abbe_offset": "arm",
-}  # other arrays appear as "rms"
 LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
 MOMENTS = ("t1", "time", "start")  # parameters that are a time of the clock
 COVERED = (0.025, 0.975)
@@ -80,24 +75,22 @@ def _linear(
     out: dict[str, Estimate] = {}
     names = linear_parameters(effect)
     arrays = any("[" in label or "@" in label for label in term.option.labels)
-    if AS_ONE.get(effect.name) in LENGTHS:
+    if effect.as_one in LENGTHS:
         shown = parameter(effect, names[0]).metadata["show"]
         if str(getattr(effect, "component", ""))[1:2] in tuple("ABC"):
             shown = "urad"
         elif shown == "mm or rad":
             shown = "um"
         length = np.linalg.norm(values, axis=1)
-        return {
-            AS_ONE[effect.name]: _estimate(float(np.linalg.norm(mean)), float(length.std()), length, shown)
-        }
-    if effect.name == "cosine_error":  # its linear amplitude multiplies the square of a fixed angle
-        theta = float(getattr(effect, "theta"))  # noqa: B009 - any class of that name
-        angle = theta * np.sqrt(np.maximum(values[:, 0], 0.0))
-        return {
-            "theta": _estimate(theta * max(float(mean[0]), 0.0) ** 0.5, float(angle.std()), angle, "mrad")
-        }
+        return {effect.as_one: _estimate(float(np.linalg.norm(mean)), float(length.std()), length, shown)}
+    own = effect.reported(values[:, 0])
+    if own is not None:
+        name, draws, shown = own
+        centre = effect.reported(mean[:1])
+        assert centre is not None
+        return {name: _estimate(float(centre[1][0]), float(draws.std()), draws, shown)}
     if arrays:
-        size = {AS_ONE.get(effect.name, "rms"): _size(problem, selection, i, mean, values)}
+        size = {effect.as_one: _size(problem, selection, i, mean, values)}
         return size | _single(selection, i, mean, u, values)
     for at, name in enumerate(names):
         shown = parameter(effect, name).metadata["show"]

@@ -12,7 +12,15 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option, unseen_places
-from vcmm.evaluation.gaussian import Blocks, Ints, Whitener, blocks, log_evidence, thin_svd, without_span
+from vcmm.evaluation.gaussian import (
+    ColumnBlocks,
+    Ints,
+    Whitener,
+    blocks,
+    log_evidence,
+    thin_svd,
+    without_span,
+)
 
 BATCH = 256
 VANISHED = 1e-3  # share of a signal that must survive nuisance and calibration
@@ -100,7 +108,7 @@ class Scorer:
     """A dictionary given some chosen columns: those are projected out of templates and residuals alike."""
 
     found: Dictionary
-    rotated: Blocks
+    rotated: ColumnBlocks
     basis: Array
     size: Array  # squared length of every option before projection
 

@@ -11,24 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection, Term
+from vcmm.effects import BY_NAME
 from vcmm.evaluation.gaussian import Whitener, posterior, whitener
+from vcmm.response.folds import Mask, fold_masks
 
-Mask = npt.NDArray[np.bool_]
-SHARE = 0.3  # of the rows held out
 FEWEST = 20
 EXCITED = 2.0  # size of a term in the held-out rows, in units of the noise, below which a fold says nothing about it
 LOSS = 3.0  # nats that a term may lose in a fold
 WORSE = 6.0  # nats that a term may not lose in any fold
 FORGIVEN = 0.1  # of what it wins in the others
-MOST_POSES = 4
 FOLD_NOISE = 3.0  # standard deviations of a fold's sum of squares, by which a prediction is worse than none
-FREE_CURVES = ("geometric_change", "map_interpolation")
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ class Fold:
 def folds(problem: Problem, u: Array, rho: float) -> list[Fold]:
     """All extrapolating folds that the columns of the recording allow."""
     out = []
-    for name, test in _masks(problem):
+    for name, test in fold_masks(problem.run, problem.recording.row):
         if FEWEST <= test.sum() <= problem.m - FEWEST:
             try:
                 out.append(Fold(name, test, *(_part(problem, u, rho, k) for k in (~test, test))))
@@ -74,31 +71,6 @@ def _part(problem: Problem, u: Array, rho: float, rows: Mask) -> Whitener:
     inside = (before >= 0) & rows[np.maximum(before, 0)]
     near = np.where(inside, number[np.maximum(before, 0)], -1)
     return whitener(u[rows], problem.nuisance[rows], problem.calibration[rows], near, rho)
-
-
-def _masks(problem: Problem) -> list[tuple[str, Mask]]:
-    run, out = problem.run, []
-    if "pose" in run.labels:
-        label = run.labels["pose"][problem.recording.row]
-        poses = np.unique(label)
-        out += [(f"pose {p}", label == p) for p in poses[-MOST_POSES:]] if len(poses) > 1 else []
-    if "time_s" in run.columns:
-        out.append(("later time", _upper(problem.of_rows(run.column("time_s")))))
-    warm = [c for c in run.columns if c.startswith("temp_") and np.ptp(run.columns[c]) > 0.2]
-    if warm:
-        widest = max(warm, key=lambda c: float(np.ptp(run.columns[c])))
-        out.append(("temperature", _upper(problem.of_rows(run.column(widest)))))
-    speeds = [c for c in run.columns if c.startswith("speed_")]
-    if speeds:
-        speed = problem.of_rows(np.linalg.norm(run.vector(*speeds), axis=1))
-        out.append(("speed", _upper(np.round(speed, 6))))
-    axes = [a for a in run.position if np.ptp(run.position[a]) > 0]
-    out += [(f"far zone {a}", _upper(problem.of_rows(run.position[a]))) for a in axes]
-    return out
-
-
-def _upper(x: Array) -> Mask:
-    return np.asarray(x > np.quantile(x, 1 - SHARE))
 
 
 def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Term]) -> HeldOut:
@@ -186,10 +158,14 @@ def _refused(gains: Array) -> bool:
     )
 
 
+def is_free_curve(name: str) -> bool:
+    return name in BY_NAME and BY_NAME[name].free_curve
+
+
 def _own_zone(term: Term, fold: Fold) -> bool:
     """A free curve over an axis says nothing of a zone of that axis on which it was not fitted."""
     axis = str(term.family.where.get("component", ""))[2:]
-    return term.family.name in FREE_CURVES and fold.name == f"far zone {axis}"
+    return is_free_curve(term.family.name) and fold.name == f"far zone {axis}"
 
 
 def tells(term: Term, fold: Fold) -> bool:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import Field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import Site
 from vcmm.core.effect import FREE_LINKS, Effect, place_fields
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import ROTARY
-from vcmm.core.run import Array, Run
+from vcmm.core.run import Run
 from vcmm.diagnosis.problem import Problem
 
 PAIRS = ("C0Y", "B0Z", "A0Z")
 NO_TEMPERATURE = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # other logs
-SHAPES = ("follows", "zero")
-FULL_TURN = np.radians(345.0)
 
 
 def where_of(effect: Effect) -> dict[str, str]:
@@ -39,13 +37,14 @@ def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
     """The effect at every place it can have on this machine and recording; the machine's own version where it has one."""
     present = {effect.id: effect for effect in problem.machine.effects if isinstance(effect, kind)}
     names = [f.name for f in place_fields(kind)]
+    site = _site(problem)
     out: list[Effect] = []
     for values in itertools.product(*(domain(f, problem) for f in place_fields(kind))):
         place = dict(zip(names, values))
         if "other" in place and place["other"] == place["axis"]:
             continue
         try:
-            effect = _made(kind, place, problem)
+            effect: Effect = kind.placed(place, site)
         except (UsageError, ModelLimit):
             continue
         if effect.link in (*FREE_LINKS, *problem.machine.chain.letters):
@@ -53,42 +52,9 @@ def instances(kind: type[Effect], problem: Problem) -> list[Effect]:
     return out
 
 
-def _made(kind: type[Effect], place: Mapping[str, Any], problem: Problem) -> Effect:
-    """One instance, with what it takes from the stored tables, the travel, the chain or the part's size."""
-    machine, made = problem.machine, cast(Any, kind)
-    if kind.name == "abbe_offset":
-        return cast(Effect, made.from_tables(place["axis"], machine.effects))
-    if kind.name == "map_interpolation":
-        return cast(Effect, made.from_table(_table(place["component"], problem)))
-    if kind.name == "geometric_change":
-        q = problem.run.q(place["component"][2])
-        if place["component"][2] in ROTARY and float(np.ptp(q)) > FULL_TURN:
-            raise UsageError(
-                "after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic"
-            )
-        return cast(Effect, made(place["component"], np.array([q.min(), q.max()])))
-    changes: dict[str, Any] = dict(place)
-    if kind.name == "gradient_bending":
-        changes["carries"] = "workpiece" if place["axis"] in machine.chain.work else "tool"
-    if kind.name == "lost_motion_curve":
-        changes["nodes"] = _ends(problem.run.q(place["axis"]))
-    if kind.name == "clamping":
-        changes["length"] = max(float(np.abs(problem.run.part_point).max()), 1.0)
-    return kind(**changes)
-
-
-def _ends(q: Array) -> Array:
-    """The places between which a curve is fitted: four at least, else a straight line says as much."""
-    if len(np.unique(np.round(q, 6))) < 4:
-        raise UsageError("a curve over the travel needs four places")
-    return np.array([q.min(), q.max()])
-
-
-def _table(component: str, problem: Problem) -> Effect:
-    for effect in problem.machine.effects:
-        if effect.name == "component_table" and getattr(effect, "component", "") == component:
-            return effect
-    raise UsageError(f"the machine has no table of {component}")
+def _site(problem: Problem) -> Site:
+    machine = problem.machine
+    return Site(machine.effects, tuple(machine.chain.work), tuple(machine.chain.tool), problem.run)
 
 
 def domain(spec: Field[Any], problem: Problem) -> list[Any]:
@@ -106,8 +72,8 @@ def domain(spec: Field[Any], problem: Problem) -> list[Any]:
         return ["x", "y", "z"]
     if spec.name == "sensor":
         return sensors(run)
-    if spec.name in SHAPES:  # another form of the same physics: both are options of one family
-        return [0, 1]
+    if spec.metadata["forms"]:  # another form of the same physics: all are options of one family
+        return list(spec.metadata["forms"])
     if spec.name in run.labels:
         values = [str(v) for v in np.unique(run.labels[spec.name])]
         return ["", *values] if len(values) > 1 else [""]

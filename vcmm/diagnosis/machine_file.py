@@ -5,7 +5,6 @@ Everything the owner wrote stays as it is; what is added stands at the end, with
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,16 +16,17 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import addable
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.units import in_unit
-from vcmm.diagnosis.accepted import notes, remarks, written
+from vcmm.diagnosis.accepted import notes, written
 from vcmm.diagnosis.mistakes import Mistake
-from vcmm.diagnosis.repair import NUMBERS, repaired_effects
+from vcmm.diagnosis.repair import repaired_effects
 from vcmm.diagnosis.result import Answer
 from vcmm.files.effects import unit_of
 from vcmm.files.isg_writer import isg_text, with_values
-from vcmm.files.knowledge import addable
+from vcmm.files.toml_edits import editable, move_names
 
 TABLE = "errors_corrected.csv"
 
@@ -39,14 +39,16 @@ def improved_machine(
     Of an effect that the machine has already only the departure is added: effects of one name and place are joined when
     the file is read. A quantity that has an Input keeps it. Candidates and errors of the instrument are named in a comment.
     """
-    text = original.read_text(encoding="utf-8").rstrip() + "\n"
-    text = moved_tables(text, original.parent, target.parent)
+    document = editable(original)
+    move_names(document, original.parent, target.parent)
+    text = str(document.as_string())
     known = {i.id for i in machine.inputs}
     blocks = [f"# {note}\n" for note in notes(answers)]
     for answer in written(answers):
         assert answer.fitted is not None
         said = f"found in {source}, probability {answer.probability:.3f}"
-        told = "".join(f"# {remark}\n" for remark in remarks(answer.fitted))
+        remark = answer.fitted.said_in_file()
+        told = f"# {remark}\n" if remark else ""
         blocks.append(told + effect_toml(_departure(answer.fitted, machine), said))
         # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
         alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
@@ -73,15 +75,18 @@ def repaired_table(original: Path, machine: Machine, mistake: Mistake, source: s
         new = repaired_effects(own, mistake, arm)
     except (UsageError, KeyError):
         return {}
-    numbers = {e.where: getattr(e, NUMBERS[e.name]) for e in new if e.name in NUMBERS}
+    numbers = {e.where: getattr(e, e.stored) for e in new if e.stored}
     said = f"corrected after {source}: {mistake.component}, {mistake.what}"
     return {TABLE: isg_text(with_values(file, numbers), said)}
 
 
 def with_table(text: str) -> str:
     """Text of a machine file whose [errors] name the corrected table."""
-    head, mark, rest = text.partition("[errors]")
-    return head + mark + re.sub(r"""(\btable\s*=\s*)["'][^"']+["']""", rf'\g<1>"{TABLE}"', rest, count=1)
+    import tomlkit
+
+    document: Any = tomlkit.parse(text)
+    document["errors"]["table"] = TABLE
+    return str(document.as_string())
 
 
 def _departure(effect: Effect, machine: Machine) -> Effect:
@@ -91,17 +96,6 @@ def _departure(effect: Effect, machine: Machine) -> Effect:
         return effect
     linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
     return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
-
-
-def moved_tables(text: str, old: Path, new: Path) -> str:
-    """File names in the text, seen from the new folder."""
-
-    def moved(match: re.Match[str]) -> str:
-        return (
-            f'{match[1]}"{os.path.relpath(old / match[2], new)}"' if (old / match[2]).is_file() else match[0]
-        )
-
-    return re.sub(r"""(\btable\s*=\s*)["']([^"']+)["']""", moved, text)
 
 
 def effect_toml(effect: Effect, comment: str = "") -> str:

@@ -18,7 +18,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.problem import Problem
-from vcmm.effects import ALL
+from vcmm.effects import of_role
 from vcmm.evaluation.gaussian import Whitener, without_span
 from vcmm.response.observe import baseline
 
@@ -26,6 +26,8 @@ UNIT_FACTORS = (1e3, 1e-3, 10.0, 0.1, 25.4, 1 / 25.4, 4.848136811, 1 / 4.8481368
 SURE = 4.605  # ln(1 / 0.01): a Bayes factor above 100 happens in at most 1 % of nulls (Markov's inequality)
 AGREES = 3.0  # standard deviations by which the number of a mistake may differ from the one that fits best
 EXACT = 0.05  # of the departure: closer than this, clipping and the first order of the model decide
+MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
+HELD = ("error table", "angle between axes")  # roles of the effects whose numbers a table file holds
 TINY = 1e-7  # mm or rad: a table this small says nothing
 
 
@@ -39,7 +41,7 @@ class Mistake:
     score: float = 0.0
     prior: float = 0.0  # ln; each kind of mistake of a component weighs the same, however many forms it has
     rivals: tuple[str, ...] = ()  # other mistakes within 3 nats, in words
-    effect: str = "map_mistake"  # or abbe_counted_twice, whose component is the axis
+    effect: str = MISTAKE  # or the effect of a wrong Abbe arm, whose component is the axis
     factor: float = (
         1.0  # what the recording holds of the table: -1, 0, 2 or a unit factor; of the Abbe error -1 or 1
     )
@@ -124,8 +126,7 @@ def hypotheses(problem: Problem) -> Iterator[Mistake]:
 
 def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
     """The arm of the reference line (measured_at) counted twice, or left out: rotation tables x arm."""
-    known: dict[str, Any] = {kind.name: kind for kind in ALL}
-    kind = known.get("abbe_counted_twice")
+    kind = of_role("Abbe arm")
     for letter, axis in problem.machine.axes.items():
         if kind is None or axis.rotary or axis.measured_at is None:
             continue
@@ -135,15 +136,15 @@ def _abbe(problem: Problem, nothing: Array) -> Iterator[Mistake]:
         except (UsageError, ModelLimit):
             continue  # no rotation tables, or a position outside them
         if np.abs(e).max(initial=0.0) > TINY:
-            yield Mistake(letter, "Abbe error counted twice", e, effect="abbe_counted_twice")
-            yield Mistake(letter, "Abbe error left out", -e, effect="abbe_counted_twice", factor=-1.0)
+            yield Mistake(letter, "Abbe error counted twice", e, effect=kind.name)
+            yield Mistake(letter, "Abbe error left out", -e, effect=kind.name, factor=-1.0)
 
 
 def tables_of(problem: Problem) -> dict[str, Effect]:
     """Component tables and squareness errors of the machine by component name."""
     out: dict[str, Effect] = {}
     for effect in problem.machine.effects:
-        if effect.name in ("component_table", "squareness"):
+        if effect.role in HELD:
             out[effect.where] = effect
     return out
 

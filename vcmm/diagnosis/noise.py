@@ -16,6 +16,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.locate import modulators, path_speed, polynomials
 from vcmm.diagnosis.null import Noise, draws, robust_scale
 from vcmm.diagnosis.problem import Problem, generator
+from vcmm.effects import has_role
 from vcmm.evaluation.gaussian import Ints, Whitener, best_width
 
 DRAWS = 600
@@ -55,7 +56,7 @@ class Audit:
 
 def stated(problem: Problem) -> Noise:
     """The law of the recording's noise, else of the machine's repeatability, in units of u."""
-    scatter = [i.law for i in problem.machine.inputs if i.effect == "scatter"]
+    scatter = [i.law for i in problem.machine.inputs if has_role(i.effect, "repeatability")]
     law = problem.recording.noise or (scatter[0] if scatter and problem.recording.u is None else None)
     return Noise(float(law.dof)) if isinstance(law, StudentT) and law.dof > 2 else Noise()
 

@@ -15,6 +15,7 @@ from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.result import Diagnosis
+from vcmm.effects import ALL
 from vcmm.response.observe import baseline
 from vcmm.response.recording import Recording
 
@@ -33,18 +34,24 @@ def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str
             f"the residual holds {c:.1f} times what the machine file predicts (standard uncertainty {u:.1f}; -2 where all"
             f" readings have the opposite sign): `observed` may be the wrong way round; {LOOK}",
         )
-    reversed_gap = [a for a in d.answer if a.effect == "backlash" and _negative(a.parameters.get("gap"))]
-    if not reversed_gap:
-        return ()
-    names = ", ".join(str(v) for a in reversed_gap for v in a.where.values())
-    return (
-        f"{names} goes too far after reversing, which is rare: if all readings had the opposite sign, it would be an"
-        f" ordinary backlash, and every other sign of the answers would turn too; {LOOK}",
-    )
+    for kind in ALL:
+        opposite = kind.words.opposite if kind.words else None
+        if opposite is None or not opposite.rare:
+            continue
+        own = [a for a in d.answer if a.effect == kind.name]
+        places = [
+            str(v) for a in own if _negative(a.parameters.get(opposite.parameter)) for v in a.where.values()
+        ]
+        if places:
+            return (
+                f"{', '.join(places)} {opposite.rare}, which is rare: if all readings had the opposite sign, it would be an"
+                f" ordinary {kind.name}, and every other sign of the answers would turn too; {LOOK}",
+            )
+    return ()
 
 
-def _negative(gap: object) -> bool:
-    return float(getattr(gap, "value", 0.0)) < 0.0
+def _negative(number: object) -> bool:
+    return float(getattr(number, "value", 0.0)) < 0.0
 
 
 def against_known(recording: Recording, machine: Machine) -> tuple[float, float]:

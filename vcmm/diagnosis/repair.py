@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.mistakes import Mistake
-from vcmm.effects.abbe import AbbeCountedTwice
-
-NUMBERS = {"component_table": "values", "component_spline": "values", "squareness": "angle"}
+from vcmm.effects import has_role, made_for
 
 
 def repaired(machine: Machine, mistake: Mistake | None) -> Machine:
@@ -34,28 +31,26 @@ def repaired_effects(
     effects: Sequence[Effect], mistake: Mistake, arm: Array | None = None
 ) -> tuple[Effect, ...]:
     """The same effects with the tables concerned corrected; arm (3,): measured_at of the axis, for an Abbe error."""
-    if mistake.effect == "abbe_counted_twice":
+    if has_role(mistake.effect, "Abbe arm"):
         return _without_abbe(effects, mistake, arm)
     if mistake.source:
         pairs = {mistake.component: mistake.source}
         if mistake.both:
             pairs[mistake.source] = mistake.component
-        held = {e.where: e for e in effects if e.name in NUMBERS}
+        held = {e.where: e for e in effects if e.stored}
         return tuple(
-            _holding(e, held[pairs[e.where]]) if e.name in NUMBERS and e.where in pairs else e
-            for e in effects
+            _holding(e, held[pairs[e.where]]) if e.stored and e.where in pairs else e for e in effects
         )
     return tuple(_times(e, mistake.factor) if _meant(e, mistake) else e for e in effects)
 
 
 def _meant(effect: Effect, mistake: Mistake) -> bool:
-    return effect.name in NUMBERS and mistake.component in ("all", effect.where)
+    return bool(effect.stored) and mistake.component in ("all", effect.where)
 
 
 def _times(effect: Effect, factor: float) -> Effect:
-    name = NUMBERS[effect.name]
-    value = np.asarray(getattr(effect, name), dtype=float) * factor
-    return with_parameter(effect, name, float(value) if value.ndim == 0 else value)
+    value = np.asarray(getattr(effect, effect.stored), dtype=float) * factor
+    return with_parameter(effect, effect.stored, float(value) if value.ndim == 0 else value)
 
 
 def _holding(effect: Effect, source: Effect) -> Effect:
@@ -68,26 +63,24 @@ def _holding(effect: Effect, source: Effect) -> Effect:
 
 
 def _grid(effect: Effect) -> Array:
-    found: Any = cast(Any, effect)
-    if effect.name == "component_spline":
-        return np.asarray(found.nodes, dtype=float)
-    if effect.name != "component_table" or len(found.grids) != 1:
+    nodes = effect.own_nodes()
+    if nodes is None:
         raise UsageError(f"{effect.id} is no table over one axis; it cannot be exchanged")
-    return np.asarray(found.grids[0], dtype=float)
+    return nodes
 
 
 def _without_abbe(effects: Sequence[Effect], mistake: Mistake, arm: Array | None) -> tuple[Effect, ...]:
     """Translations of the axis with the Abbe error taken off (or put on): minus or plus rotation x arm at their nodes."""
     if arm is None:
         raise UsageError(f"axis {mistake.component} has no measured_at; its Abbe error has no arm")
-    abbe = AbbeCountedTwice.from_tables(mistake.component, effects, [float(v) for v in arm])
+    abbe = made_for("Abbe arm", "an Abbe error").from_tables(
+        mistake.component, effects, [float(v) for v in arm]
+    )
     moved = np.asarray(abbe.deviation, dtype=float)
     out = []
     for e in effects:
         component = str(getattr(e, "component", ""))
-        if e.name in ("component_table", "component_spline") and component[1:] in {
-            f"{d}{mistake.component}" for d in "XYZ"
-        }:
+        if e.stored and component[1:] in {f"{d}{mistake.component}" for d in "XYZ"}:
             if len(abbe.grids) != 1:
                 raise UsageError(
                     "the rotation tables have several arguments; the corrected table must be made by hand"

@@ -15,7 +15,7 @@ from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
 from vcmm.diagnosis.locate import Place
-from vcmm.diagnosis.mistakes import Mistake
+from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.power import Detectable
 
@@ -148,7 +148,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "answer": [_answer(a) for a in d.answer],
         "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
         "location": [_place(p) for p in d.location],
-        "mistake": _mistake(d.mistake) if d.mistake and d.mistake.effect == "map_mistake" else None,
+        "mistake": _mistake(d.mistake) if d.mistake and d.mistake.effect == MISTAKE else None,
         "noise": {"scale_um": d.noise_scale * micro, "findings": list(d.noise_findings)},
         "fit": _fit(d.fit, micro),
         "not_testable": sorted(d.not_testable),

@@ -21,40 +21,20 @@ from vcmm.diagnosis.periods import coordinate, of_angle, shortest, supported
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
 MOST_STEPS = 80  # change points
-MOST_CELLS = 40  # meshes of a table with a height each
-SHAPES: dict[
-    tuple[str, str], tuple[Any, ...]
-] = {  # discrete fields worth trying; the first carries half the weight
-    ("probe_lobing", "lobes"): (3, 2, 4),
-    ("reversal_spike", "shape"): ("gamma", "exponential"),
-    ("map_interpolation", "shape"): ("smooth", "ripple"),
-    ("cross_axis_flexure", "power"): (1, 2, 3),
-    ("encoder_interpolation", "harmonic"): (1, 2),
-    ("tool_runout", "harmonic"): (0, 1),
-    ("spindle_growth", "follows"): (0, 1),
-}
-ARRAYS: dict[tuple[str, str], tuple[int, ...]] = {  # lengths of array parameters worth trying
-    ("tip_form", "coefficients"): (5, 12),
-    ("clamping", "coefficients"): (3, 7),
-    ("rotary_cyclic", "coefficients"): (2, 4, 8),
-    ("geometric_change", "coefficients"): (4, 8),
-    ("lost_motion_curve", "curve"): (1, 3),
-}
 Weighted = list[tuple[dict[str, Any], float]]
 
 
 def trials(effect: Effect, run: Run) -> Weighted:
     """Keyword changes of an effect and their log weights (summing to 1): all scans times all shapes."""
+    if not effect.told_by(run):
+        return []
     lists = [
         _values(effect, spec, run)
         for spec in parameter_fields(effect)
         if spec.metadata["scan"] or is_change(spec)
     ]
-    lists += [
-        _cells(effect, run) if _has_cells(effect, f.name) else _shapes(effect, f.name, run)
-        for f in fields(effect)
-    ]
-    lists += [_weighted(f.name, _zeros(effect.name, f.name)) for f in fields(effect)]
+    lists += [_shapes(effect, f, run) for f in fields(effect)]
+    lists += [_weighted(f.name, _zeros(f)) for f in fields(effect)]
     out: Weighted = []
     for combination in itertools.product(*lists):
         changes: dict[str, Any] = {}
@@ -68,45 +48,24 @@ def trials(effect: Effect, run: Run) -> Weighted:
     return out
 
 
-def _shapes(effect: Effect, name: str, run: Run) -> Weighted:
-    """Discrete trial values; of lobes only those that the probed directions can show, which may be none."""
-    listed = SHAPES.get((effect.name, name), ())
-    angle = run.columns.get("probe_angle_rad")
-    if name != "lobes" or angle is None or not listed:
-        return _weighted(name, listed)
-    kept = [k for k in listed if of_angle(int(k), angle)]
-    return _weighted(name, kept) if kept else []
+def _shapes(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
+    """Discrete trial values; of waves over an angle only those that its values can show, which may be none."""
+    own = effect.weighted_trials(spec.name)
+    if own is not None:
+        return own
+    tries = spec.metadata.get("tries", ())
+    kept = [k for k in tries if not _unresolved(spec, k, run)]
+    return _weighted(spec.name, kept) if kept or not tries else []
 
 
-def _has_cells(effect: Effect, name: str) -> bool:
-    return effect.name == "map_interpolation" and name == "shape"
+def _unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
+    angle = run.columns.get(spec.metadata.get("waves_over", ""))
+    return angle is not None and not of_angle(int(waves), angle)
 
 
-def _cells(effect: Effect, run: Run) -> Weighted:
-    """Shapes between the nodes: heights that follow a polynomial, and a height of its own in every mesh that is visited.
-
-    How a guide is bent between two nodes is not known from its neighbours: the table holds what they share.
-    """
-    listed = SHAPES[effect.name, "shape"]
-    nodes = np.asarray(getattr(effect, "nodes"), dtype=float)  # noqa: B009 - the table's
-    cells = len(nodes) - 1
-    if not 1 < cells <= MOST_CELLS:
-        return _weighted("shape", listed)
-    smooth = [({"shape": name}, float(np.log(0.5 / len(listed)))) for name in listed]
-    return [*smooth, ({"shape": "cells", "coefficients": np.zeros(cells)}, float(np.log(0.5)))]
-
-
-def refused(effect: str, run: Run) -> list[dict[str, Any]]:
+def refused(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
     """Keyword changes of the shapes of an effect that `_shapes` leaves out: lobes that the directions do not resolve."""
-    angle = run.columns.get("probe_angle_rad")
-    listed = SHAPES.get((effect, "lobes"), ())
-    return [] if angle is None else [{"lobes": k} for k in listed if not of_angle(int(k), angle)]
-
-
-def _always_pushed(effect: Effect, run: Run) -> bool:
-    """No row comes after an acceleration has ended, as on a circle: a ringing at time zero is a step, and that is a play."""
-    after = run.columns.get("time_since_accel_s")
-    return not getattr(effect, "follows", 0) and after is not None and not np.any(after > 0)
+    return [{f.name: k} for f in fields(kind) for k in f.metadata.get("tries", ()) if _unresolved(f, k, run)]
 
 
 def is_change(spec: Field[Any]) -> bool:
@@ -118,8 +77,6 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
     if is_change(spec):
         return _even(spec.name, change_points(run))
     coarse = [float(v) for v in spec.metadata["scan"]]
-    if effect.name == "structural_vibration" and spec.name == "frequency" and _always_pushed(effect, run):
-        return []
     if spec.name == "period":
         q = coordinate(effect, run)
         lines = spectral_lines(_coordinate(effect, run))
@@ -151,8 +108,9 @@ def _weighted(name: str, values: Sequence[Any]) -> Weighted:
     return [({name: values[0]}, float(np.log(0.5))), *rest]
 
 
-def _zeros(effect: str, name: str) -> list[Array]:
-    return [np.zeros(k) for k in ARRAYS.get((effect, name), ())]
+def _zeros(spec: Field[Any]) -> list[Array]:
+    """The lengths that an array parameter is tried with."""
+    return [np.zeros(k) for k in spec.metadata.get("lengths", ())]
 
 
 def filled(values: Sequence[float]) -> list[float]:
@@ -182,8 +140,8 @@ def change_points(run: Run) -> list[float]:
 def _coordinate(effect: Effect, run: Run) -> Array | None:
     """The axis position over which a cyclic error is periodic; None where only listed periods make sense (raw scales)."""
     axis = getattr(effect, "axis", "")
-    raw = effect.name == "encoder_interpolation"  # far too fine for a spectrum of places
-    return None if raw or axis not in run.position else run.position[axis]
+    too_fine = effect.over_raw_scale  # for a spectrum of places
+    return None if too_fine or axis not in run.position else run.position[axis]
 
 
 def spectral_lines(q: Array | None) -> list[float]:

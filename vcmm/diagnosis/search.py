@@ -11,7 +11,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Catalogue, Family
 from vcmm.diagnosis.confusion import NATS
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
-from vcmm.diagnosis.mistakes import Mistake, factor_fits, find_mistake
+from vcmm.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.diagnosis.noise import Audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
 from vcmm.diagnosis.problem import Problem
@@ -106,7 +106,7 @@ def search(problem: Problem, stage: Stage) -> Chosen:
     lead = mistake.score + _evidence(with_it) - best
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
-    held = bool(instead) and all(generalises(f.name, "map_mistake") for f in instead)
+    held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
     if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
         return Chosen(plain, None, problem, tuple(f.id for f in instead) if lead > -NATS else ())
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival

@@ -11,14 +11,9 @@ from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import visible
 from vcmm.diagnosis.select import Selection
 from vcmm.diagnosis.special_cases import generalises
+from vcmm.effects import BY_NAME
 from vcmm.evaluation.gaussian import Whitener
 
-SIMPLE = (
-    "scale_factor",
-    "squareness",
-    "rotary_location",
-    "backlash",
-)  # one number, independent of where it is looked at
 MOSTLY = 0.5  # share of the energy of a curve from which it is called by its straight part
 
 
@@ -30,7 +25,8 @@ def simple_part(selection: Selection, i: int, families: tuple[Family, ...], whit
     signal = selection.signal(i)
     best: tuple[float, Family, Option, float] | None = None
     for family in families:
-        if family.name not in SIMPLE or not generalises(term.family.name, family.name):
+        simple = family.name in BY_NAME and BY_NAME[family.name].simple
+        if not simple or not generalises(term.family.name, family.name):
             continue
         for option in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
             x = visible(option.columns, white)

@@ -4,28 +4,12 @@ resolve counts. A name that holds an answer only because this recording is poor 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-GEOMETRY = ("scale_factor", "squareness", "map_mistake")  # and any edit of a table of one axis
-HOLDS: Mapping[str, tuple[str, ...]] = {
-    # a curve over one axis in any of its six components: its slope is a scale or a squareness, its shape any table
-    "geometric_change": (
-        *GEOMETRY,
-        "abbe_offset",
-        "abbe_counted_twice",
-        "cross_axis_flexure",
-        "map_interpolation",
-        "screw_pitch",
-        "rotary_location",
-        "rotary_cyclic",
-    ),
-    "map_interpolation": (*GEOMETRY, "geometric_change", "screw_pitch", "encoder_interpolation"),
-    "lost_motion": ("backlash",),  # g0 + g1 q + curve, all but g0 zero
-    "hysteresis": ("backlash", "lost_motion"),  # a step that takes a way of its own
-    "abbe_offset": ("abbe_counted_twice", "map_mistake"),  # an arm of any length
-}
+from vcmm.diagnosis.mistakes import MISTAKE
+from vcmm.effects import BY_NAME
 
 
 def generalises(large: str, small: str) -> bool:
-    """Is every motion of `small` a motion of `large`, whatever was recorded?"""
-    return small in HOLDS.get(large, ())
+    """Is every motion of `small` a motion of `large`, whatever was recorded? A mistake is an edit of a table of one axis."""
+    if small == MISTAKE:
+        return large in BY_NAME and BY_NAME[large].holds_table_edits
+    return small in BY_NAME and large in BY_NAME[small].special_case_of

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vcmm.diagnosis.holdout import FREE_CURVES
+from vcmm.diagnosis.holdout import is_free_curve
 from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.noise import Audit
 from vcmm.diagnosis.null import FALSE_ALARM
@@ -71,7 +71,7 @@ def beyond(noise: Audit, left: float, forgiven: float = 0.0) -> str:
 
 def curves(answers: Sequence[Answer]) -> tuple[str, ...]:
     """Components that two free curves share: together they are a shape, and neither says why it is so."""
-    places = [a.where.get("component", "") for a in answers if a.effect in FREE_CURVES]
+    places = [a.where.get("component", "") for a in answers if is_free_curve(a.effect)]
     shared = dict.fromkeys(p for p in places if places.count(p) > 1)
     return tuple(
         f"two free curves over {p} follow a shape that neither of them has: it is placed and measured, and not explained"

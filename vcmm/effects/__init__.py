@@ -1,6 +1,11 @@
-"""The explicit list of effects: one physical family per file, one line here."""
+"""The explicit list of effects: one physical family per file, one line here.
+
+Nobody else imports a file of this folder: who needs a certain effect asks for what it declares, or for the role it has.
+"""
 
 from __future__ import annotations
+
+from typing import Any
 
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError, choose_from
@@ -106,3 +111,25 @@ def find(name: str) -> type[Effect]:
     if name not in BY_NAME:
         raise UsageError(f'unknown effect "{name}".{choose_from(name, BY_NAME)}')
     return BY_NAME[name]
+
+
+def of_role(role: str) -> Any:
+    """The effect class with a role of `vcmm.core.declaration.ROLES`, None where no effect of ALL has it."""
+    return next((kind for kind in ALL if kind.role == role), None)
+
+
+def made_for(role: str, what: str) -> Any:
+    """The effect class that `what` of a file stands for. Raises UsageError where its file was taken out of vcmm/effects/."""
+    kind = of_role(role)
+    if kind is None:
+        raise UsageError(
+            f'{what} needs the effect with role = "{role}", and none in vcmm/effects/ has it; put its file and its line in ALL '
+            f"back, or leave out {what}"
+        )
+    return kind
+
+
+def has_role(name: str, role: str) -> bool:
+    """Whether the effect of that name, such as that of an Input, has a role."""
+    kind = BY_NAME.get(name)
+    return kind is not None and kind.role == role

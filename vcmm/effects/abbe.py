@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import Site, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import multilinear
@@ -59,7 +60,21 @@ class AbbeCountedTwice(_Abbe):
     """
 
     name = "abbe_counted_twice"
-    share: float = param(0.0, "%", "1 = counted twice in full, -1 = left out", show="1")
+    role = "Abbe arm"
+    diagnosed = False
+    special_case_of = ("geometric_change", "abbe_offset")
+    words = Words(
+        seen="the Abbe arm of {where} is wrong in the table by its full length",
+        causes="a table taken at the reference line and corrected once more, or not at all",
+        confirm="measure the position of {where} on two lines",
+    )
+    share: float = param(
+        0.0,
+        "%",
+        "1 = counted twice in full, -1 = left out",
+        show="1",
+        typical=Typical(1.0, "a mistake: the coefficient is 1 or -1"),
+    )
 
     @classmethod
     def from_tables(cls, axis: str, effects: Iterable[Effect], arm: Sequence[float]) -> AbbeCountedTwice:
@@ -79,13 +94,32 @@ class AbbeOffset(_Abbe):
     """
 
     name = "abbe_offset"
-    arm: Any = param(lambda: np.zeros(3), "mm", "unknown arm in the axis's moving frame", shape="(3,)")
+    special_case_of = ("geometric_change",)
+    as_one = "arm"
+    holds_table_edits = True
+    words = Words(
+        seen="{where} was measured on another line than stated ({arm})",
+        causes="reflector or tool offset entered wrongly",
+        confirm="measure {where} on a second, parallel line",
+        signed=("arm",),
+    )
+    arm: Any = param(
+        lambda: np.zeros(3),
+        "mm",
+        "unknown arm in the axis's moving frame",
+        shape="(3,)",
+        typical=Typical(50.0, "a reflector or stylus taken for another: 10-200 mm"),
+    )
 
     @classmethod
     def from_tables(cls, axis: str, effects: Iterable[Effect]) -> AbbeOffset:
         """No arm yet, for the rotation tables of one axis."""
         arguments, grids, rotations = rotation_tables(axis, effects)
         return cls(axis, arguments, grids, rotations * METRE, np.zeros(3))
+
+    @classmethod
+    def placed(cls, place: Mapping[str, Any], site: Site) -> AbbeOffset:
+        return cls.from_tables(place["axis"], site.effects)
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))
@@ -101,9 +135,7 @@ def rotation_tables(axis: str, effects: Iterable[Effect]) -> tuple[tuple[str, ..
     stored = [
         e
         for e in effects
-        if e.link == axis
-        and e.name in ("component_table", "component_spline")
-        and str(getattr(e, "component", ""))[1:2] in tuple("ABC")
+        if e.link == axis and e.stored and str(getattr(e, "component", ""))[1:2] in tuple("ABC")
     ]
     if not stored:
         raise UsageError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import Array, Run
 
@@ -16,8 +17,29 @@ class Backlash(Effect):
     per = "axis"
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error B = mean(up) - mean(down)"
+    role = "reversal gap"
+    special_case_of = ("lost_motion", "hysteresis")
+    taken_up = "gap"
+    simple = True
+    words = Words(
+        seen="{where} stops {gap} short after reversing",
+        causes="wear of the {where} nut or belt, or a low preload",
+        confirm="approach one place from both sides, at equal speed",
+        opposite=Opposite(
+            "gap",
+            "{where} stops {gap} too far after reversing",
+            causes="a reversal compensation that is set too large, or a sign",
+            confirm="approach one place from both sides with the compensation switched off",
+            rare="goes too far after reversing",
+        ),
+    )
     axis: str = at("X", "linear or rotary axis")
-    gap: float = param(0.0, "um", "lost motion on reversal")
+    gap: float = param(
+        0.0,
+        "um",
+        "lost motion on reversal",
+        typical=Typical(1 * UM, "usual: CMM 0.1-0.5, machine tool 1-10 um"),
+    )
 
     @property
     def link(self) -> str:

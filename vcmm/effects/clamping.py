@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legval
 
+from vcmm.core.declaration import UM, Prior, Site, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -28,9 +30,22 @@ class Clamping(Effect):
     name = "clamping"
     per = "direction, clamp"
     cites = "Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells (1959): bending of a plate"
+    belongs_to = "part"
+    prior = Prior(rare_without="clamp")
+    on_cut_part = "turned"
+    words = Words(
+        seen="the part is bent by its clamping ({rms})",
+        causes="clamps or supports force it",
+        confirm="measure the part free and clamped",
+    )
     direction: str = at("z", "x, y or z: where the part is bent")
     coefficients: Any = param(
-        lambda: np.zeros(3), "um", "3 of second order, or 7 with third order", shape="(powers,)"
+        lambda: np.zeros(3),
+        "um",
+        "3 of second order, or 7 with third order",
+        shape="(powers,)",
+        typical=Typical(5 * UM, "usual: 1-20 um on parts that yield"),
+        lengths=(3, 7),
     )
     length: float = 100.0
 
@@ -41,6 +56,10 @@ class Clamping(Effect):
             raise UsageError(
                 f"{self.id}: give 3 or 7 coefficients and a positive length (half the part's size)"
             )
+
+    @classmethod
+    def placed(cls, place: Mapping[str, Any], site: Site) -> Clamping:
+        return cls(**place, length=max(float(np.abs(site.run.part_point).max()), 1.0))
 
     @property
     def link(self) -> str:

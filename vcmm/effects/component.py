@@ -6,14 +6,16 @@ The numbers are the axis's own motion (for a table axis: the table's), so `own =
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import UM, URAD, KnownRange, Typical
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.grid import multilinear
+from vcmm.core.grid import multilinear, node_weights
 from vcmm.core.run import Array, Run
 
 EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
@@ -42,6 +44,12 @@ class _Component(Effect):
     @property
     def column(self) -> int:
         return COLUMN[self.component[1]]
+
+    def _ranges(self, grids: Iterable[tuple[str, Any]]) -> tuple[KnownRange, ...]:
+        what = f"range of the table {self.component}"
+        return tuple(
+            KnownRange(what, "XYZ".index(a), float(g[0]), float(g[-1])) for a, g in grids if a in "XYZ"
+        )
 
     def _place(self, values: Array) -> Array:
         out = np.zeros((len(values), 6))
@@ -79,9 +87,19 @@ class ComponentTable(_Component):
 
     name = "component_table"
     cites = "ISO 230-1:2012, 3.4 (component errors); linear interpolation as controls do it"
+    role = "error table"
+    diagnosed = False
+    stored = "values"
+    calibrated = True
     arguments: tuple[str, ...] = field(default=("X",))
     grids: tuple[Array, ...] = field(default_factory=lambda: (np.array([0.0, 1.0]),))
-    values: Any = param(lambda: np.zeros(2), "mm or rad", "error at the nodes", shape="(nodes, ...)")
+    values: Any = param(
+        lambda: np.zeros(2),
+        "mm or rad",
+        "error at the nodes",
+        shape="(nodes, ...)",
+        typical=Typical(2 * UM, "usual: 1-5 um, 2-20 urad per component", 5 * URAD),
+    )
     measured: Any = None
 
     def __post_init__(self) -> None:
@@ -98,6 +116,12 @@ class ComponentTable(_Component):
                 f"{self.id}: {np.size(self.values)} values for {' x '.join(map(str, shape))} nodes; give one value per node"
             )
         object.__setattr__(self, "values", np.reshape(np.asarray(self.values, dtype=float), shape))
+
+    def known_range(self) -> tuple[KnownRange, ...]:
+        return self._ranges(zip(self.arguments, self.grids))
+
+    def own_nodes(self) -> Array | None:
+        return np.asarray(self.grids[0], dtype=float) if len(self.grids) == 1 else None
 
     def error_motion(self, run: Run) -> Array:
         values = np.asarray(self.values, dtype=float)
@@ -130,8 +154,18 @@ class ComponentSpline(_Component):
 
     name = "component_spline"
     cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
+    role = "error curve"
+    diagnosed = False
+    stored = "values"
+    calibrated = True
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
-    values: Any = param(lambda: np.zeros(3), "mm or rad", "error at the nodes", shape="(nodes,)")
+    values: Any = param(
+        lambda: np.zeros(3),
+        "mm or rad",
+        "error at the nodes",
+        shape="(nodes,)",
+        typical=Typical(2 * UM, "usual: 1-5 um, 2-20 urad per component", 5 * URAD),
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -141,6 +175,12 @@ class ComponentSpline(_Component):
             raise UsageError(
                 f"{self.id}: {np.size(self.values)} values for {len(nodes)} nodes; a spline takes 3 nodes or more, one value each"
             )
+
+    def known_range(self) -> tuple[KnownRange, ...]:
+        return self._ranges([(self.link, self.nodes)])
+
+    def own_nodes(self) -> Array:
+        return np.asarray(self.nodes, dtype=float)
 
     def error_motion(self, run: Run) -> Array:
         return self._place(self._weights(run) @ np.asarray(self.values, dtype=float))
@@ -166,11 +206,14 @@ class ComponentPolynomial(_Component):
 
     name = "component_polynomial"
     cites = "ISO 230-1:2012, 3.4; power series"
+    diagnosed = False
+    calibrated = True
     coefficients: Any = param(
         lambda: np.zeros(2),
         "mm or rad",
         "c0, c1 ... per power of the position in m or rad",
         shape="(powers,)",
+        typical=Typical(2 * UM, "the same over a travel of the order of 1 m", 5 * URAD),
     )
 
     def error_motion(self, run: Run) -> Array:
@@ -193,12 +236,19 @@ class CalibrationModes(Effect):
     name = "calibration_modes"
     per = "component"
     cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
+    role = "joint calibration"
+    diagnosed = False
+    made_by = 'covariance = "errors_covariance.csv" in [errors]'
     component: str = at("EXX", "component, squareness or location error, for example EXX, C0Y, X0C")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
     loadings: Any = field(default_factory=lambda: np.zeros((3, 1)), metadata={"internal": True})
     interpolation: str = "linear"
     modes: Any = param(
-        lambda: np.zeros(0), "1", "departure in each mode; zero when left out", shape="(modes,)"
+        lambda: np.zeros(0),
+        "1",
+        "departure in each mode; zero when left out",
+        shape="(modes,)",
+        typical=Typical(1.0, "standardised by its own loadings"),
     )
 
     def __post_init__(self) -> None:
@@ -254,16 +304,3 @@ class CalibrationModes(Effect):
         nodes = np.asarray(self.nodes, dtype=float)
         q = _inside(self.component, self.link, run.q(self.link), nodes)
         return node_weights(nodes, q, self.interpolation) @ loadings
-
-
-def node_weights(nodes: Array, q: Array, interpolation: str) -> Array:
-    """(n, nodes): value at q (n,) = weights @ values; "cubic" (natural spline, 3 nodes or more) or "linear"."""
-    if interpolation == "cubic" and len(nodes) > 2:
-        from scipy.interpolate import CubicSpline
-
-        return np.asarray(CubicSpline(nodes, np.eye(len(nodes)), bc_type="natural")(q))
-    shares, number = multilinear([q], (nodes,))
-    out = np.zeros((len(q), len(nodes)))
-    for corner in range(shares.shape[1]):
-        out[np.arange(len(q)), number[:, corner]] += shares[:, corner]
-    return out

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from vcmm.core.declaration import HOUR, UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -36,7 +37,21 @@ class LinearDrift(_Drift):
     name = "linear_drift"
     per = "direction"
     cites = "ISO 230-3:2020: drift under constant environment"
-    c: float = param(0.0, "um/h", "speed of the drift")
+    words = Words(
+        seen="the tip drifts towards +{direction} by {c}",
+        causes="warming up, settling or a foundation",
+        confirm="touch a reference point every ten minutes",
+        opposite=Opposite("c", "the tip drifts towards -{direction} by {c}"),
+    )
+    c: float = param(
+        0.0,
+        "um/h",
+        "speed of the drift",
+        typical=Typical(2 * UM / HOUR, "usual: 1-5 um in an hour after switching on"),
+    )
+
+    def said_in_file(self) -> str:
+        return "acts with time_s of a job, counted as in the recording; at time_s = 0 it is zero"
 
     def error_motion(self, run: Run) -> Array:
         return self._along(run, self.c * run.column("time_s"))
@@ -53,13 +68,21 @@ class SettlingDrift(_Drift):
     family: ClassVar[str] = "linear_drift"
     per = "direction"
     cites = "ISO 230-3:2020: warm-up towards a steady state; first-order response to switching on"
-    c: float = param(0.0, "um/h", "speed of the drift at the start")
+    c: float = param(
+        0.0,
+        "um/h",
+        "speed of the drift at the start",
+        typical=Typical(10 * UM / HOUR, "usual: 5-30 um/h in the first minutes after a start"),
+    )
     tau: float = param(1800.0, "s", "time constant of settling", scan=(300.0, 900.0, 2700.0, 8100.0))
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.tau > 0:
             raise UsageError(f"{self.id}: tau = {self.tau:g} s must be above zero")
+
+    def said_in_file(self) -> str:
+        return "acts with time_s of a job, counted as in the recording"
 
     def error_motion(self, run: Run) -> Array:
         settled = -np.expm1(-run.column("time_s") / self.tau)
@@ -73,10 +96,21 @@ class StepChange(_Drift):
     name = "step_change"
     per = "direction"
     cites = "Page, Biometrika 41 (1954) 100: change at an unknown time"
-    a: float = param(0.0, "um", "size of the step")
+    words = Words(
+        seen="something moved towards +{direction} by {a} at {t1}",
+        causes="a slipped clamp, a bump or a changed probe",
+        confirm="look what happened at that time; touch the datum again",
+        opposite=Opposite("a", "something moved towards -{direction} by {a} at {t1}"),
+    )
+    a: float = param(
+        0.0, "um", "size of the step", typical=Typical(2 * UM, "a slipped clamp or a bump: 1-10 um")
+    )
     t1: float = param(
         600.0, "s", "time of the step", scan=(60.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14400.0)
     )
+
+    def said_in_file(self) -> str:
+        return "acts from t1 on the clock of the recording; a job whose time_s begins at 0 stands before it"
 
     def error_motion(self, run: Run) -> Array:
         return self._along(run, np.where(run.column("time_s") > self.t1, self.a, 0.0))
@@ -94,8 +128,18 @@ class ThermalDriftTwoLags(_Drift):
     per = "direction, sensor"
     cites = "ISO 230-3:2020 (environmental temperature variation error); sum of two first-order lags"
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
-    k: float = param(0.0, "um/K", "displacement per temperature difference of the fast part")
-    k_slow: float = param(0.0, "um/K", "displacement per temperature difference of the slow part")
+    k: float = param(
+        0.0,
+        "um/K",
+        "displacement per temperature difference of the fast part",
+        typical=Typical(2 * UM, "as thermal_drift"),
+    )
+    k_slow: float = param(
+        0.0,
+        "um/K",
+        "displacement per temperature difference of the slow part",
+        typical=Typical(2 * UM, "as thermal_drift"),
+    )
     tau: float = param(300.0, "s", "time constant of the fast part", scan=(60.0, 300.0, 1200.0))
     tau_slow: float = param(7200.0, "s", "time constant of the slow part", scan=(3600.0, 10800.0, 21600.0))
 

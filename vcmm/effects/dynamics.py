@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.declaration import UM, URAD, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
@@ -30,9 +31,23 @@ class DynamicPitch(Effect):
     per = "axis"
     needs = ("accel_{axis}_mm_s2",)
     cites = "Weekers & Schellekens, CIRP Annals 44 (1995) 469: dynamic errors of CMMs for fast probing"
+    words = Words(
+        seen="acceleration tilts {where} ({k})",
+        causes="the slide is driven off its centre of mass",
+        confirm="the same path with half the acceleration",
+    )
     axis: str = at("X", "linear axis")
-    k: float = param(0.0, "urad/(m/s^2)", "pitch per acceleration")
-    yaw: float = param(0.0, "urad/(m/s^2)", "yaw per acceleration")
+    k: float = param(
+        0.0,
+        "urad/(m/s^2)",
+        "pitch per acceleration",
+        typical=Typical(
+            5 * URAD / 1e3, "CMM 0.1-1 um at 0.1 m/s^2, machine tool 5-20 um at 10 m/s^2, arm 0.5 m"
+        ),
+    )
+    yaw: float = param(
+        0.0, "urad/(m/s^2)", "yaw per acceleration", typical=Typical(5 * URAD / 1e3, "as pitch")
+    )
 
     def __post_init__(self) -> None:
         if self.axis not in PITCH:
@@ -62,16 +77,30 @@ class StructuralVibration(Effect):
     needs = ("time_since_accel_s", "sense_{axis}")
     aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
     cites = "free vibration of a damped oscillator; Weekers & Schellekens, CIRP Annals 44 (1995) 469"
+    words = Words(
+        seen="{where} rings after accelerating ({amplitude}, {frequency})",
+        causes="a resonance of the structure",
+        confirm="wait before touching; vary the waiting time",
+    )
     axis: str = at("X", "linear axis")
-    sine: float = param(0.0, "um", "sine part; `amplitude` in files")
-    cosine: float = param(0.0, "um", "cosine part")
+    sine: float = param(
+        0.0, "um", "sine part; `amplitude` in files", typical=Typical(0.5 * UM, "usual: 0.1-2 um at 10-60 Hz")
+    )
+    cosine: float = param(0.0, "um", "cosine part", typical=Typical(0.5 * UM, "usual: 0.1-2 um at 10-60 Hz"))
     frequency: float = param(20.0, "Hz", "frequency", scan=(8.0, 12.0, 16.0, 20.0, 27.0, 35.0, 45.0, 60.0))
     damping: float = param(0.05, "%", "damping ratio", show="1", scan=(0.02, 0.05, 0.1))
-    follows: int = at(0, "1 = rings after every change of the acceleration, 0 = after one stop", quiet=True)
+    follows: int = at(
+        0, "1 = rings after every change of the acceleration, 0 = after one stop", quiet=True, forms=(0, 1)
+    )
 
     def __post_init__(self) -> None:
         if not self.frequency > 0 or self.damping < 0:
             raise UsageError(f"{self.id}: the frequency must be positive, the damping zero or positive")
+
+    def told_by(self, run: Run) -> bool:
+        """Some row comes after an acceleration has ended; on a circle none does, and a ringing at time zero is a step."""
+        after = run.columns.get("time_since_accel_s")
+        return bool(self.follows) or after is None or bool(np.any(after > 0))
 
     @property
     def link(self) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -23,16 +24,35 @@ class EncoderInterpolation(Effect):
     per = "axis"
     aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
     cites = "Heydemann, Applied Optics 20 (1981) 3382: quadrature signals with offsets and unequal gains"
+    special_case_of = ("map_interpolation",)
+    over_raw_scale = True
+    words = Words(
+        seen="the scale of {where} errs within its signal period of {period} ({amplitude})",
+        causes="offset or unequal gain of the encoder signals; dirt",
+        confirm="a slow scan over 0.1 mm, raw counts logged",
+    )
     axis: str = at("X", "axis with a scale")
-    sine: float = param(0.0, "um", "sine part; `amplitude` in files")
-    cosine: float = param(0.0, "um", "cosine part")
+    sine: float = param(
+        0.0,
+        "um",
+        "sine part; `amplitude` in files",
+        typical=Typical(0.1 * UM, "0.2-1 % of the signal period: 40-200 nm at 20 um"),
+    )
+    cosine: float = param(
+        0.0,
+        "um",
+        "cosine part",
+        typical=Typical(0.1 * UM, "0.2-1 % of the signal period: 40-200 nm at 20 um"),
+    )
     period: float = param(
         0.02,
         "mm",
         "signal period of the scale",
         scan=(0.004, 0.008, 0.016, 0.02, 0.04, 0.1, 0.2, 0.5, 1.0, 2.0),
     )
-    harmonic: int = at(1, "1 = offsets of the signals, 2 = unequal amplitudes or phase", quiet=True)
+    harmonic: int = at(
+        1, "1 = offsets of the signals, 2 = unequal amplitudes or phase", quiet=True, tries=(1, 2)
+    )
 
     def __post_init__(self) -> None:
         if not self.period > 0:
@@ -43,6 +63,16 @@ class EncoderInterpolation(Effect):
     @property
     def link(self) -> str:
         return self.axis
+
+    def remark(self, run: Run) -> str:
+        """The second wave of one period is the first of half of it: a recording knows the wave only."""
+        if self.harmonic < 2:
+            return ""
+        wave = self.period / self.harmonic
+        return (
+            f"a wave of {wave:.4g} mm: unequal gains of signals of {self.period:.4g} mm, or offsets of signals of {wave:.4g} mm;"
+            " the data sheet of the scale decides"
+        )
 
     def error_motion(self, run: Run) -> Array:
         raw = run.columns.get(f"raw_{self.axis}_{'mm' if self.axis in 'XYZ' else 'rad'}")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vcmm.core.declaration import Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.run import T0_DEG_C, Array, Run
 
@@ -29,8 +30,20 @@ class ScaleExpansion(Effect):
     per = "axis"
     needs = ("temp_scale_{axis}_C",)
     cites = "JCGM 100:2008, H.1; ISO 1 (20 degC); ISO/TR 16015"
+    role = "scale temperature"
+    words = Words(
+        seen="the scale of {where} follows the temperature ({alpha})",
+        causes="expansion coefficient or scale temperature not compensated",
+        confirm="the same length at temperatures 2 K apart",
+        signed=("alpha",),
+    )
     axis: str = at("X", "linear axis")
-    alpha: float = param(0.0, "um/(m K)", "expansion coefficient of the scale")
+    alpha: float = param(
+        0.0,
+        "um/(m K)",
+        "expansion coefficient of the scale",
+        typical=Typical(8e-6, "steel 11.5, glass 8, Zerodur 0 um/(m K)"),
+    )
     corrected: float = param(0.0, "um/(m K)", "coefficient used by the control's own correction, 0 = none")
 
     @property
@@ -53,7 +66,21 @@ class PartExpansion(Effect):
     per = "part"
     needs = ("temp_part_C",)
     cites = "JCGM 100:2008, H.1; ISO 1 (20 degC)"
-    alpha: float = param(0.0, "um/(m K)", "expansion coefficient of the part")
+    role = "part temperature"
+    belongs_to = "part"
+    on_cut_part = "turned"
+    words = Words(
+        seen="the part is larger when warmer ({alpha})",
+        causes="wrong expansion coefficient or part temperature",
+        confirm="measure the part again after soaking",
+        signed=("alpha",),
+    )
+    alpha: float = param(
+        0.0,
+        "um/(m K)",
+        "expansion coefficient of the part",
+        typical=Typical(8e-6, "steel 11.5, aluminium 23; known to 10 % after correction"),
+    )
     corrected: float = param(0.0, "um/(m K)", "coefficient used by the software's own correction, 0 = none")
 
     @property

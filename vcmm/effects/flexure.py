@@ -7,10 +7,13 @@ All state the tip error along one direction of the axis's frame; `direction` is 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Site, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -44,10 +47,24 @@ class CrossAxisFlexure(_Flexure):
     cites = (
         "Schwenke et al., CIRP Annals 57 (2008) 660: non-rigid behaviour; cantilever beam under a moving load"
     )
+    special_case_of = ("geometric_change",)
+    words = Words(
+        seen="the structure bends with the position of the other axis ({where}, {c})",
+        causes="weight of a slide or ram on its guide",
+        confirm="measure one axis at three places of the other",
+        signed=("c",),
+    )
     other: str = at("Z", "other axis: the one that reaches out")
     direction: str = at("z", "x, y or z: where it yields")
-    c: float = param(0.0, "um/m^2", "displacement per product of positions")
-    power: int = at(1, "1 = product of both positions, p > 1 = power p of the other alone", quiet=True)
+    c: float = param(
+        0.0,
+        "um/m^2",
+        "displacement per product of positions",
+        typical=Typical(20 * UM / 1e6, "usual: 1-20 um over 0.5 m x 0.5 m"),
+    )
+    power: int = at(
+        1, "1 = product of both positions, p > 1 = power p of the other alone", quiet=True, tries=(1, 2, 3)
+    )
     origin: float = 0.0
     other_origin: float = 0.0
 
@@ -72,8 +89,18 @@ class PartLoad(_Flexure):
     per = "axis, direction"
     needs = ("load_kg",)
     cites = "ASME B89.4.1-1997: workpiece loading effects"
+    words = Words(
+        seen="a load bends {where} ({c})",
+        causes="weight of part or pallet",
+        confirm="the same artefact with and without ballast",
+    )
     direction: str = at("z", "x, y or z: where it yields")
-    c: float = param(0.0, "um/(m kg)", "displacement per travel and mass")
+    c: float = param(
+        0.0,
+        "um/(m kg)",
+        "displacement per travel and mass",
+        typical=Typical(0.05 * UM / 1e3, "usual: 0-5 um per 100 kg over 0.5 m"),
+    )
     origin: float = 0.0
 
     def __post_init__(self) -> None:
@@ -97,8 +124,18 @@ class GradientBending(_Flexure):
     per = "axis, direction"
     needs = ("temp_gradient_C",)
     cites = "Boley & Weiner, Theory of Thermal Stresses (1960): curvature alpha dT / h of a beam heated on one side"
+    words = Words(
+        seen="a temperature difference bends {where} ({k})",
+        causes="top warmer than bottom: lights, sun, coolant",
+        confirm="repeat with lights or air conditioning off",
+    )
     direction: str = at("z", "x, y or z: where it bends")
-    k: float = param(0.0, "um/(m^2 K)", "half the curvature per temperature difference")
+    k: float = param(
+        0.0,
+        "um/(m^2 K)",
+        "half the curvature per temperature difference",
+        typical=Typical(10 * UM / 1e6, "alpha / (2 h): granite 6 um/(m K) / (2 x 0.3 m) = 10 um/(m^2 K)"),
+    )
     carries: str = "tool"
     origin: float = 0.0
 
@@ -108,6 +145,10 @@ class GradientBending(_Flexure):
             raise UsageError(f"{self.id}: a guide bends across its axis; choose another direction")
         if self.carries not in ("tool", "workpiece"):
             raise UsageError(f'{self.id}: carries = "{self.carries}" must be "tool" or "workpiece"')
+
+    @classmethod
+    def placed(cls, place: Mapping[str, Any], site: Site) -> GradientBending:
+        return cls(**place, carries="workpiece" if place["axis"] in site.work else "tool")
 
     def error_motion(self, run: Run) -> Array:
         q, bend = run.q(self.axis) - self.origin, self.k * run.column("temp_gradient_C")

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from vcmm.core.declaration import UM, URAD, Site, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import FULL_TURN, ROTARY
 from vcmm.core.run import Array, Run
 
 
@@ -28,10 +31,24 @@ class GeometricChange(Effect):
     cites = (
         "Schwenke et al., CIRP Annals 57 (2008) 660: component errors change with time, wear and foundation"
     )
+    role = "changed component"
+    special_case_of = ("map_interpolation",)
+    free_curve = True
+    holds_table_edits = True
+    words = Words(
+        seen="{where} is no longer what the table says ({rms})",
+        causes="wear, foundation, transport or a stale calibration",
+        confirm="measure {where} again and replace its table",
+    )
     component: str = at("EXX", "component error, for example EXX, EYX, EBX")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
     coefficients: Any = param(
-        lambda: np.zeros(4), "mm or rad", "change per Legendre polynomial, from P0 on", shape="(powers,)"
+        lambda: np.zeros(4),
+        "mm or rad",
+        "change per Legendre polynomial, from P0 on",
+        shape="(powers,)",
+        typical=Typical(1 * UM, "a fraction of the component itself: 1 um, 3 urad", 3 * URAD),
+        lengths=(4, 8),
     )
 
     def __post_init__(self) -> None:
@@ -51,6 +68,21 @@ class GeometricChange(Effect):
         if nodes is None:
             raise UsageError(f"{table.id} has no table over axis {component[-1:]}; its change has no range")
         return cls(component, np.asarray(nodes, dtype=float), np.zeros(orders))
+
+    @classmethod
+    def placed(cls, place: Mapping[str, Any], site: Site) -> GeometricChange:
+        axis = place["component"][2]
+        q = site.run.q(axis)
+        if axis in ROTARY and float(np.ptp(q)) > FULL_TURN:
+            raise UsageError(
+                "after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic"
+            )
+        return cls(place["component"], np.array([q.min(), q.max()]))
+
+    def said_in_file(self) -> str:
+        nodes, turn = np.asarray(self.nodes, dtype=float), self.link in ROTARY
+        low, high = (np.degrees(nodes) if turn else nodes)[[0, -1]]
+        return f"recorded from {low:.1f} to {high:.1f} {'deg' if turn else 'mm'}; beyond these ends the value of the end is kept"
 
     @property
     def link(self) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series, first_order_lag
@@ -27,12 +28,23 @@ class SpindleGrowth(Effect):
     needs = ("time_s",)
     aliases = {"A": "amplitude"}  # noqa: RUF012 - read only
     cites = "ISO 230-3:2020: thermal distortion caused by a rotating spindle; ISO 841 (sense of Z)"
+    belongs_to = "tool"
+    words = Words(
+        seen="the spindle grows by {A} with a time constant {tau}",
+        causes="warming of bearings and motor",
+        confirm="touch a reference while the spindle runs and stops",
+        opposite=Opposite("A", "the spindle draws back by {A} with a time constant {tau}"),
+    )
     axis: str = at("Z", "direction of the tool axis, X, Y or Z of the tool frame")
-    amplitude: float = param(0.0, "um", "growth when warm; `A` in files")
+    amplitude: float = param(
+        0.0, "um", "growth when warm; `A` in files", typical=Typical(20 * UM, "usual: 10-60 um")
+    )
     tau: float = param(
         1800.0, "s", "time constant of the spindle", scan=(300.0, 900.0, 1800.0, 3600.0, 7200.0)
     )
-    follows: int = at(0, "1 = follows the speed of the spindle, 0 = one start", quiet=True)
+    follows: int = at(
+        0, "1 = follows the speed of the spindle, 0 = one start", quiet=True, tries=(0, 1), forms=(0, 1)
+    )
 
     def __post_init__(self) -> None:
         if self.axis not in ("X", "Y", "Z") or not self.tau > 0:
@@ -75,9 +87,25 @@ class ScrewHeating(Effect):
     per = "axis"
     needs = ("travel_{axis}_mm",)
     cites = "ISO 230-3:2020: thermal distortion caused by moving linear axes"
+    words = Words(
+        seen="{where} stretches with the distance travelled ({k})",
+        causes="the ball screw warms with use",
+        confirm="move to and fro for half an hour and measure again",
+        opposite=Opposite("k", "{where} shrinks with the distance travelled ({k})"),
+    )
     axis: str = at("X", "linear axis driven by a screw without a scale")
-    k: float = param(0.0, "um/m", "strain of the warm screw")
-    shift: float = param(0.0, "um", "shift of the axis zero when warm")
+    k: float = param(
+        0.0,
+        "um/m",
+        "strain of the warm screw",
+        typical=Typical(50e-6, "usual: 50-100 um/m for a screw without a scale"),
+    )
+    shift: float = param(
+        0.0,
+        "um",
+        "shift of the axis zero when warm",
+        typical=Typical(20 * UM, "50 um/m with the fixed bearing 0.4 m from the zero"),
+    )
     distance: float = param(
         1e5, "mm", "travel after which 63 % is reached", scan=(3e3, 1e4, 3e4, 1e5, 3e5, 1e6)
     )
@@ -89,6 +117,9 @@ class ScrewHeating(Effect):
     @property
     def link(self) -> str:
         return self.axis
+
+    def said_in_file(self) -> str:
+        return "acts with the distance travelled since the start of a job (travel_..._mm); a job without it is refused"
 
     def error_motion(self, run: Run) -> Array:
         warm = -np.expm1(-run.column(f"travel_{self.axis}_mm") / self.distance)

@@ -10,6 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from vcmm.core.declaration import Typical, Words
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.run import T0_DEG_C, Array, Run
 
@@ -58,9 +61,20 @@ class CosineError(_Laser):
 
     name = "cosine_error"
     cites = "Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry"
+    words = Words(
+        seen="the instrument stands askew ({theta})",
+        causes="beam not parallel to the travel",
+        confirm="align the beam again over the whole travel",
+    )
     theta: float = param(0.0, "mrad", "angle between beam and travel", scan=(1e-3,))
-    share: float = param(1.0, "%", "multiplies theta^2", show="1")
+    share: float = param(
+        1.0, "%", "multiplies theta^2", show="1", typical=Typical(1.0, "theta = 1 mrad is 0.5 um/m")
+    )
     instrument: str = at("", "instrument name; empty = all")
+
+    def reported(self, values: Array) -> tuple[str, Array, str]:
+        """As an angle: the amplitude multiplies its square."""
+        return "theta", self.theta * np.sqrt(np.maximum(values, 0.0)), "mrad"
 
     def error_motion(self, run: Run) -> Array:
         return self._stretched(run, self.share * 0.5 * self.theta**2)
@@ -77,9 +91,23 @@ class AirIndex(_Laser):
     name = "air_index"
     needs = ("temp_air_C", "pressure_hPa")
     cites = "Birch & Downs, Metrologia 30 (1993) 155: updated Edlen equation"
-    scale: float = param(0.0, "%", "share of the change that is not corrected", show="1")
+    words = Words(
+        seen="the wavelength follows the air ({scale} times the full correction)",
+        causes="air temperature, pressure or humidity not compensated",
+        confirm="log the air and switch the compensation on",
+        signed=("scale",),
+    )
+    scale: float = param(
+        0.0,
+        "%",
+        "share of the change that is not corrected",
+        show="1",
+        typical=Typical(1.0, "no correction at all: 1-10 ppm"),
+    )
     instrument: str = at("", "instrument name; empty = all")
-    zero: int = at(0, "lengths from 0 = the origin, 1 = the first row of every set-up", quiet=True)
+    zero: int = at(
+        0, "lengths from 0 = the origin, 1 = the first row of every set-up", quiet=True, forms=(0, 1)
+    )
 
     def required(self) -> tuple[str, ...]:
         return (*self.needs, *COUNTED) if self.zero else self.needs
@@ -98,7 +126,18 @@ class DeadPath(_Laser):
     name = "dead_path"
     needs = ("temp_air_C", "pressure_hPa", "nx", "ny", "nz")
     cites = "Steinmetz, Precision Engineering 12 (1990) 12: dead path error"
-    length: float = param(0.0, "mm", "dead path that the instrument does not know of")
+    words = Words(
+        seen="the dead path of the laser is not compensated ({length})",
+        causes="optics set up far from the first point",
+        confirm="move the optics close to the first point",
+        signed=("length",),
+    )
+    length: float = param(
+        0.0,
+        "mm",
+        "dead path that the instrument does not know of",
+        typical=Typical(100.0, "optics set up 50-500 mm from the first point"),
+    )
     instrument: str = at("", "instrument name; empty = all")
 
     def error_motion(self, run: Run) -> Array:

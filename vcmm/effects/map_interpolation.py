@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from vcmm.core.effect import COLUMN, Effect, at, param
+from vcmm.core.declaration import UM, URAD, Site, Typical, Words
+from vcmm.core.effect import COLUMN, Effect, at, choice, param
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 
 SHAPES = ("smooth", "ripple", "cells")
+TRIED = ("smooth", "ripple")
+MOST_CELLS = 40  # meshes of a table with a height each
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +32,23 @@ class MapInterpolation(Effect):
     per = "map"
     own = True
     cites = "de Boor, A Practical Guide to Splines (1978), ch. III: error of broken-line interpolation"
+    special_case_of = ("geometric_change",)
+    free_curve = True
+    holds_table_edits = True
+    words = Words(
+        seen="between the nodes of its table {where} is off ({rms})",
+        causes="the nodes are too far apart",
+        confirm="measure between the nodes and refine the table",
+    )
     component: str = at("EXX", "component error whose table is interpolated")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
-    shape: str = "smooth"
+    shape: str = choice("smooth", TRIED)
     coefficients: Any = param(
-        lambda: np.zeros(3), "mm or rad", "heights between the nodes", shape="(powers,)"
+        lambda: np.zeros(3),
+        "mm or rad",
+        "heights between the nodes",
+        shape="(powers,)",
+        typical=Typical(0.5 * UM, "up to a few um between nodes 25-100 mm apart", 1 * URAD),
     )
 
     def __post_init__(self) -> None:
@@ -54,6 +70,26 @@ class MapInterpolation(Effect):
         measured = getattr(table, "measured", None)
         nodes = np.asarray(grids[component[-1]] if measured is None else measured, dtype=float)
         return cls(component, nodes, shape, np.zeros(len(nodes) - 1 if shape == "cells" else orders))
+
+    @classmethod
+    def placed(cls, place: Mapping[str, Any], site: Site) -> MapInterpolation:
+        component = place["component"]
+        tables = [e for e in site.effects if e.stored and getattr(e, "component", "") == component]
+        table = next((e for e in tables if hasattr(e, "grids")), None)
+        if table is None:
+            raise UsageError(f"the machine has no table of {component}")
+        return cls.from_table(table)
+
+    def weighted_trials(self, name: str) -> list[tuple[dict[str, Any], float]] | None:
+        """Heights that follow a polynomial, and a height of its own in every mesh: how a guide is bent between two nodes is
+        not known from its neighbours, for the table holds what they share.
+        """
+        cells = len(np.asarray(self.nodes)) - 1
+        if name != "shape" or not 1 < cells <= MOST_CELLS:
+            return None
+        share = float(np.log(0.5 / len(TRIED)))
+        smooth: list[tuple[dict[str, Any], float]] = [({"shape": shape}, share) for shape in TRIED]
+        return [*smooth, ({"shape": "cells", "coefficients": np.zeros(cells)}, float(np.log(0.5)))]
 
     @property
     def link(self) -> str:

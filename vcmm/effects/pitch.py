@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -19,9 +20,17 @@ class ScrewPitch(Effect):
     per = "axis"
     aliases = {"amplitude": "sine"}  # noqa: RUF012 - read only
     cites = "ISO 230-2; cyclic error of a screw, period = lead"
+    special_case_of = ("geometric_change", "map_interpolation")
+    words = Words(
+        seen="{where} errs with a period of {period} ({amplitude})",
+        causes="the screw, its bearing or a gear; compare with the lead",
+        confirm="measure in steps of an eighth of the period over two periods",
+    )
     axis: str = at("X", "linear axis")
-    sine: float = param(0.0, "um", "sine part; `amplitude` in files")
-    cosine: float = param(0.0, "um", "cosine part")
+    sine: float = param(
+        0.0, "um", "sine part; `amplitude` in files", typical=Typical(1 * UM, "usual: 0.5-5 um once per turn")
+    )
+    cosine: float = param(0.0, "um", "cosine part", typical=Typical(1 * UM, "usual: 0.5-5 um once per turn"))
     period: float = param(
         10.0, "mm", "lead of the screw", scan=(2.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0)
     )

@@ -6,11 +6,13 @@ The stylus column of a run says which stylus was used; an effect with stylus = "
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.run import Array, Run
 
@@ -26,22 +28,19 @@ class _Probe(Effect):
 
 
 @dataclass(frozen=True, eq=False)
-class Sphere:
-    """Touches of a stylus on its reference sphere, and S (4, n): offset and radius that a fit makes of their readings."""
-
-    run: Run
-    matrix: Array
-
-
-@dataclass(frozen=True, eq=False)
 class PreTravel(_Probe):
     """A reading along n that qualification sees too: what looks like an offset or a radius there is taken off.
 
-    `spheres` (stylus -> Sphere) is filled in for qualified styli; the reading of a touch is then
+    `spheres` (stylus -> its `run` on the reference sphere and S (4, n), `matrix`, which makes offset and radius of the readings
+    there) is filled in for qualified styli; the reading of a touch is then
     reading n - (d1, d2, d3) - d4 n with d = S · (readings on the sphere). Linear, so departures are qualified alike.
     """
 
     spheres: Any = field(default_factory=dict, kw_only=True, metadata={"internal": True})
+
+    def qualified(self, spheres: Mapping[str, Any]) -> PreTravel:
+        mine = {name: s for name, s in spheres.items() if self.stylus in ("", name)}
+        return replace(self, spheres=mine)
 
     @abstractmethod
     def reading(self, run: Run) -> Array:
@@ -68,9 +67,24 @@ class ProbeLobing(PreTravel):
     cites = (
         "Estler et al., Precision Engineering 19 (1996) 85: three-lobed pre-travel of kinematic touch probes"
     )
-    cosine: float = param(0.0, "um", "cosine part; `amplitude` in files")
-    sine: float = param(0.0, "um", "sine part")
-    lobes: int = at(3, "lobes per turn", quiet=True)
+    words = Words(
+        seen="the probe errs with the direction of touch ({amplitude})",
+        causes="the three seats of a touch trigger probe",
+        confirm="25 touches around a sphere; then another probe orientation",
+    )
+    cosine: float = param(
+        0.0,
+        "um",
+        "cosine part; `amplitude` in files",
+        typical=Typical(0.5 * UM, "+-0.3-1 um with 10-20 mm styli, to 5 um with long ones"),
+    )
+    sine: float = param(
+        0.0,
+        "um",
+        "sine part",
+        typical=Typical(0.5 * UM, "+-0.3-1 um with 10-20 mm styli, to 5 um with long ones"),
+    )
+    lobes: int = at(3, "lobes per turn", quiet=True, tries=(3, 2, 4), waves_over="probe_angle_rad")
 
     def reading(self, run: Run) -> Array:
         angle = self.lobes * run.column("probe_angle_rad")
@@ -85,7 +99,16 @@ class TipRadius(_Probe):
     name = "tip_radius"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus tip qualification; geometry of a ball on a surface"
-    dr: float = param(0.0, "um", "actual minus qualified tip radius")
+    of_qualification = True
+    words = Words(
+        seen="the tip is {dr} larger than qualified",
+        causes="worn or dirty tip, or a bad qualification",
+        confirm="clean and qualify again; touch a ring and a plug",
+        opposite=Opposite("dr", "the tip is {dr} smaller than qualified"),
+    )
+    dr: float = param(
+        0.0, "um", "actual minus qualified tip radius", typical=Typical(0.5 * UM, "qualification: 0.1-2 um")
+    )
 
     def error_motion(self, run: Run) -> Array:
         return along(run, run.normal, self.dr * run.used("stylus", self.stylus))
@@ -97,7 +120,15 @@ class TipOffset(_Probe):
 
     name = "tip_offset"
     cites = "ISO 10360-5: stylus qualification; rigid shift of all touches of one stylus"
-    d: Any = param(lambda: np.zeros(3), "um", "qualified minus actual offset, machine axes", shape="(3,)")
+    diagnosed = False
+    of_qualification = True
+    d: Any = param(
+        lambda: np.zeros(3),
+        "um",
+        "qualified minus actual offset, machine axes",
+        shape="(3,)",
+        typical=Typical(1 * UM, "qualification: 0.2-3 um"),
+    )
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))
@@ -116,7 +147,19 @@ class StylusBending(PreTravel):
     name = "stylus_bending"
     needs = ("probe_lateral", "stylus_length_mm", "nx", "ny", "nz")
     cites = "Euler-Bernoulli cantilever: w = F L^3 / (3 E I)"
-    c: float = param(0.0, "um", "bending of a 50 mm stylus under full lateral force")
+    words = Words(
+        seen="the stylus bends sideways ({c})",
+        causes="a long or thin stylus, or a high force",
+        confirm="repeat with half the stylus length or half the force",
+    )
+    c: float = param(
+        0.0,
+        "um",
+        "bending of a 50 mm stylus under full lateral force",
+        typical=Typical(
+            1 * UM, "0.1 N on 50 mm of carbide, d 3 mm: 0.1 x 50^3 / (3 x 6e5 x 4.0) mm = 1.7 um"
+        ),
+    )
 
     def reading(self, run: Run) -> Array:
         slender = (run.column("stylus_length_mm") / 50.0) ** 3
@@ -130,7 +173,18 @@ class TriggerDelay(PreTravel):
     name = "trigger_delay"
     needs = ("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s", "nx", "ny", "nz")
     cites = "kinematics: distance = speed x delay"
-    delay: float = param(0.0, "ms", "time from contact to latching, less what qualification removed")
+    words = Words(
+        seen="the probe answers late ({delay})",
+        causes="probe electronics; qualified at another speed",
+        confirm="touch a ring and a plug at three speeds",
+        opposite=Opposite("delay", "the probe answers earlier than its correction says ({delay})"),
+    )
+    delay: float = param(
+        0.0,
+        "ms",
+        "time from contact to latching, less what qualification removed",
+        typical=Typical(2e-4, "1 ms at 5 mm/s is 5 um, mostly removed by qualification"),
+    )
 
     def reading(self, run: Run) -> Array:
         speed = run.vector("speed_X_mm_s", "speed_Y_mm_s", "speed_Z_mm_s")

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Typical
 from vcmm.core.effect import Effect, at, param
 from vcmm.core.run import Array, Run
 
@@ -22,8 +23,17 @@ class StylusQualification(Effect):
     per = "stylus"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus qualification on the reference sphere; Gaussian sphere fit"
+    role = "qualified stylus"
+    diagnosed = False
+    of_qualification = True
     stylus: str = at("", "stylus name; empty = all")
-    d: Any = param(lambda: np.zeros(4), "um", "offset x y z and radius", shape="(4,)")
+    d: Any = param(
+        lambda: np.zeros(4),
+        "um",
+        "offset x y z and radius",
+        shape="(4,)",
+        typical=Typical(1 * UM, "qualification: 0.2-3 um"),
+    )
 
     @property
     def link(self) -> str:

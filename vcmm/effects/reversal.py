@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.declaration import UM, Opposite, Typical, Words
+from vcmm.core.effect import Effect, at, choice, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
@@ -45,9 +46,27 @@ class LostMotion(_Reversal):
     name = "lost_motion"
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error at each position; wind-up of a screw held at one end"
+    special_case_of = ("hysteresis",)
+    words = Words(
+        seen="{where} stops short after reversing, by a gap that changes along the axis ({g0} at zero, {g1})",
+        causes="wind-up of the screw, or a nut worn unevenly",
+        confirm="approach five places of {where} from both sides",
+        signed=("g0", "g1"),
+        opposite=Opposite(
+            "g0",
+            "{where} stops too far after reversing, by an amount that changes along the axis ({g0} at zero, {g1})",
+            causes="a reversal compensation that is set too large, or a sign",
+            confirm="approach five places of {where} from both sides with the compensation switched off",
+        ),
+    )
     axis: str = at("X", "linear axis")
-    g0: float = param(0.0, "um", "lost motion at zero")
-    g1: float = param(0.0, "um/m", "lost motion per travelled length")
+    g0: float = param(0.0, "um", "lost motion at zero", typical=Typical(1 * UM, "as backlash"))
+    g1: float = param(
+        0.0,
+        "um/m",
+        "lost motion per travelled length",
+        typical=Typical(4e-6, "usual: wind-up 1-10 um over 1 m"),
+    )
 
     def error_motion(self, run: Run) -> Array:
         gap = self.g0 + self.g1 * run.q(self.axis)
@@ -65,7 +84,14 @@ class Hysteresis(_Reversal):
     name = "hysteresis"
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     cites = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1 (1968)"
-    amplitude: float = param(0.0, "um", "half the width of the loop")
+    words = Words(
+        seen="{where} settles only after some way past a reversal ({amplitude})",
+        causes="friction of guides or seals, elastic drive",
+        confirm="reverse with several path lengths and compare",
+    )
+    amplitude: float = param(
+        0.0, "um", "half the width of the loop", typical=Typical(1 * UM, "usual: 0.2-3 um")
+    )
     distance: float = param(
         0.5, "mm", "distance over which friction turns round", scan=(0.02, 0.1, 0.5, 2.0, 10.0, 50.0)
     )
@@ -89,9 +115,16 @@ class ReversalSpike(_Reversal):
     name = "reversal_spike"
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
     cites = "ISO 230-4:2022 circular tests; Armstrong-Helouvry et al., Automatica 30 (1994) 1083 (friction at reversal)"
-    height: float = param(0.0, "um", "height of the pulse")
+    words = Words(
+        seen="{where} sticks and jumps at reversals ({height})",
+        causes="friction that the control does not compensate",
+        confirm="a circular test at two feeds and two radii",
+    )
+    height: float = param(
+        0.0, "um", "height of the pulse", typical=Typical(3 * UM, "ball bar: 1-15 um over 0.1-1 mm")
+    )
     distance: float = param(0.3, "mm", "length of the pulse", scan=(0.03, 0.1, 0.3, 1.0, 3.0))
-    shape: str = "gamma"
+    shape: str = choice("gamma", ("gamma", "exponential"))
 
     def __post_init__(self) -> None:
         _check_distance(self, self.distance)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from vcmm.core.declaration import UM, Prior, Site, Typical
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -26,18 +28,39 @@ class LostMotionCurve(Effect):
     per = "axis"
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
+    prior = Prior(share=0.1)  # a shape that is rarer than the other shape of its family
     axis: str = at("X", "linear or rotary axis")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
-    g0: float = param(0.0, "um", "lost motion at zero, of the straight part")
-    g1: float = param(0.0, "um/m", "lost motion per travelled length, of the straight part")
+    g0: float = param(
+        0.0, "um", "lost motion at zero, of the straight part", typical=Typical(1 * UM, "as backlash")
+    )
+    g1: float = param(
+        0.0,
+        "um/m",
+        "lost motion per travelled length, of the straight part",
+        typical=Typical(4e-6, "as lost_motion"),
+    )
     curve: Any = param(
-        lambda: np.zeros(1), "mm", "lost motion per Legendre polynomial, from P2 on", shape="(powers,)"
+        lambda: np.zeros(1),
+        "mm",
+        "lost motion per Legendre polynomial, from P2 on",
+        shape="(powers,)",
+        typical=Typical(1 * UM, "as backlash: what wear makes of it along the travel"),
+        lengths=(1, 3),
     )
 
     def __post_init__(self) -> None:
         nodes = np.asarray(self.nodes, dtype=float)
         if len(nodes) < 2 or not nodes[-1] > nodes[0]:
             raise UsageError(f"{self.id}: nodes must hold the two ends of the travel, the lower one first")
+
+    @classmethod
+    def placed(cls, place: Mapping[str, Any], site: Site) -> LostMotionCurve:
+        """Over the recorded travel, where that has four places at least; else a straight line says as much."""
+        q = site.run.q(place["axis"])
+        if len(np.unique(np.round(q, 6))) < 4:
+            raise UsageError("a curve over the travel needs four places")
+        return cls(**place, nodes=np.array([q.min(), q.max()]))
 
     @property
     def link(self) -> str:
@@ -66,9 +89,18 @@ class LostMotionTable(Effect):
     per = "axis"
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 and figure 1: reversal error at each position, which the standard tabulates"
+    role = "lost motion table"
+    diagnosed = False
+    calibrated = True
     axis: str = at("X", "linear axis")
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0]))
-    values: Any = param(lambda: np.zeros(2), "um", "lost motion at the nodes", shape="(nodes,)")
+    values: Any = param(
+        lambda: np.zeros(2),
+        "um",
+        "lost motion at the nodes",
+        shape="(nodes,)",
+        typical=Typical(1 * UM, "as lost_motion"),
+    )
 
     def __post_init__(self) -> None:
         nodes = np.asarray(self.nodes, dtype=float)

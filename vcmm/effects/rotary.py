@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import UM, URAD, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -25,10 +26,17 @@ class RotaryCyclic(Effect):
     own = True
     aliases = {"amplitude": "coefficients"}  # noqa: RUF012 - read only
     cites = "ISO 230-1:2012 (error motions of rotary axes); ISO 230-7:2015 (Fourier analysis of error motion)"
+    special_case_of = ("geometric_change",)
+    as_one = "amplitude"
+    words = Words(
+        seen="{where} errs once or a few times per turn ({amplitude})",
+        causes="eccentric encoder, bearing or gear",
+        confirm="compare at angles 180 degrees apart",
+    )
     component: str = at("ECC", "component error of a rotary axis, for example ECC, EXC, EAC")
     coefficients: Any = param(
         lambda: np.zeros(2), "mm or rad", "cosine and sine of each harmonic, in turn; `amplitude` in files",
-        shape="(powers,)",
+        shape="(powers,)", typical=Typical(5 * UM, "five-axis machines: 1-20 um, 5-50 urad", 10 * URAD), lengths=(2, 4, 8)
     )  # fmt: skip
 
     def __post_init__(self) -> None:

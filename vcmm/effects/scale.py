@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from vcmm.core.declaration import Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
+from vcmm.core.kinematics import FULL_TURN, ROTARY
 from vcmm.core.run import Array, Run
 
 
@@ -15,12 +19,34 @@ class ScaleFactor(Effect):
     name = "scale_factor"
     per = "axis"
     cites = "ISO 230-2; linear positioning error"
+    special_case_of = ("geometric_change", "map_interpolation")
+    simple = True
+    words = Words(
+        seen="{where} travels too far in proportion to the distance ({k})",
+        causes="a scale, a gain or a temperature that is not compensated",
+        confirm="a step gauge or laser along {where}, at two temperatures",
+        signed=("k",),
+        opposite=Opposite("k", "{where} travels too short in proportion to the distance ({k})"),
+    )
     axis: str = at("X", "linear axis")
-    k: float = param(0.0, "um/m", "error per travelled length")
+    k: float = param(
+        0.0,
+        "um/m",
+        "error per travelled length",
+        typical=Typical(5e-6, "usual: scale or gain error 1-10 ppm"),
+    )
 
     @property
     def link(self) -> str:
         return self.axis
+
+    def remark(self, run: Run) -> str:
+        if self.axis not in ROTARY or float(np.ptp(run.q(self.axis))) <= FULL_TURN:
+            return ""
+        return (
+            f"a saw over a full turn of {self.axis}: after 360 degrees the axis is where it was, so this is no geometry but the"
+            " gain or the wrap-around of the readout"
+        )
 
     def error_motion(self, run: Run) -> Array:
         return motion(run, **{self.axis: self.k * run.q(self.axis)})

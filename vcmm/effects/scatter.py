@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Typical, Words
 from vcmm.core.effect import Effect, along, param
 from vcmm.core.run import Array, Run
 
@@ -22,7 +23,16 @@ class Scatter(Effect):
     per = "machine"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-2 repeatability range R0; JCGM 100:2008, 4.2 (type A)"
-    value: float = param(0.0, "um", "departure of the reading along n")
+    role = "repeatability"
+    diagnosed = False
+    random = True
+    on_cut_part = "turned"
+    value: float = param(
+        0.0,
+        "um",
+        "departure of the reading along n",
+        typical=Typical(0.7 * UM, "repeatability of a CMM touch: 0.3-1 um"),
+    )
 
     @property
     def link(self) -> str:
@@ -39,7 +49,21 @@ class Reindexing(Effect):
     name = "reindexing"
     per = "event"
     cites = "ISO 10360-5: multiple-stylus tests, L_Dia.5x25 (articulating head)"
-    d: Any = param(lambda: np.zeros(3), "um", "shift of the tip", shape="(3,)")
+    random = True
+    on_cut_part = "turned"
+    as_one = "sd"
+    words = Words(
+        seen="every re-seating shifts the tip ({sd})",
+        causes="probe head, rack or pallet does not repeat",
+        confirm="re-seat ten times and touch one sphere each time",
+    )
+    d: Any = param(
+        lambda: np.zeros(3),
+        "um",
+        "shift of the tip",
+        shape="(3,)",
+        typical=Typical(0.5 * UM, "indexing heads and racks: 0.3-1 um"),
+    )
 
     @property
     def link(self) -> str:

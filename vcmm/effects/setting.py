@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Typical
 from vcmm.core.effect import Effect, along, at, motion, param
 from vcmm.core.errors import UsageError
-from vcmm.core.run import Array, Run
+from vcmm.core.run import TOOL_AXIS_COLUMNS, Array, Run
 
 TOOL_AXIS = np.array([0.0, 0.0, 1.0])  # workpiece axes, rotary axes at zero
-TOOL_AXIS_COLUMNS = ("tool_axis_x", "tool_axis_y", "tool_axis_z")  # where rotary axes have turned it
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,16 @@ class WorkOffset(Effect):
     name = "work_offset"
     per = "direction, setup"
     cites = "ISO 16907:2015, workpiece coordinate system; JCGM 100, 4.3"
+    role = "work zero"
+    belongs_to = "setup"
+    diagnosed = False
     direction: str = at("x", "x, y or z, machine axes")
-    shift: float = param(0.0, "um", "set minus true work zero")
+    shift: float = param(
+        0.0,
+        "um",
+        "set minus true work zero",
+        typical=Typical(5 * UM, "usual: edge finder or touch probe on the machine 2-10 um"),
+    )
 
     def __post_init__(self) -> None:
         if self.direction not in ("x", "y", "z"):
@@ -49,8 +57,13 @@ class ToolLength(Effect):
     name = "tool_length"
     per = "tool"
     cites = "ISO 841:2001; JCGM 100, 4.3"
+    role = "tool length"
+    belongs_to = "tool"
+    diagnosed = False
     tool: str = at("", "tool number; empty = all")
-    dl: float = param(0.0, "um", "actual minus set tool length")
+    dl: float = param(
+        0.0, "um", "actual minus set tool length", typical=Typical(5 * UM, "usual: tool setter 2-10 um")
+    )
 
     @property
     def link(self) -> str:
@@ -73,8 +86,16 @@ class ToolRadius(Effect):
     per = "tool"
     needs = ("nx", "ny", "nz")
     cites = "ISO 13399-3 (cutting diameter); JCGM 100, 4.3"
+    role = "tool radius"
+    belongs_to = "tool"
+    diagnosed = False
     tool: str = at("", "tool number; empty = all")
-    dr: float = param(0.0, "um", "actual minus set cutting radius")
+    dr: float = param(
+        0.0,
+        "um",
+        "actual minus set cutting radius",
+        typical=Typical(5 * UM, "usual: tool setter or presetter 2-10 um"),
+    )
 
     @property
     def link(self) -> str:
@@ -94,9 +115,17 @@ class ToolOffset(Effect):
     name = "tool_offset"
     per = "tool, direction"
     cites = "ISO 841:2001; JCGM 100, 4.3"
+    role = "tool offset"
+    belongs_to = "tool"
+    diagnosed = False
     tool: str = at("", "tool number; empty = all")
     direction: str = at("x", "x or y of the tool frame")
-    shift: float = param(0.0, "um", "actual minus set offset of the tool")
+    shift: float = param(
+        0.0,
+        "um",
+        "actual minus set offset of the tool",
+        typical=Typical(3 * UM, "usual: trial cut measured with a micrometer 2-5 um"),
+    )
 
     def __post_init__(self) -> None:
         if self.direction not in ("x", "y"):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import UM, URAD, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -25,8 +26,24 @@ class Squareness(Effect):
     per = "pair"
     place = "travel"
     cites = "ISO 230-1:2012, 3.6 and annex A"
+    role = "angle between axes"
+    special_case_of = ("geometric_change", "map_interpolation")
+    stored = "angle"
+    calibrated = True
+    simple = True
+    words = Words(
+        seen="{where} is out of square by {angle}",
+        causes="the machine was moved or levelled anew, or a guide was adjusted",
+        confirm="a square or two diagonals, the artefact turned by 90 degrees",
+        signed=("angle",),
+    )
     pair: str = at("C0Y", "C0Y, B0Z or A0Z (also B0X, A0Y ... where another axis is primary)")
-    angle: float = param(0.0, "urad", "angle between the axes, right-hand about the first letter")
+    angle: float = param(
+        0.0,
+        "urad",
+        "angle between the axes, right-hand about the first letter",
+        typical=Typical(10 * URAD, "usual: stale squareness 1-50 urad"),
+    )
 
     def __post_init__(self) -> None:
         p = self.pair
@@ -61,9 +78,29 @@ class RotaryLocation(Effect):
     place = "location"
     own = True
     cites = "ISO 230-1:2012, 3.7; ISO 230-7"
+    role = "rotary axis location"
+    special_case_of = ("geometric_change",)
+    simple = True
+    words = Words(
+        seen="the centre line of {where} is not where it should be ({offset}{tilt})",
+        causes="the table was set anew or hit",
+        confirm="touch a sphere on the table at four angles",
+    )
     component: str = at("X0C", "location error, for example X0C, A0C, Y0A, C0A")
-    offset: float = param(0.0, "um", "shift of the centre line (X0, Y0, Z0 errors)", only="XYZ")
-    tilt: float = param(0.0, "urad", "tilt of the centre line (A0, B0, C0 errors)", only="ABC")
+    offset: float = param(
+        0.0,
+        "um",
+        "shift of the centre line (X0, Y0, Z0 errors)",
+        only="XYZ",
+        typical=Typical(10 * UM, "five-axis machines: 5-50 um"),
+    )
+    tilt: float = param(
+        0.0,
+        "urad",
+        "tilt of the centre line (A0, B0, C0 errors)",
+        only="ABC",
+        typical=Typical(20 * URAD, "five-axis machines: 10-100 urad"),
+    )
 
     def __post_init__(self) -> None:
         c = self.component

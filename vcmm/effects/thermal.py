@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -16,9 +17,23 @@ class ThermalDrift(Effect):
     name = "thermal_drift"
     per = "direction, sensor"
     cites = "ISO 230-3:2020 (environmental temperature variation error); first-order lag"
+    words = Words(
+        seen="the tip moves towards +{direction} as the temperature {sensor} rises ({k}, after {tau})",
+        causes="a part of the frame warms with it",
+        confirm="log a reference point for three time constants over a temperature step",
+        signed=("k",),
+        opposite=Opposite(
+            "k", "the tip moves towards -{direction} as the temperature {sensor} rises ({k}, after {tau})"
+        ),
+    )
     direction: str = at("z", "x, y or z of the workpiece axes")
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
-    k: float = param(0.0, "um/K", "displacement per temperature difference")
+    k: float = param(
+        0.0,
+        "um/K",
+        "displacement per temperature difference",
+        typical=Typical(2 * UM, "usual: CMM 1-5, machining centre 10-50 um/K"),
+    )
     tau: float = param(
         0.0, "s", "time constant of the structure", scan=(60.0, 300.0, 1200.0, 3600.0, 10800.0)
     )

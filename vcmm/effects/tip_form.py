@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.declaration import UM, Typical, Words
 from vcmm.core.effect import Effect, along, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -30,9 +31,19 @@ class TipForm(Effect):
     cites = (
         "ISO 10360-5: form error of the probing system on the test sphere; expansion in spherical harmonics"
     )
+    words = Words(
+        seen="the tip is not round ({rms})",
+        causes="wear, a flat or dirt",
+        confirm="turn the stylus by 90 degrees and touch a sphere again",
+    )
     stylus: str = at("", "stylus name; empty = all")
     coefficients: Any = param(
-        lambda: np.zeros(5), "um", "height of each harmonic, degree 2 first", shape="(powers,)"
+        lambda: np.zeros(5),
+        "um",
+        "height of each harmonic, degree 2 first",
+        shape="(powers,)",
+        typical=Typical(0.1 * UM, "ball grade 5: 0.13 um out of round; worn or dirty: more"),
+        lengths=(5, 12),
     )
 
     def __post_init__(self) -> None:

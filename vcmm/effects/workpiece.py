@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import HOUR, Typical, Words
 from vcmm.core.effect import Effect, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -22,7 +23,20 @@ class WorkpieceHeating(Effect):
     per = "part"
     needs = ("time_s",)
     cites = "Bryan, CIRP Annals 39 (1990) 645: international status of thermal error research"
-    k: float = param(0.0, "um/(m h)", "strain per cutting time")
+    belongs_to = "part"
+    needs_cut = True  # heat of cutting
+    on_cut_part = "stated"
+    words = Words(
+        seen="the part grows while it is cut ({k})",
+        causes="heat of cutting",
+        confirm="measure again after cooling; cut with a pause",
+    )
+    k: float = param(
+        0.0,
+        "um/(m h)",
+        "strain per cutting time",
+        typical=Typical(20e-6 / HOUR, "steel 11.5 um/(m K) at 1-3 K in an hour of cutting"),
+    )
     tau: float = param(0.0, "s", "time constant of the part, 0 = none", scan=(600.0, 1800.0, 3600.0, 10800.0))
 
     def __post_init__(self) -> None:

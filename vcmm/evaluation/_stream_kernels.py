@@ -47,7 +47,7 @@ def words(k0: int, k1: int, component: int, copy: int, block: int, out: Array) -
 
 @njit(cache=True, nogil=True)
 def lookup(value: Array, slope: Array, word: Array, out: Array) -> None:
-    """Standard values (2048,) of random words, by the table of vcmm.evaluation.streams.Table."""
+    """Standard values (2048,) of random words, by the table of vcmm.evaluation.streams.QuantileTable."""
     v = np.empty(2048, np.float32)
     for i in range(2048):
         v[i] = np.float32(np.int32(word[i] >> ONE)) * SCALE

@@ -6,11 +6,12 @@ import numpy as np
 
 from vcmm.core.effect import parameter
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import targets
 from vcmm.core.units import channel_unit, in_unit
 from vcmm.evaluation.montecarlo import Term
 from vcmm.evaluation.result import BudgetLine
 from vcmm.evaluation.world import World
-from vcmm.response.influence import Influence, targets
+from vcmm.response.influence import Influence
 
 
 def budget_line(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vcmm.core.inputs import EVERY
 from vcmm.core.run import T0_DEG_C
+from vcmm.effects import BY_NAME
 from vcmm.measuring.scenario import Scenario
 
 
@@ -50,9 +51,7 @@ def _unqualified(scenario: Scenario) -> list[str]:
     used = dict.fromkeys(step.stylus for step in scenario.plan.steps)
     bare = [name for name in used if name not in scenario.qualifications]
     known = {
-        i.where
-        for i in scenario.machine.inputs
-        if i.effect in ("tip_radius", "tip_offset", "stylus_qualification")
+        i.where for i in scenario.machine.inputs if i.effect in BY_NAME and BY_NAME[i.effect].of_qualification
     }
     bare = [name for name in bare if not {name, "", EVERY} & known]
     if not bare:

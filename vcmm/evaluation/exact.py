@@ -36,7 +36,7 @@ def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
         q += np.einsum("mnk,nk->mn", one.departures[:, codes], along) @ model.operator.T
     for product in model.products:
         first, second = (drawn[i].departures[:, :, 0] for i in (product.first, product.second))
-        for one_copy, other_copy, gain in model.meetings(product):
+        for one_copy, other_copy, gain in model.product_gains(product):
             q += (first[:, one_copy] * second[:, other_copy])[:, None] * gain
     return np.asarray(q)
 

@@ -64,11 +64,6 @@ class Whitener:
         x = unchained_adjoint(x, self.before, self.rho)
         return np.asarray((self.weight * x.T).T)
 
-    def absorbed(self, x: Array) -> float:
-        """Share of the length of a signal (m,) that nuisance and calibration covariance take away, 0 to 1."""
-        before = float(np.linalg.norm(self.scaled(x)))
-        return 1.0 - float(np.linalg.norm(self.apply(x))) / before if before > 0 else 1.0
-
 
 def unchained(x: Array, before: Ints, rho: float) -> Array:
     """AR(1) innovations of unit variance: (x_t - rho x_before) / sqrt(1 - rho^2); the first of a series stays."""
@@ -151,7 +146,7 @@ def _principal(calibration: Array, q: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class Blocks:
+class ColumnBlocks:
     """Many groups of columns side by side: column (m, K), each group turned so that its Gram matrix is diagonal.
 
     size (K,): squared lengths; start (groups,): first column of each group.
@@ -170,7 +165,7 @@ class Blocks:
         return slice(int(self.start[i]), int(stop))
 
 
-def blocks(columns: Array, start: Ints) -> Blocks:
+def blocks(columns: Array, start: Ints) -> ColumnBlocks:
     """Turn every group to principal directions, groups of one width together."""
     widths = np.diff(np.append(start, columns.shape[1]))
     out, size = columns.copy(), np.empty(columns.shape[1])
@@ -183,7 +178,7 @@ def blocks(columns: Array, start: Ints) -> Blocks:
         value, vector = np.linalg.eigh(np.matmul(part.transpose(0, 2, 1), part))
         out[:, which.ravel()] = np.matmul(part, vector).transpose(1, 0, 2).reshape(len(columns), -1)
         size[which] = np.maximum(value, 0.0)
-    return Blocks(out, size, start)
+    return ColumnBlocks(out, size, start)
 
 
 def without_span(columns: Array, basis: Array) -> Array:
@@ -191,25 +186,25 @@ def without_span(columns: Array, basis: Array) -> Array:
     return columns - basis @ (basis.T @ columns) if basis.shape[1] else columns
 
 
-def log_evidence(found: Blocks, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Array:
+def log_evidence(groups: ColumnBlocks, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Array:
     """ln Bayes factor (groups, M) of each group against nothing, for white residuals r (m, M).
 
     ln BF = -1/2 ln|I + s^2 G| - dof/2 ln(1 - q/R), q = b^T (G + s^-2)^-1 b, b = X^T r, R = r^T r, averaged over the
     prior widths s; the noise scale is integrated out with the Jeffreys prior.
     """
-    squared = (found.column.T @ r) ** 2
+    squared = (groups.column.T @ r) ** 2
     total = np.maximum((r * r).sum(axis=0), 1e-300)
     out: Array | None = None
     for s in scales:
-        one = _at_width(found, squared, total, dof, s)
+        one = _at_width(groups, squared, total, dof, s)
         out = one if out is None else np.logaddexp(out, one)
     return np.asarray(out) - np.log(len(scales))
 
 
-def _at_width(found: Blocks, squared: Array, total: Array, dof: int, s: float) -> Array:
-    gain = s**2 / (1 + s**2 * found.size)
-    q = group_sums(found.start, gain, squared)
-    volume = np.add.reduceat(np.log1p(s**2 * found.size), found.start)
+def _at_width(groups: ColumnBlocks, squared: Array, total: Array, dof: int, s: float) -> Array:
+    gain = s**2 / (1 + s**2 * groups.size)
+    q = group_sums(groups.start, gain, squared)
+    volume = np.add.reduceat(np.log1p(s**2 * groups.size), groups.start)
     share = np.minimum(q / total, 1 - 1e-12)
     return np.asarray(-0.5 * volume[:, None] - 0.5 * dof * np.log1p(-share))
 
@@ -261,5 +256,5 @@ def evidence_from(gram: Array, b: Array, total: float, dof: int, width: Array) -
 
 def best_width(x: Array, r: Array, dof: int, scales: Sequence[float] = SCALES) -> Posterior:
     """Posterior at the common prior width of highest evidence."""
-    found = [posterior(x, r, dof, np.full(x.shape[1], s)) for s in scales]
-    return max(found, key=lambda p: p.log_evidence)
+    tried = [posterior(x, r, dof, np.full(x.shape[1], s)) for s in scales]
+    return max(tried, key=lambda p: p.log_evidence)

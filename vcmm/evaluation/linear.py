@@ -26,7 +26,7 @@ from vcmm.response.influence import Influence, Product
 
 
 @dataclass(frozen=True)
-class Block:
+class FeatureBlock:
     """Where one feature's numbers stand in q: point 3, axis 3, sizes s, residuals (n or 0)."""
 
     kind: str
@@ -44,7 +44,7 @@ class LinearModel:
     """q0 (K,), gains of every Input, and what turns q into characteristics."""
 
     task: Task
-    blocks: Mapping[str, Block]
+    blocks: Mapping[str, FeatureBlock]
     base: Mapping[str, Fitted]
     q0: Array
     operator: Array  # (K, n): q per displacement of each touch along its normal
@@ -101,7 +101,7 @@ class LinearModel:
         kept = {i for p in self.products for i in (p.first, p.second)}
         return tuple(self.term(influence, i in kept) for i, influence in enumerate(self.influences))
 
-    def meetings(self, product: Product) -> list[tuple[int, int, Array]]:
+    def product_gains(self, product: Product) -> list[tuple[int, int, Array]]:
         """(copy of the first, copy of the second, gain (K,) of q per product of their departures)."""
         along = np.einsum("ni,ni->n", product.response, self.task.touches.run.normal)
         first, second = (self.influences[i].codes for i in (product.first, product.second))
@@ -123,18 +123,19 @@ def build(task: Task, world: World | None = None) -> LinearModel:
     base_points = measured_points(task, world.errors())
     base = fit_features(task, base_points)
     blocks, operator = _operator(task, base, base_points)
-    found = world.influences()
+    influences = world.influences()
     return LinearModel(
-        task, blocks, base, _pack(blocks, base), operator, found, world.products(found), world
+        task=task, blocks=blocks, base=base, q0=_pack(blocks, base), operator=operator,
+        influences=influences, products=world.products(influences), world=world,
     )  # fmt: skip
 
 
-def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[dict[str, Block], Array]:
+def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[dict[str, FeatureBlock], Array]:
     """Blocks of q, and its change per displacement of each touch along the outward normal."""
     t = task.touches
     direction = per_normal(t)
     shapes = {c for name in base for c in (name,) if _needs_residuals(task.part.characteristics, name)}
-    blocks: dict[str, Block] = {}
+    blocks: dict[str, FeatureBlock] = {}
     rows_of, start = [], 0
     for name, fitted in base.items():
         rows = t.rows[name]
@@ -148,7 +149,9 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
         change = np.einsum("pni,ni->pn", np.concatenate(parts), direction[rows])
         full = np.zeros((len(change), t.run.n))
         full[:, rows] = change
-        blocks[name] = Block(feature.kind, start, fitted.sizes.shape[-1], len(rows) if name in shapes else 0)
+        blocks[name] = FeatureBlock(
+            feature.kind, start, fitted.sizes.shape[-1], len(rows) if name in shapes else 0
+        )
         rows_of.append(full)
         start = blocks[name].stop
     return blocks, np.concatenate(rows_of)
@@ -158,7 +161,7 @@ def _needs_residuals(characteristics: Sequence[Characteristic], name: str) -> bo
     return any(c.type in gps.FORM and name in c.of for c in characteristics)
 
 
-def _pack(blocks: Mapping[str, Block], base: Mapping[str, Fitted]) -> Array:
+def _pack(blocks: Mapping[str, FeatureBlock], base: Mapping[str, Fitted]) -> Array:
     parts = []
     for name, block in blocks.items():
         f = base[name]
@@ -166,7 +169,7 @@ def _pack(blocks: Mapping[str, Block], base: Mapping[str, Fitted]) -> Array:
     return np.concatenate(parts)
 
 
-def _unpack(block: Block, base: Fitted, q: Array) -> Fitted:
+def _unpack(block: FeatureBlock, base: Fitted, q: Array) -> Fitted:
     at = block.start
     axis = q[..., at + 3 : at + 6]
     if np.any(base.axis):

@@ -99,7 +99,7 @@ def _fold(terms: Sequence[Term]) -> list[Term]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Group:
+class _LaneGroup:
     """Up to 32 lanes of one standard shape; gain (K2, L4) times scale, padded with zeros to even K, L by fours."""
 
     shape: streams.Drawable
@@ -108,20 +108,20 @@ class _Group:
     gain: Array
 
 
-def _groups(terms: Sequence[Term], seed: int) -> list[_Group]:
+def _groups(terms: Sequence[Term], seed: int) -> list[_LaneGroup]:
     """Lanes of all terms, in order, gathered by shape of law and cut to 32."""
-    found: dict[streams.Drawable, list[tuple[Array, Array, Array]]] = {}
+    by_law: dict[streams.Drawable, list[tuple[Array, Array, Array]]] = {}
     for term in terms:
         assert not isinstance(term.law, MultivariateNormal)
         law, scale = (term.law.shape, term.law.scale) if isinstance(term.law, Law) else (term.law, 1.0)
         keys = np.tile(np.array(streams.key(seed, term.name), np.uint32), (len(term.lanes), 1))
-        found.setdefault(law, []).append((keys, term.lanes, term.gain * scale))
+        by_law.setdefault(law, []).append((keys, term.lanes, term.gain * scale))
     groups = []
-    for law, parts in found.items():
+    for law, parts in by_law.items():
         keys, lanes, gain = (np.concatenate([p[i] for p in parts], axis=i // 2) for i in range(3))
         for j in range(0, len(lanes), _LANES):
             s = slice(j, j + _LANES)
-            groups.append(_Group(law, keys[s], lanes[s], _padded(gain[:, s])))
+            groups.append(_LaneGroup(law, keys[s], lanes[s], _padded(gain[:, s])))
     return groups
 
 
@@ -162,7 +162,7 @@ def simulate(
     return (_block(start, groups, at, min(block, end - at), fast).T for at in range(first, end, block))
 
 
-def _block(start: Array, groups: Sequence[_Group], at: int, count: int, fast: ModuleType | None) -> Array:
+def _block(start: Array, groups: Sequence[_LaneGroup], at: int, count: int, fast: ModuleType | None) -> Array:
     """Trials at .. at + count - 1, (K, count), piece by piece of the counter blocks of vcmm.evaluation.streams."""
     y = np.zeros((len(start) + len(start) % 2, count))
     y[: len(start)] = start[:, None]
@@ -285,10 +285,10 @@ def _tested(batch: Summary, p: float, kind: str) -> list[float]:
     return [v for v in batch.interval(p, kind) if math.isfinite(v)] + moments
 
 
-def _width(u0: float | None, found: Summary) -> float:
-    """u0 if it is given and finite, else the u that was found, else from the middle of the trials; never 0."""
-    low, high = found.interval(0.6827)
-    return next((w for w in (u0 or 0.0, found.u, (high - low) / 2) if 0 < w < math.inf), 1.0)
+def _width(u0: float | None, summary: Summary) -> float:
+    """u0 if it is given and finite, else the u of the trials, else from the middle of the trials; never 0."""
+    low, high = summary.interval(0.6827)
+    return next((w for w in (u0 or 0.0, summary.u, (high - low) / 2) if 0 < w < math.inf), 1.0)
 
 
 def _stable(results: Sequence[Sequence[float]], delta: float) -> bool:

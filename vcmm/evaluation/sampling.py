@@ -113,17 +113,17 @@ def _place(values: Array) -> tuple[float, float]:
 
 def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term], Callable[[Array], Array]]:
     """Terms whose extra rows carry the departures that meet in products, and the evaluation that multiplies them."""
-    meetings = [
-        ((p.first, a), (p.second, b), gain) for p in model.products for a, b, gain in model.meetings(p)
+    pairs = [
+        ((p.first, a), (p.second, b), gain) for p in model.products for a, b, gain in model.product_gains(p)
     ]
-    carried = sorted({end for first, second, _ in meetings for end in (first, second)})
+    carried = sorted({end for first, second, _ in pairs for end in (first, second)})
     if not carried:
         return list(terms), model.values
     k, place = len(model.q0), {end: i for i, end in enumerate(carried)}
 
     def values(block: Array) -> Array:
         q = block[:, :k].copy()
-        for first, second, gain in meetings:
+        for first, second, gain in pairs:
             q += (block[:, k + place[first]] * block[:, k + place[second]])[:, None] * gain
         return model.values(q)
 

@@ -9,7 +9,7 @@ THE RULE (final: files and published results depend on it; changing it needs a n
              first, then the second words ...: contiguous for vector instructions
     value    symmetric laws: bit 0 of the word is the sign (1: plus), v = float32(word >> 1) 2^-31 is twice the tail
              probability; |value| is interpolated linearly between the quantiles at v = 2^-e (1 + j / 256),
-             e = 1..31, j = 0..255, in float32 (`Table`)
+             e = 1..31, j = 0..255, in float32 (`QuantileTable`)
              `Samples` and `MultivariateSamples`: value number (word * m) div 2^32 of m (rows: the word of
              component 0, so that all components of one copy take the same row; values of `Samples` sorted)
 
@@ -125,7 +125,7 @@ def bits(key: tuple[int, int], component: int, copy: int, start: int, count: int
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class QuantileTable:
     """Quantiles of a symmetric law at v = 2^(o - 31) (1 + j / 256), o = 0..30: `value` and `slope` (7937,) float32.
 
     The index of v is exponent and upper 8 mantissa bits of its float32, the rest of the mantissa interpolates.
@@ -151,14 +151,14 @@ class Table:
 
 
 @functools.lru_cache(maxsize=256)
-def table(shape: Law) -> Table:
+def table(shape: Law) -> QuantileTable:
     """Quantile table of a symmetric standard law (`law.shape`); made once per shape."""
     if isinstance(shape, Samples):
         raise UsageError("A law of samples has no quantile table: its values are drawn by index.")
     k = np.arange((_OCTAVES << _BITS) + 1)
     v = np.ldexp(1 + (k % 2**_BITS) / 2**_BITS, (k >> _BITS) - _OCTAVES)
     value = shape.isf(v / 2)  # the last node, v = 1, is the median
-    return Table(value.astype(np.float32), np.append(np.diff(value), 0.0).astype(np.float32))
+    return QuantileTable(value.astype(np.float32), np.append(np.diff(value), 0.0).astype(np.float32))
 
 
 @functools.cache
@@ -222,7 +222,7 @@ def standard(
     for block, first, last, at in _spans(start, out.shape[1]):
         part = out[:, at : at + last - first]
         if fast and compiled and last - first >= _QUARTER:
-            _fill_block(fast, table(shape), keys, lanes, block, first, part)
+            _fill_block(fast, table(shape), (keys, lanes), block, first, part)
             continue
         rows = max(1, 16 * _QUARTER // min(_QUARTER, last - first))  # lanes per pass: what fits the cache
         for j in range(0, len(lanes), rows):
@@ -231,9 +231,13 @@ def standard(
 
 
 def _fill_block(
-    fast: ModuleType, source: Table, keys: Array, lanes: Array, block: int, first: int, part: Array
+    fast: ModuleType, source: QuantileTable, drawn: tuple[Array, Array], block: int, first: int, part: Array
 ) -> None:
-    """Trials first, first + 1, ... of one block into part (L, m), by the numba twin, which makes whole blocks."""
+    """Trials first, first + 1, ... of one block into part (L, m), by the numba twin, which makes whole blocks.
+
+    drawn: keys and lanes, (L, 2) each.
+    """
+    keys, lanes = drawn
     whole = part if part.shape[1] == BLOCK and part.flags.c_contiguous else np.empty((len(lanes), BLOCK))
     fast.fill(source.value, source.slope, keys, lanes, np.uint32(block), whole)
     if whole is not part:

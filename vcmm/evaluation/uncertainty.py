@@ -69,7 +69,7 @@ def evaluate(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What a tier found about one characteristic, before bias and decision."""
+    """What a tier says about one characteristic, before bias and decision."""
 
     tier: str
     u: float
@@ -128,7 +128,7 @@ class _Evaluation:
         second = 0.0
         for product in self.model.products:
             u = [self._scalar_u(j) for j in (product.first, product.second)]
-            for _, _, gain in self.model.meetings(product):
+            for _, _, gain in self.model.product_gains(product):
                 second += (float(self.gradient[i] @ gain) * u[0] * u[1]) ** 2
         return float(closed_form_u(self._projected(i))[0]) ** 2, second
 
@@ -149,38 +149,32 @@ class _Evaluation:
         limits = self._limits(i)
         p = None if limits is None else linear.probability(*limits)
         return _Outcome(
-            CLOSED,
-            linear.u,
-            linear.centre,
-            linear.centre,
-            interval,
-            lines,
-            p,
-            float(self.check.tangent_error[i]),
-            True,
-        )
+            tier=CLOSED, u=linear.u, value=linear.centre, mean=linear.centre, interval=interval, lines=lines,
+            probability=p, linear_error=float(self.check.tangent_error[i]), tangent=True,
+        )  # fmt: skip
 
-    def _sampled(self, i: int, found: Summary, alone: Array) -> _Outcome:
+    def _sampled(self, i: int, summary: Summary, alone: Array) -> _Outcome:
         exact = self.settings.engine == "exact"
         tangent = self.smooth[i] and not self._curved(i)
         terms = self._projected(i) if self.smooth[i] else list(self.terms)
-        u = float(np.sqrt(sum(self._variances(i)))) if tangent and not exact else found.u
+        u = float(np.sqrt(sum(self._variances(i)))) if tangent and not exact else summary.u
         if not tangent and any(np.isinf(np.max(t.law.u)) for t, share in zip(self.terms, alone) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
         u_i = (
             [float(closed_form_u([t])[0]) for t in terms]
             if tangent
-            else [float(share) * found.u for share in alone]
+            else [float(share) * summary.u for share in alone]
         )
         lines = self._lines(terms, u_i, u, tangent)
         limits = self._limits(i)
-        p = None if limits is None else found.probability(*limits)
-        error = float(self.check.linear_error[i])
-        interval = found.interval(self.settings.p, self.settings.kind)
+        p = None if limits is None else summary.probability(*limits)
+        interval = summary.interval(self.settings.p, self.settings.kind)
         # a law of samples may have a mean: a smooth output then moves by it (JCGM 101, 7.6)
         value = marginal(float(self.value[i]), terms, 0).centre if tangent else float(self.value[i])
-        tier = EXACT if exact else SAMPLED
-        return _Outcome(tier, u, value, found.mean, interval, lines, p, error, tangent, found)
+        return _Outcome(
+            tier=EXACT if exact else SAMPLED, u=u, value=value, mean=summary.mean, interval=interval, lines=lines,
+            probability=p, linear_error=float(self.check.linear_error[i]), tangent=tangent, summary=summary,
+        )  # fmt: skip
 
     def _lines(
         self, terms: Sequence[Term], u_i: Sequence[float], u: float, linear: bool

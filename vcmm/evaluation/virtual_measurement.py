@@ -46,11 +46,11 @@ def measure_task(task: Task, seed: int | None = None) -> Measurement:
         model = build(task)
         errors = model.world.exact_errors(draw_inputs(model, seed, 0, 1))[0]
     points = measured_points(task, errors)
-    found = evaluate_all(task, fit_features(task, points))
+    indicated = evaluate_all(task, fit_features(task, points))
     nominal = [gps.nominal(c, task.part.features) for c in task.part.characteristics]
     values = tuple(
         MeasuredValue(c.name, c.type, gps.unit(c), float(n), float(v))
-        for c, n, v in zip(task.part.characteristics, nominal, found)
+        for c, n, v in zip(task.part.characteristics, nominal, indicated)
     )
     along = ((points - task.touches.points) * task.touches.normals).sum(axis=1)
     names = tuple(str(f) for f in run.labels["feature"])

@@ -37,7 +37,7 @@ class World(Protocol):
         """How every Input moves every touch."""
         ...
 
-    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
+    def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
         """Second-order terms of Inputs that act together."""
         ...
 
@@ -63,8 +63,8 @@ class Measuring:
     def influences(self) -> tuple[Influence, ...]:
         return influences(self.task.machine, self.task.touches.run, self.task.inputs)
 
-    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
-        return products(self.task.machine, self.task.touches.run, found)
+    def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
+        return products(self.task.machine, self.task.touches.run, known)
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
         return exact_errors(self.task.machine, self.task.touches.run, drawn)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vcmm.core.errors import DataError, UsageError, did_you_mean
-from vcmm.core.run import Array, Run
+from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.core.text import read_text
 from vcmm.effects import ALL
 from vcmm.files.problems import misspelt
@@ -29,7 +29,7 @@ LABELS = (
     "repeat",
     "mode",
 )
-REDRAW = ("machine", "touch", "work_offset", *LABELS)  # what an Input may be redrawn by
+REDRAW = ("machine", "touch", OFFSET_LABEL, *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
 _BY_AXIS = (
     "sense_{}",

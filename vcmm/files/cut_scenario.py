@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,12 +11,14 @@ from pydantic import Field
 from vcmm.core.effect import Effect
 from vcmm.core.errors import VcmmError, choose_from
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
+from vcmm.core.run import OFFSET_LABEL
 from vcmm.cutting.force import bending
-from vcmm.effects.cutting import ToolBending
-from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
+from vcmm.effects import has_role, made_for, of_role
+from vcmm.files.knowledge import note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, placement_from
@@ -147,7 +148,9 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         )
     if model is None or setup is None:
         return None
-    known = _known(document, machine, setup, model.cut, part, environment, problems)
+    known = _known(
+        document, machine, setup, cut=model.cut, part=part, environment=environment, problems=problems
+    )
     inspection = _inspection(document, model.inspection, problems)
     placement = placement_from(document, part.part if part else None, model, problems)
     if model.placement.objective not in ("", "deviation"):
@@ -214,16 +217,19 @@ def _known(
                     problems.add(("cut", "tools", name, key), text)
     if problems.found:
         return None
+    own = machine.effects if machine else ()
     effects, inputs = setting_knowledge(setup, cut, _turned(setup, cut, document.path.parent / cut.program))
-    stated = any(
-        e.get("effect") == "tool_deflection" for e in document.data.get("effects", []) if isinstance(e, dict)
-    )
-    if not any(e.name == "tool_deflection" for e in (machine.effects if machine else ())) and not stated:
+    stated = [str(e.get("effect")) for e in tables_in(document.data, "effects")]
+    if not any(has_role(name, "tool bending") for name in (*stated, *(e.name for e in own))):
         bends, known_bends = bending_knowledge(setup, cut)
         effects, inputs = [*effects, *bends], [*inputs, *known_bends]
-    full = None if machine is None else replace(machine, effects=(*machine.effects, *effects))
-    found = with_knowledge(document, full, part, environment, None, problems)
-    return None if found is None else (found[0], (*found[1], *inputs))
+    full = None if machine is None else informed(machine, effects)
+    whole = with_knowledge(document, full, part, environment, None, problems)
+    if whole is None:
+        return None
+    for one in inputs:
+        note_second(one, [*whole[0].inputs, *whole[1]], problems, ("cut",))
+    return whole[0], (*whole[1], *inputs)
 
 
 def _turned(setup: Setup, cut: CutTable, program: Path) -> bool:
@@ -248,27 +254,38 @@ def setting_knowledge(setup: Setup, cut: CutTable, turned: bool) -> tuple[list[E
     turned: on a lathe the zero lies on the axis of the spindle: only z is set, and each tool has an offset in x and a height.
     """
     directions = "z" if turned else "xyz"
-    effects: list[Effect] = [WorkOffset(d) for d in directions]
+    effects = _set("work zero", *((d,) for d in directions))
     inputs = []
     if cut.work_offset.u:
+        kind = made_for("work zero", "[cut] work_offset.u").name
         law = Normal(cut.work_offset.u)
         inputs = [
-            Input("work_offset", d, "shift", law, "work_offset", "setting of the work offset")
-            for d in directions
+            Input(kind, d, "shift", law, OFFSET_LABEL, "setting of the work offset") for d in directions
         ]
     for number in setup.tools:
         name, said = str(number), cut.tools.get(str(number), ToolKnowledge())
-        effects += [ToolLength(name), ToolRadius(name)]
+        effects += [*_set("tool length", (name,)), *_set("tool radius", (name,))]
         if said.u_length:
-            inputs.append(Input("tool_length", name, "dl", Normal(said.u_length), "setup", "tool setter"))
+            inputs.append(_of_setter("tool length", name, "dl", said.u_length))
         if said.u_radius:
-            inputs.append(Input("tool_radius", name, "dr", Normal(said.u_radius), "setup", "tool setter"))
+            inputs.append(_of_setter("tool radius", name, "dr", said.u_radius))
         if setup.tools[number].shape == "turning":
-            effects += [ToolOffset(name, d) for d in "xy"]
+            effects += _set("tool offset", *((name, d) for d in "xy"))
         for d, u in (("x", said.u_offset_x), ("y", said.u_offset_y)):
             if u:
-                inputs.append(Input("tool_offset", f"{name},{d}", "shift", Normal(u), "setup", "tool setter"))
+                inputs.append(_of_setter("tool offset", f"{name},{d}", "shift", u))
     return effects, inputs
+
+
+def _set(role: str, *places: tuple[str, ...]) -> list[Effect]:
+    """The effects that something was set with at these places; what nothing is stated of may be missing from the catalogue."""
+    kind = of_role(role)
+    return [] if kind is None else [kind(*place) for place in places]
+
+
+def _of_setter(role: str, where: str, parameter: str, u: float) -> Input:
+    kind = made_for(role, f"[cut] tools: the uncertainty of a {role}")
+    return Input(kind.name, where, parameter, Normal(u), "setup", "tool setter")
 
 
 def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[Input]]:
@@ -283,19 +300,11 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
         if amount is None and tool.stick_out and tool.diameter and tool.shape in ("flat", "ball", "bull"):
             amount = bending(tool.diameter / 2, tool.stick_out)
         if amount is not None:
-            effects.append(ToolBending(amount, str(number)))
+            kind = made_for("tool bending", f"stick_out or compliance of tool {number}")
+            effects.append(kind.of_rod(amount, str(number)))
             if said.u_compliance:
-                law = Normal(said.u_compliance)
-                inputs.append(
-                    Input(
-                        "tool_deflection",
-                        str(number),
-                        "compliance",
-                        law,
-                        "setup",
-                        "stiffness of tool and spindle",
-                    )
-                )
+                law, why = Normal(said.u_compliance), "stiffness of tool and spindle"
+                inputs.append(Input(kind.name, str(number), "compliance", law, "setup", why))
     return effects, inputs
 
 

@@ -14,7 +14,6 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
 from vcmm.core.units import dimension_of, quantity, shown, vector
 from vcmm.effects import find
-from vcmm.effects.component import CalibrationModes
 from vcmm.files.problems import Key, TableProblems, misspelt
 
 Found = list[tuple[Key, str]]  # (key, what is wrong with it)
@@ -36,9 +35,8 @@ def build_effect(table: dict[str, Any]) -> Effect:
     kind = kind_of(table, found)
     if kind is None:
         raise TableProblems(found)
-    if kind is CalibrationModes:
-        text = 'calibration_modes are made by covariance = "errors_covariance.csv" in [errors]; use that'
-        raise TableProblems([("effect", text)])
+    if kind.made_by:
+        raise TableProblems([("effect", f"{kind.name} is made by {kind.made_by}; use that")])
     values: dict[str, Any] = {}
     for key, value in table.items():
         if key != "effect":

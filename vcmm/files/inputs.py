@@ -25,7 +25,6 @@ from vcmm.core.laws import (
 )
 from vcmm.core.run import Array
 from vcmm.core.units import channel_unit, dimension_of, parse_unit, shown, vector
-from vcmm.effects.residual import CorrelatedField
 from vcmm.files.columns import REDRAW, check_channel
 from vcmm.files.effects import Found, check_matters, kind_of, may_be_left_out, noting, unit_of
 from vcmm.files.problems import TableProblems, misspelt
@@ -94,33 +93,34 @@ def _effect_input(
         return None
     law, scale, component = None, None, str(getattr(target, "component", ""))
     with noting(found, "law"):
-        if isinstance(target, CorrelatedField):
-            law = _kernel_law(target, table)
+        covariance = target.covariance()
+        if covariance is not None:
+            law = _own_law(kind, covariance, table)
         else:
             law, scale = _law(table, unit_of(spec.metadata["unit"], component))
         _check_size(law, scale, int(np.size(getattr(target, spec.name))), spec.name)
     if law is None:
         return None
     return Input(
-        kind.name,
-        EVERY if _everywhere(kind, table) else target.where,
-        spec.name,
-        law,
-        _redraw(table),
-        str(table.get("evidence", "")),
-        scale,
+        effect=kind.name,
+        where=EVERY if _everywhere(kind, table) else target.where,
+        parameter=spec.name,
+        law=law,
+        redraw=_redraw(table),
+        evidence=str(table.get("evidence", "")),
+        scale=scale,
     )
 
 
-def _kernel_law(field: CorrelatedField, table: dict[str, Any]) -> MultivariateNormal:
-    """The draws of a correlated field have the covariance of its own kernel; any other law would not be that field."""
+def _own_law(kind: type[Effect], covariance: Array, table: dict[str, Any]) -> MultivariateNormal:
+    """The draws of such a field have the covariance of its own kernel; any other law would not be that field."""
     keys = {"law", *(key for keys in LAW_KEYS.values() for key in keys)}
     stated = [k for k in table if k in keys and table[k] != "multivariate"]
     if stated:
         raise UsageError(
-            f"{stated[0]} does not belong to an input of correlated_field: its nodes and length give the covariance; remove it"
+            f"{stated[0]} does not belong to an input of {kind.name}: its nodes and length give the covariance; remove it"
         )
-    return MultivariateNormal(field.covariance())
+    return MultivariateNormal(covariance)
 
 
 def _check_size(law: Any, scale: Array | None, size: int, name: str) -> None:

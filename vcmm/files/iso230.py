@@ -88,7 +88,9 @@ def recording_of_runs(
     value = -runs.deviation if measuring else runs.deviation
     kind = "angle" if axis in "ABC" else "displacement"
     none = np.full(k, -1, dtype=np.intp)
-    return Recording(name, kind, run, value, measuring, np.arange(k), direction, none)
+    return Recording(
+        name, kind, run, value=value, measuring=measuring, row=np.arange(k), direction=direction, other=none
+    )
 
 
 def read_iso230(path: str | Path) -> PositioningRuns:

@@ -22,7 +22,7 @@ from vcmm.core.errors import DataError
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array
-from vcmm.effects.component import CalibrationModes, ComponentSpline, ComponentTable
+from vcmm.effects import made_for
 from vcmm.files.columns import Sheet, read_csv
 
 HEAD = ("error", "position")
@@ -119,37 +119,35 @@ def covariance_text(joint: JointCovariance) -> str:
 def joint_knowledge(
     joint: JointCovariance, effects: Sequence[Effect], evidence: str
 ) -> tuple[list[Effect], list[Input]]:
-    """One CalibrationModes per error, and the Input that they share.
+    """One effect of the role "joint calibration" per error, and the Input that they share.
 
     effects: those of the error table. Raises DataError for an error or nodes that the table does not have.
     """
     factor, names = joint.factor, np.array(joint.errors)
+    kind = made_for("joint calibration", "[errors] covariance")
     by_name = {e.where: e for e in effects}
     out: list[Effect] = []
     for name in dict.fromkeys(joint.errors):
         rows = np.flatnonzero(names == name)
         _check_nodes(name, joint.position[rows], by_name)
-        cubic = isinstance(by_name[name], ComponentSpline)
+        cubic = by_name[name].role == "error curve"
         nodes = np.zeros(0) if np.isnan(joint.position[rows[0]]) else joint.position[rows]
-        out.append(CalibrationModes(name, nodes, factor[rows], "cubic" if cubic else "linear"))
+        out.append(kind(name, nodes, factor[rows], "cubic" if cubic else "linear"))
     if not factor.shape[1]:
         return [], []
-    return out, [Input("calibration_modes", EVERY, "modes", Normal(1.0), "machine", evidence)]
+    return out, [Input(kind.name, EVERY, "modes", Normal(1.0), "machine", evidence)]
 
 
 def _check_nodes(name: str, position: Array, by_name: dict[str, Effect]) -> None:
     if name not in by_name:
         raise DataError(f"covariance: {name} is not in the error table, which has {', '.join(by_name)}")
     effect = by_name[name]
-    nodes = np.zeros(0)
-    if isinstance(effect, ComponentSpline):
-        nodes = np.asarray(effect.nodes, dtype=float)
-    elif isinstance(effect, ComponentTable):
-        if len(effect.arguments) != 1:
-            raise DataError(
-                f"covariance: {name} is tabulated over several axes; state an uncertainty for it instead"
-            )
-        nodes = np.asarray(effect.grids[0], dtype=float)
+    nodes = effect.own_nodes()
+    if nodes is None and effect.role == "error table":
+        raise DataError(
+            f"covariance: {name} is tabulated over several axes; state an uncertainty for it instead"
+        )
+    nodes = np.zeros(0) if nodes is None else nodes
     given = position[~np.isnan(position)]
     if len(given) != len(nodes) or not np.allclose(given, nodes, rtol=0, atol=1e-6):
         raise DataError(

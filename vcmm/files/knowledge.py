@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
 from typing import Any
 
-import numpy as np
-
-from vcmm.core.effect import FREE_LINKS, Effect, parameter_fields, place_fields
+from vcmm.core.effect import FREE_LINKS, Effect, place_fields
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import Chain
+from vcmm.core.knowledge import doubled
 from vcmm.files.effects import build_effect
 from vcmm.files.inputs import build_input
 from vcmm.files.problems import Problems
@@ -74,31 +72,7 @@ def further_inputs(
 
 
 def note_second(one: Input, known: Sequence[Input], problems: Problems, at: Location) -> None:
-    """A quantity that has an input already would be drawn twice from one stream."""
-    other = next((k for k in known if k.id == one.id), None)
-    if other is not None:
-        said = f" ({other.evidence})" if other.evidence else ""
-        problems.add(at, f"{one.id} has an input already{said}; keep one of the two")
-
-
-def merged(effects: Sequence[Effect]) -> list[Effect]:
-    """Effects of one name and place added into one where all that differs are numbers in which they are linear.
-
-    An Input names an effect by name and place: two of them (a table and a further known effect) would count twice.
-    """
-    out: list[Effect] = []
-    for effect in effects:
-        match = next((i for i, e in enumerate(out) if e.id == effect.id and addable(e, effect)), None)
-        if match is None:
-            out.append(effect)
-            continue
-        linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
-        sums = {n: getattr(out[match], n) + getattr(effect, n) for n in linear}
-        out[match] = replace(out[match], **sums)
-    return out
-
-
-def addable(one: Effect, other: Effect) -> bool:
-    linear = {f.name for f in parameter_fields(one) if not f.metadata["scan"]}
-    rest = [f.name for f in fields(one) if f.name not in linear]
-    return all(np.array_equal(getattr(one, n), getattr(other, n)) for n in rest)
+    """Note a quantity that has an Input already, at its place in the file."""
+    twice = doubled(one, known)
+    if twice:
+        problems.add(at, twice)

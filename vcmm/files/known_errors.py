@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,16 +16,15 @@ from vcmm.core.inputs import EVERY, Input
 from vcmm.core.kinematics import Chain
 from vcmm.core.laws import Law, MultivariateNormal, Normal, StudentT
 from vcmm.core.run import Array
-from vcmm.effects.component import ComponentSpline, ComponentTable
-from vcmm.effects.expansion import ScaleExpansion
-from vcmm.effects.scatter import Scatter
-from vcmm.effects.squareness import RotaryLocation, Squareness
+from vcmm.effects import made_for
 from vcmm.files.isg import ErrorFile, read_isg
 from vcmm.files.joint_covariance import joint_knowledge, read_joint_covariance
 from vcmm.files.machine_tables import MachineFile, Repeatability, Scales, Uncertainty
 from vcmm.files.problems import Problems
 from vcmm.files.schema import whole
 from vcmm.files.toml import Document, Location
+
+TABLE, CURVE = "error table", "error curve"  # roles
 
 
 def known_errors(
@@ -62,12 +61,15 @@ def known_errors(
     if model.repeatability and whole(model.repeatability, data["repeatability"]):
         repeatability = model.repeatability
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))
-        effects.append(Scatter())
-        inputs += (
-            [Input("scatter", "", "value", law, "touch", "repeatability of the machine file")] if law else []
-        )
+        touch = problems.attempt((*at, "repeatability"), lambda: made_for("repeatability", "[repeatability]"))
+        if touch is not None:
+            effects.append(touch())
+            said = "repeatability of the machine file"
+            inputs += [Input(touch.name, "", "value", law, "touch", said)] if law else []
     if model.environment and model.environment.scales and chain:
-        more, known = _scales(model.environment.scales, [a for a in chain.letters if a in "XYZ"])
+        scales, letters = model.environment.scales, [a for a in chain.letters if a in "XYZ"]
+        found_scales = problems.attempt((*at, "environment", "scales"), lambda: _scales(scales, letters))
+        more, known = found_scales or ([], [])
         effects, inputs = effects + more, inputs + known
     return effects, inputs
 
@@ -102,16 +104,18 @@ def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
     for table in file.tables:
         for name, values in table.values.items():
             if cubic and len(table.arguments) == 1 and table.arguments[0] == name[2] and len(values) > 2:
-                effects.append(ComponentSpline(name, table.grids[0], values))
+                effects.append(
+                    made_for("error curve", f"the cubic table of {name}")(name, table.grids[0], values)
+                )
             else:
-                effects.append(ComponentTable(name, table.arguments, table.grids, values))
+                made = made_for("error table", f"the table of {name}")
+                effects.append(made(name, table.arguments, table.grids, values))
     for name, value in file.constants.items():
         if name[2] in "XYZ":
-            effects.append(Squareness(name, value))
-        elif name[0] in "XYZ":
-            effects.append(RotaryLocation(name, offset=value))
+            effects.append(made_for("angle between axes", f"the constant {name}")(name, value))
         else:
-            effects.append(RotaryLocation(name, tilt=value))
+            shift = "offset" if name[0] in "XYZ" else "tilt"
+            effects.append(made_for("rotary axis location", f"the constant {name}")(name, **{shift: value}))
     return effects
 
 
@@ -127,8 +131,8 @@ def _check_on_machine(
             at,
             f'{path.name} holds {effect.where} of axis {effect.link}, which structure = "{chain.structure}" lacks',
         )
-    if isinstance(effect, ComponentTable):
-        for letter in effect.arguments:
+    if effect.role == TABLE:
+        for letter in getattr(effect, "arguments"):  # noqa: B009 - the table's
             if chain and letter not in chain.letters:
                 problems.add(
                     at, f"{path.name} tabulates {effect.where} over axis {letter}, which the machine lacks"
@@ -144,8 +148,8 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
         return []
     inputs = []
     for effect in effects:
-        if isinstance(effect, ComponentTable | ComponentSpline):
-            u = known.translation if effect.component[1] in "XYZ" else known.rotation
+        if effect.role in (TABLE, CURVE):
+            u = known.translation if effect.where[1] in "XYZ" else known.rotation
             if u > 0:
                 law = _correlated(effect, u, known.correlation_length)
                 inputs.append(
@@ -153,9 +157,9 @@ def _table_inputs(effects: list[Effect], known: Uncertainty | None) -> list[Inpu
                         effect.name, effect.where, "values", law, "machine", "calibration of the error table"
                     )
                 )
-        elif isinstance(effect, Squareness) and known.squareness > 0:
+        elif effect.role == "angle between axes" and known.squareness > 0:
             inputs.append(_constant(effect, "angle", known.squareness))
-        elif isinstance(effect, RotaryLocation):
+        elif effect.role == "rotary axis location":
             name, u = (
                 ("offset", known.translation) if effect.where[0] in "XYZ" else ("tilt", known.squareness)
             )
@@ -179,20 +183,18 @@ def refined(effects: list[Effect], known: Uncertainty | None) -> list[Effect]:
     length = known.correlation_length if known else None
     if not length:
         return effects
-    return [
-        _refined(e, length / 3) if isinstance(e, ComponentTable | ComponentSpline) else e for e in effects
-    ]
+    return [_refined(e, length / 3) if e.role in (TABLE, CURVE) else e for e in effects]
 
 
-def _refined(effect: ComponentTable | ComponentSpline, step: float) -> Effect:
+def _refined(effect: Any, step: float) -> Effect:
     if effect.link not in "XYZ":
-        return effect
-    if isinstance(effect, ComponentSpline):
+        return cast(Effect, effect)
+    if effect.role == CURVE:
         nodes = _denser(np.asarray(effect.nodes, dtype=float), step)
         from scipy.interpolate import CubicSpline
 
         values = CubicSpline(effect.nodes, effect.values, bc_type="natural")(nodes)
-        return replace(effect, nodes=nodes, values=np.asarray(values))
+        return cast(Effect, replace(effect, nodes=nodes, values=np.asarray(values)))
     values, grids = np.asarray(effect.values, dtype=float), list(effect.grids)
     measured = dict(zip(effect.arguments, grids)).get(effect.link)
     for axis, letter in enumerate(effect.arguments):
@@ -205,7 +207,7 @@ def _refined(effect: ComponentTable | ComponentSpline, step: float) -> Effect:
             f"correlation_length = {3 * step:g} mm needs {values.size} nodes in the table of {effect.component}; "
             f"{MOST_NODES} are the limit: state a longer correlation length"
         )
-    return replace(effect, grids=tuple(grids), values=values, measured=measured)
+    return cast(Effect, replace(effect, grids=tuple(grids), values=values, measured=measured))
 
 
 def _between(column: Array, nodes: Array, grid: Array) -> Array:
@@ -222,15 +224,14 @@ def _denser(grid: Array, step: float) -> Array:
     return np.concatenate([*parts, grid[-1:]])
 
 
-def _correlated(
-    effect: ComponentTable | ComponentSpline, u: float, length: float | None
-) -> MultivariateNormal:
+def _correlated(effect: Any, u: float, length: float | None) -> MultivariateNormal:
     """u^2 exp(-(dq)^2 / (2 l^2)) between the nodes; without a correlation length the nodes are independent.
 
     A rotary axis has no length: its nodes are taken as independent unless they coincide.
     """
-    grids = effect.grids if isinstance(effect, ComponentTable) else (np.asarray(effect.nodes),)
-    letters = effect.arguments if isinstance(effect, ComponentTable) else (effect.link,)
+    table = effect.role == TABLE
+    grids = effect.grids if table else (np.asarray(effect.nodes),)
+    letters = effect.arguments if table else (effect.link,)
     mesh = np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
     squared: Array = np.zeros((len(mesh), len(mesh)))
     for i, letter in enumerate(letters):
@@ -265,12 +266,13 @@ def _repeatability(table: Repeatability) -> Law:
 def _scales(table: Scales, letters: list[str]) -> tuple[list[Effect], list[Input]]:
     """Scale expansion of every linear axis; one coefficient for all scales, one sensor per scale."""
     corrected = table.expansion if table.compensated else 0.0
-    effects: list[Effect] = [ScaleExpansion(a, table.expansion, corrected) for a in letters]
+    made = made_for("scale temperature", "[environment] scales")
+    effects: list[Effect] = [made(a, table.expansion, corrected) for a in letters]
     inputs = []
     if table.u_expansion > 0:
         inputs.append(
             Input(
-                "scale_expansion",
+                made.name,
                 EVERY,
                 "alpha",
                 Normal(table.u_expansion),

@@ -7,10 +7,11 @@ from typing import Any
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.kinematics import Axis, Chain, parse_structure
+from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
 from vcmm.files.effects import build_effect
-from vcmm.files.knowledge import further_effects, further_inputs, merged, names_in, tables_in
+from vcmm.files.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.known_errors import known_errors
 from vcmm.files.machine_tables import AxisTable, MachineFile
 from vcmm.files.problems import Problems
@@ -60,24 +61,16 @@ def _checked_machine(
     inputs += further_inputs(tables_in(data, "inputs"), effects, inputs, problems, at, complete)
     if problems.found:
         return None
-    effects = merged(effects)
-    state = model.errors.state if model.errors else "residual"
-    active = tuple(model.errors.compensation) if model.errors else ()
-    name = model.name or document.path.stem
-    return problems.attempt(
+    errors = model.errors
+    bare = problems.attempt(
         (*at, "structure"),
         lambda: Machine(
-            name,
-            model.kind,
-            chain,  # type: ignore[arg-type]
-            axes,  # type: ignore[arg-type]
-            tuple(effects),
-            tuple(inputs),
-            state,
-            active,
-            model.load_limit,
+            name=model.name or document.path.stem, kind=model.kind, chain=chain, axes=axes,  # type: ignore[arg-type]
+            state=errors.state if errors else "residual", load_limit=model.load_limit,
+            compensation=tuple(errors.compensation) if errors else (),
         ),
-    )
+    )  # fmt: skip
+    return bare and problems.attempt((*at, "structure"), lambda: informed(bare, effects, inputs))
 
 
 def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems, at: Location) -> None:

@@ -140,7 +140,18 @@ def _recording(run: Run, machine: Machine, sense: Sense, name: str, sheet: Sheet
         run, direction, ends = _second_ends(run, machine, sense, sheet)
         other = ends if ends is not None else other
     lines = np.array(sheet.lines, dtype=np.intp)
-    return Recording(name, sense.kind, run, value, sense.measuring, row, direction, other, u, lines=lines)
+    return Recording(
+        name,
+        sense.kind,
+        run,
+        value=value,
+        measuring=sense.measuring,
+        row=row,
+        direction=direction,
+        other=other,
+        u=u,
+        lines=lines,
+    )
 
 
 def _pointed(

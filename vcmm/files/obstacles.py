@@ -69,8 +69,8 @@ def surroundings_of(
     return problems.attempt(
         (at,),
         lambda: Surroundings(
-            head, tuple(clamps), model.table, model.safe, model.shaft_gap, model.steepest, model.wall,
-            forms,
+            head=head, clamps=tuple(clamps), table=model.table, safe=model.safe, shaft=model.shaft_gap, steepest=model.steepest, wall=model.wall,
+            forms=forms,
         ),
     )  # fmt: skip
 

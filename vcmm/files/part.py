@@ -9,11 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
+from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.units import quantity, shown
-from vcmm.effects.expansion import PartExpansion
+from vcmm.effects import made_for
 from vcmm.files.knowledge import names_in
 from vcmm.files.problems import Problems, TableProblems, misspelt
 from vcmm.files.schema import (
@@ -143,15 +144,21 @@ class PartData:
     forms: dict[str, Lobes]
     u_expansion: float
 
-    def effects(self, compensated: bool) -> list[PartExpansion]:
+    def effects(self, compensated: bool) -> list[Effect]:
         alpha = self.part.expansion
-        return [PartExpansion(alpha, alpha if compensated else 0.0)] if alpha or self.u_expansion else []
+        if not alpha and not self.u_expansion:
+            return []
+        return [self._kind(alpha, alpha if compensated else 0.0)]
+
+    @property
+    def _kind(self) -> Any:
+        return made_for("part temperature", "[part] expansion")
 
     def inputs(self) -> list[Input]:
         if not self.u_expansion:
             return []
         return [
-            Input("part_expansion", "", "alpha", Normal(self.u_expansion), "machine", "expansion of the part")
+            Input(self._kind.name, "", "alpha", Normal(self.u_expansion), "machine", "expansion of the part")
         ]
 
 
@@ -242,7 +249,14 @@ def _feature(
     if kind == "line":
         axis, u = np.array(t.direction), t.normal
     return Feature(
-        name, kind, point, axis, np.array(sizes), inside, extent, None if u is None else np.array(u)
+        name=name,
+        kind=kind,
+        point=point,
+        axis=axis,
+        sizes=np.array(sizes),
+        inside=inside,
+        extent=extent,
+        u=None if u is None else np.array(u),
     ), lobes
 
 
@@ -286,4 +300,13 @@ def _characteristic(t: CharacteristicTable) -> Characteristic:
     if found:
         raise TableProblems(found)
     of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
-    return Characteristic(t.name, t.type, of, tuple(t.between), tuple(t.datums), t.criterion, limits, zone)
+    return Characteristic(
+        name=t.name,
+        type=t.type,
+        of=of,
+        between=tuple(t.between),
+        datums=tuple(t.datums),
+        criterion=t.criterion,
+        limits=limits,
+        zone=zone,
+    )

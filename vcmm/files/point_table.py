@@ -82,7 +82,16 @@ def read_points(
     else:
         value, row = error[:, seen].ravel(), np.repeat(np.arange(n), len(seen))
         direction = np.tile(pose.turn(np.eye(3)[seen]), (n, 1))
-    return Recording("", kind, run, value, measuring, row, direction, np.full(len(value), -1, dtype=np.intp))
+    return Recording(
+        "",
+        kind,
+        run,
+        value=value,
+        measuring=measuring,
+        row=row,
+        direction=direction,
+        other=np.full(len(value), -1, dtype=np.intp),
+    )
 
 
 def _columns(

@@ -133,7 +133,7 @@ def _read(model: RecordingFile, path: Path, machine: Machine | None, problems: P
         stylus = model.stylus or StylusTable()
         pose = model.pose and Pose.from_turns(np.array(model.pose.shift), np.array(model.pose.turn))
         radius = stylus.tip_diameter / 2
-        return read_points(path, machine, pose or Pose.identity(), np.array(stylus.offset), radius, model.kind, model.measuring)  # fmt: skip
+        return read_points(path, machine, pose or Pose.identity(), offset=np.array(stylus.offset), tip_radius=radius, kind=model.kind, measuring=model.measuring)  # fmt: skip
     if model.shape == "scope":
         return _read_scope(model, path, machine, problems)
     runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)
@@ -174,16 +174,18 @@ def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool)
     try:
         machine.prepare(recording.run)
     except ModelLimit as error:
-        row = re.match(r"row (\d+): ", str(error))
-        if not row or not sheet:
+        if error.row is None or not sheet:
             raise DataError(f"{data}: {error}") from None
-        table, number = read_csv(data), int(row[1]) - 1
-        end = ""
-        if number >= len(table.rows):
+        table, end = read_csv(data), ""
+        if error.row >= len(table.rows):
             end = '; this is the second end, from_x_mm ...: for a fixed station write [nuisance] station = ""'
-        place = table.at(number % len(table.rows))
-        raise DataError(f"{place}: {str(error)[row.end() :]}{end}") from None
+        raise DataError(f"{table.at(error.row % len(table.rows))}: {_without_row(error)}{end}") from None
     return recording
+
+
+def _without_row(error: ModelLimit) -> str:
+    """The complaint without its number of the row of the run, where the line of a file is said instead."""
+    return str(error) if error.row is None else str(error).removeprefix(f"row {error.row + 1}: ")
 
 
 def _with_nuisance(recording: Recording, machine: Machine) -> Recording:

@@ -40,7 +40,15 @@ def read_rtl(path: str | Path) -> PositioningRuns:
     labels = np.array([str(r) for r in run], dtype=np.str_)
     axis = _value(sections.get("USER-TEXT", []), "axis")
     letter = axis.upper() if axis.upper() in tuple("XYZ") else ""
-    return PositioningRuns(target, deviation * 1e-3, _directions(run, target), labels, columns, {}, letter)
+    return PositioningRuns(
+        target=target,
+        deviation=deviation * 1e-3,
+        direction=_directions(run, target),
+        run=labels,
+        columns=columns,
+        labels={},
+        axis=letter,
+    )
 
 
 def _sections(path: Path, text: str) -> dict[str, Lines]:

@@ -14,12 +14,13 @@ from pydantic import Field
 from vcmm.core.effect import Effect
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import T0_DEG_C
 from vcmm.core.units import quantity
-from vcmm.files.knowledge import further_effects, further_inputs, merged, note_second, tables_in
+from vcmm.files.knowledge import further_effects, further_inputs, note_second, tables_in
 from vcmm.files.machine import machine_from
 from vcmm.files.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.part import PartData, part_from
@@ -145,28 +146,19 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
     if around is None:
         return None
     return Scenario(
-        model.name or document.path.stem,
-        machine,
-        part.part,
-        plan,
-        pose_from(model.pose),
-        columns_of(environment.temperature),
-        inputs,
-        part.forms,
-        qualifications,
-        settings,
-        {n: pose_from(t) for n, t in model.places.items()},
-        placement,
-        around,
-    )
+        name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
+        constants=columns_of(environment.temperature), inputs=inputs, forms=part.forms, qualifications=qualifications,
+        settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
+        surroundings=around,
+    )  # fmt: skip
 
 
 def noting(make: Any, document: Document, data: dict[str, Any], at: Location) -> Any:
     """Run a reader that notes its problems, with a list of its own: its document may be another file."""
     problems = Problems(document)
-    found = make(document, data, at, problems)
+    made = make(document, data, at, problems)
     problems.raise_if_any()
-    return found
+    return made
 
 
 def _plan(
@@ -223,18 +215,19 @@ def with_knowledge(
         _check_styli(document, planned[0], problems)
     if machine is None or part is None or environment is None:
         return None
-    effects = merged([*machine.effects, *part.effects(environment.part.compensated), *further])
     complete = not problems.found
-    machine = Machine(
-        machine.name, machine.kind, machine.chain, machine.axes, tuple(effects), machine.inputs,
-        machine.state, machine.compensation, machine.load_limit,
-    )  # fmt: skip
+    machine = informed(machine, [*part.effects(environment.part.compensated), *further])
     inputs = part.inputs()
     for location, one in temperatures:
         note_second(one, machine.inputs, problems, location)
         inputs.append(one)
     inputs += further_inputs(
-        tables_in(document.data, "inputs"), effects, [*machine.inputs, *inputs], problems, (), complete
+        tables_in(document.data, "inputs"),
+        machine.effects,
+        [*machine.inputs, *inputs],
+        problems,
+        (),
+        complete,
     )
     _check_temperatures(document, machine.effects, environment, problems)
     return machine, tuple(inputs)

@@ -163,4 +163,13 @@ def recording_of_scope(
     value = -error if measuring else error
     kind = "angle" if axes[0] in "ABC" else "path"
     none = np.full(len(value), -1, dtype=np.intp)
-    return Recording(name, kind, run, value, measuring, np.repeat(np.arange(n), len(axes)), direction, none)
+    return Recording(
+        name,
+        kind,
+        run,
+        value=value,
+        measuring=measuring,
+        row=np.repeat(np.arange(n), len(axes)),
+        direction=direction,
+        other=none,
+    )

@@ -179,6 +179,6 @@ def _tool(key: str, t: ToolTable) -> Tool:
             f"corner_radius of {t.corner_radius:g} mm is more than half the diameter of {t.diameter:g} mm"
         )
     return Tool(
-        int(key), t.length, t.diameter, t.shape, t.corner_radius or 0.0, t.nose_radius, t.orientation, t.offset_x,
-        t.offset_y, t.name, t.teeth, t.stick_out, t.cutting_length, t.shank_diameter,
+        number=int(key), length=t.length, diameter=t.diameter, shape=t.shape, corner_radius=t.corner_radius or 0.0, nose_radius=t.nose_radius, orientation=t.orientation, offset_x=t.offset_x,
+        offset_y=t.offset_y, name=t.name, teeth=t.teeth, stick_out=t.stick_out, cutting_length=t.cutting_length, shank_diameter=t.shank_diameter,
     )  # fmt: skip

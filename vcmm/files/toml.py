@@ -77,6 +77,14 @@ def _syntax(path: Path, text: str, message: str) -> str:
     return f"{path}:{number}: not valid TOML: {message}: {line}\n    {fix}"
 
 
+def file_named(text: str, folder: Path) -> Path | None:
+    """The file in `folder` that a text of a TOML file names ("errors.csv"); None where there is none."""
+    if len(text) > 200 or "\n" in text or "\0" in text:
+        return None
+    there = folder / text
+    return there if there.suffix and there.is_file() else None
+
+
 def check_version(document: Document, kind: str, version: int = 1) -> None:
     """Accept `kind/1 .. kind/version`; refuse others by name."""
     word = document.data.get("vcmm")

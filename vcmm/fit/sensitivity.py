@@ -82,7 +82,9 @@ def _linearised(element: Element, free: tuple[int, ...], fitted: Fitted, points:
     _, jac, rows = jacobian(element, free, (frame @ (data[0] + offset[:, None]))[None], sizes[None])
     normals = [np.stack([np.broadcast_to(c, (1, len(points)))[0] for c in row[1]], axis=-1) for row in rows]
     jac = jac[0].reshape(-1, element.rows, len(points))
-    return _Linear(element, free, frame, offset, jac, np.stack(normals) @ frame, scale)
+    return _Linear(
+        element=element, free=free, frame=frame, offset=offset, jac=jac, normals=np.stack(normals) @ frame, scale=scale
+    )  # fmt: skip
 
 
 def _answer(linear: _Linear, tilt: Array | None) -> tuple[Array, Array]:

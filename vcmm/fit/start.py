@@ -25,8 +25,8 @@ def algebraic_start(element: Element, free: tuple[int, ...], data: Array, axis: 
         return _searched(element, free, data, axis)
     if element.kind in ("plane", "line"):
         column = 0 if element.kind == "plane" else 2
-        found = np.linalg.eigh(data @ data.swapaxes(-1, -2))[1][:, :, column]
-        return State(zero, found if axis is None else axis, none)
+        across = np.linalg.eigh(data @ data.swapaxes(-1, -2))[1][:, :, column]
+        return State(zero, across if axis is None else axis, none)
     upright = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (batch, 3)) if axis is None else axis
     if element.kind == "point":
         return State(zero, upright, none)

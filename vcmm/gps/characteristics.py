@@ -23,7 +23,16 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, Pose, dot, length
-from vcmm.gps.elements import AXES, CENTRES, Element, FittedLike, anchor, from_axis, nominal_element, place
+from vcmm.gps.elements import (
+    AXES,
+    CENTRES,
+    FittedLike,
+    MeasuredElement,
+    anchor,
+    from_axis,
+    nominal_element,
+    place,
+)
 from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
 from vcmm.part.alignment import datum_system
@@ -122,7 +131,7 @@ def one_sided(characteristic: Characteristic) -> bool:
     return characteristic.type not in ("size", "distance", "angle")
 
 
-def _value(c: Characteristic, elements: Mapping[str, Element]) -> Array:
+def _value(c: Characteristic, elements: Mapping[str, MeasuredElement]) -> Array:
     of = [elements[name] for name in c.of]
     datums = [elements[name] for name in c.datums]
     if c.type == "size":
@@ -139,7 +148,7 @@ def _value(c: Characteristic, elements: Mapping[str, Element]) -> Array:
     return symmetry(c, of, datums) if c.type == "symmetry" else orientation(c, of[0], datums[0])
 
 
-def _size(c: Characteristic, e: Element) -> Array:
+def _size(c: Characteristic, e: MeasuredElement) -> Array:
     if e.feature.kind == "cone":
         raise UsageError(
             f'"{c.name}": a cone has no one size; use type = "angle" between its axis and a plane, or a '
@@ -150,7 +159,7 @@ def _size(c: Characteristic, e: Element) -> Array:
     return np.asarray(2.0 * e.sizes[..., SIZES[e.feature.kind]])
 
 
-def _distance(c: Characteristic, a: Element, b: Element) -> Array:
+def _distance(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:
     second = anchor(b)
     if a.feature.kind == "plane":
         return np.abs(dot(second - a.point, a.axis))
@@ -164,7 +173,7 @@ def _distance(c: Characteristic, a: Element, b: Element) -> Array:
     return length(second - anchor(a))
 
 
-def _angle(c: Characteristic, a: Element, b: Element) -> Array:
+def _angle(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:
     directed = ("plane", *AXES)
     for e in (a, b):
         if e.feature.kind not in directed:
@@ -180,7 +189,7 @@ def _angle(c: Characteristic, a: Element, b: Element) -> Array:
     return np.asarray(between if same else 0.5 * math.pi - between)
 
 
-def _form(c: Characteristic, e: Element) -> Array:
+def _form(c: Characteristic, e: MeasuredElement) -> Array:
     if e.feature.kind not in FORM[c.type]:
         suits = " or ".join(FORM[c.type])
         raise UsageError(f'"{c.name}": {c.type} is for a {suits}, not for a {e.feature.kind}.')

@@ -29,7 +29,7 @@ class FittedLike(Shape, Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Element:
+class MeasuredElement:
     """A fitted element in the drawing frame; its axis points as the nominal one does. `offsets` (..., n, 3):
     the residuals of a line as vectors, from the element to each measured point.
     """
@@ -42,14 +42,16 @@ class Element:
     offsets: Array
 
 
-def nominal_element(feature: Feature) -> Element:
+def nominal_element(feature: Feature) -> MeasuredElement:
     """The feature itself as an element without residuals."""
-    return Element(feature, centre(feature), feature.axis, feature.sizes, np.zeros(1), np.zeros((1, 3)))
+    return MeasuredElement(
+        feature, centre(feature), feature.axis, feature.sizes, np.zeros(1), np.zeros((1, 3))
+    )
 
 
 def place(
     name: str, features: Mapping[str, Feature], fitted: Mapping[str, FittedLike], pose: Pose | None
-) -> Element:
+) -> MeasuredElement:
     """The fitted element `name` moved to the drawing frame by `pose` = part_from_measured (None: it is there
     already).
 
@@ -65,7 +67,7 @@ def place(
     axis = _signed(feature, by.turn_each(raw.axis))
     # only a line needs them: its residuals have a direction, those of surfaces a sign
     offsets = by.turn(raw.residuals[..., None] * raw.normals) if feature.kind == "line" else np.zeros((1, 3))
-    return Element(feature, by.apply_each(raw.point), axis, raw.sizes, raw.residuals, offsets)
+    return MeasuredElement(feature, by.apply_each(raw.point), axis, raw.sizes, raw.residuals, offsets)
 
 
 def _signed(feature: Feature, axis: Array) -> Array:
@@ -81,7 +83,7 @@ def _signed(feature: Feature, axis: Array) -> Array:
     return np.where(along < 0.0, -1.0, 1.0)[..., None] * axis
 
 
-def anchor(e: Element) -> Array:
+def anchor(e: MeasuredElement) -> Array:
     """The centre (..., 3) of an element: of a plane or axis the point nearest to the feature's nominal
     centre.
     """
@@ -92,7 +94,7 @@ def anchor(e: Element) -> Array:
     return np.asarray(e.point + (near - along if e.feature.kind == "plane" else along))
 
 
-def axis_ends(e: Element) -> Array:
+def axis_ends(e: MeasuredElement) -> Array:
     """Where the axis (..., 2, 3) passes the sections square to the nominal axis at the feature's two nominal
     ends.
     """
@@ -101,7 +103,7 @@ def axis_ends(e: Element) -> Array:
     return np.asarray(e.point[..., None, :] + share[..., None] * e.axis[..., None, :])
 
 
-def from_axis(points: Array, e: Element) -> Array:
+def from_axis(points: Array, e: MeasuredElement) -> Array:
     """Distance (..., k) of points (..., k, 3) from the axis of an element."""
     arm = points - e.point[..., None, :]
     axis = e.axis[..., None, :]

@@ -16,14 +16,14 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length, unit
-from vcmm.gps.elements import AXES, CENTRES, Element, anchor, axis_ends, from_axis
+from vcmm.gps.elements import AXES, CENTRES, MeasuredElement, anchor, axis_ends, from_axis
 from vcmm.gps.orientation import DATUMS
 from vcmm.part.part import Characteristic, Feature, ends, frame
 
 DRAWN = 1e-6  # mm by which the drawing itself may be off coaxial or symmetrical
 
 
-def position(c: Characteristic, e: Element) -> Array:
+def position(c: Characteristic, e: MeasuredElement) -> Array:
     """Zone (...) mm of an element in the drawing frame."""
     feature = e.feature
     axes = frame(feature)
@@ -42,7 +42,7 @@ def position(c: Characteristic, e: Element) -> Array:
     return np.asarray(2.0 * length((e.point - feature.point) @ rows.T))
 
 
-def coaxiality(c: Characteristic, e: Element, datum: Element) -> Array:
+def coaxiality(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:
     """Zone (...) mm of an axis (its worse end) or a centre about the datum axis. UsageError: see
     `_check_drawing`.
     """
@@ -63,7 +63,7 @@ def coaxiality(c: Characteristic, e: Element, datum: Element) -> Array:
     return np.asarray(2.0 * from_axis(points, datum).max(axis=-1))
 
 
-def symmetry(c: Characteristic, of: list[Element], datums: list[Element]) -> Array:
+def symmetry(c: Characteristic, of: list[MeasuredElement], datums: list[MeasuredElement]) -> Array:
     """Zone (...) mm about the datum plane, or the plane midway between two datum planes."""
     pairs = [*datums, *(of if len(of) == 2 else [])]
     if any(e.feature.kind != "plane" for e in pairs):
@@ -76,7 +76,7 @@ def symmetry(c: Characteristic, of: list[Element], datums: list[Element]) -> Arr
     return np.asarray(2.0 * np.abs(dot(out, datum.axis[..., None, :])).max(axis=-1))
 
 
-def corners(e: Element) -> Array:
+def corners(e: MeasuredElement) -> Array:
     """Where the fitted plane (..., 4, 3) passes the four corners of the nominal rectangle, along the nominal
     normal.
     """
@@ -91,7 +91,7 @@ def _nominal_corners(feature: Feature) -> Array:
     return feature.point + np.stack([a + b, a - b, -a + b, -a - b])
 
 
-def _places(e: Element) -> Array:
+def _places(e: MeasuredElement) -> Array:
     """Corners, ends or centre (..., k, 3) of an element."""
     if e.feature.kind == "plane":
         return corners(e)
@@ -104,7 +104,7 @@ def _nominal_places(feature: Feature) -> Array:
     return feature.point[None] if feature.kind in CENTRES else ends(feature)
 
 
-def _middle(elements: list[Element]) -> Element:
+def _middle(elements: list[MeasuredElement]) -> MeasuredElement:
     """The element itself, or of two planes the one midway between them, over the extent of the first."""
     first, last = elements[0], elements[-1]
     if first is last:

@@ -17,13 +17,13 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, dot, length
-from vcmm.gps.elements import AXES, Element
+from vcmm.gps.elements import AXES, MeasuredElement
 from vcmm.part.part import Characteristic, Feature, frame
 
 DATUMS = ("plane", "circle", "torus", *AXES)
 
 
-def orientation(c: Characteristic, e: Element, datum: Element) -> Array:
+def orientation(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Array:
     """Zone width (...) mm. UsageError: an element without direction or extent, or a drawing at another
     angle.
     """

@@ -91,7 +91,15 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
         if setup.material and line
         else ()
     )
-    return Blank(before, removal.stock, float(removal.volume.sum()), hits, forces, shanks, said)
+    return Blank(
+        before=before,
+        after=removal.stock,
+        removed=float(removal.volume.sum()),
+        collisions=hits,
+        forces=forces,
+        shanks=shanks,
+        said=said,
+    )
 
 
 def cuts_turned(program: Program) -> int:
@@ -117,7 +125,9 @@ def _from_all_sides(setup: Setup, sweep: Sweep, rapid: Array, low: Array, high: 
         said.append(
             f"rapids run through the stock and remove {through:.3g} mm³ of it that no feed move would"
         )
-    return Blank(before, after, removed, (), None, (), tuple(said))
+    return Blank(
+        before=before, after=after, removed=removed, collisions=(), forces=None, shanks=(), said=tuple(said)
+    )
 
 
 def _volume(stock: Dexels) -> float:
@@ -151,7 +161,7 @@ def shank_collisions(
     return tuple((m.source.line, m.tool, float(d)) for m, d in zip(hit, found.collision_depth))
 
 
-def _shank(setup: Setup, number: int) -> tuple[shapes.Tool, float] | None:
+def _shank(setup: Setup, number: int) -> tuple[shapes.Cutter, float] | None:
     """(cylinder of the shank, height of its lower end over the tip in mm); None where no wider shank is stated."""
     tool = setup.tools.get(number)
     if tool is None or tool.shank_diameter is None or tool.cutting_length is None:

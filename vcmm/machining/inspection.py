@@ -6,81 +6,84 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.declaration import TOOL_TABLE
 from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.run import OFFSET_LABEL
 from vcmm.cutting.envelope import BEYOND, UNCUT, CutSurface
+from vcmm.effects import has_role
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.world import Measuring
 from vcmm.fit.elements import MINIMUM_POINTS
+from vcmm.machining.contact_path import surface_at
 from vcmm.machining.gauge import gauge_plan, ideal_gauge
-from vcmm.machining.preparation import DEEPEST, GOUGE, HEIGHT, Shop, look, other_unit, zeros
+from vcmm.machining.preparation import other_unit
 from vcmm.machining.probing import ProbedHere
-from vcmm.machining.rotary import angle_of
-from vcmm.machining.rows import Words
+from vcmm.machining.process import DEEPEST, GOUGE, HEIGHT, PreparedCut, Words, zeros
 from vcmm.machining.scenario import IDEAL, SAME
 from vcmm.measuring.plan import Plan, touches
 from vcmm.measuring.qualification import qualified_machine
 from vcmm.measuring.task import Task
 
 
-def cut_points(shop: Shop, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:
+def cut_points(job: PreparedCut, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:
     """The plan without the points that no cutter touched, and the surface at those that remain."""
     steps, notes = [], []
     for step in plan.steps:
-        found = look(shop, step.points, step.normals)
-        kept = np.flatnonzero(found.status != UNCUT)
-        kind = shop.scenario.part.features[step.feature].kind
+        surface = surface_at(job, step.points, step.normals)
+        kept = np.flatnonzero(surface.status != UNCUT)
+        kind = job.scenario.part.features[step.feature].kind
         if len(kept) < MINIMUM_POINTS.get(kind, 1):
             raise ModelLimit(
                 f"feature {step.feature}: the program cuts {len(kept)} of its {len(step.points)} inspection points within "
                 f"{HEIGHT:g} mm; check the work offset, the pose of the part and the tool, or leave the feature out"
-                f"{other_unit(shop.scenario)}"
+                f"{other_unit(job.scenario)}"
             )
         if len(kept) < len(step.points):
             notes.append(
                 f"{step.feature}: at {len(step.points) - len(kept)} of {len(step.points)} inspection points more than {HEIGHT:g} mm is left or nothing was "
                 "cut; the figures are of the other points, and what depends on it does not conform"
             )
-        notes += gouges(shop, step.feature, found)
+        notes += gouges(job, step.feature, surface)
         approach = None if step.approach is None else step.approach[kept]
         steps.append(replace(step, points=step.points[kept], normals=step.normals[kept], approach=approach))
     plan = replace(plan, steps=tuple(steps))
     points, normals = (
         np.concatenate([getattr(s, name) for s in plan.steps]) for name in ("points", "normals")
     )
-    return plan, look(shop, points, normals), tuple(notes)
+    return plan, surface_at(job, points, normals), tuple(notes)
 
 
-def gouges(shop: Shop, feature: str, found: CutSurface) -> list[str]:
+def gouges(job: PreparedCut, feature: str, surface: CutSurface) -> list[str]:
     """What the program itself takes away too much. Raises ModelLimit where the depth is beyond all search."""
-    if not (found.status == BEYOND).any() and not (found.contact_s[:, 0] < -GOUGE).any():
+    if not (surface.status == BEYOND).any() and not (surface.contact_s[:, 0] < -GOUGE).any():
         return []
-    worst = int(np.where(found.status == BEYOND, -np.inf, np.nan_to_num(found.contact_s[:, 0])).argmin())
-    row = int(found.row[worst, 0])
-    line = shop.program.moves[int(shop.sweep.move[row])].source.line if row >= 0 else 0
-    if (found.status == BEYOND).any():
+    worst = int(np.where(surface.status == BEYOND, -np.inf, np.nan_to_num(surface.contact_s[:, 0])).argmin())
+    row = int(surface.row[worst, 0])
+    line = job.line_of(row) if row >= 0 else 0
+    if (surface.status == BEYOND).any():
         raise ModelLimit(
             f"feature {feature}: line {line} of the program cuts more than {DEEPEST:g} mm below it; check the work offset, the "
-            f"pose of the part and the tool{other_unit(shop.scenario)}"
+            f"pose of the part and the tool{other_unit(job.scenario)}"
         )
-    count, depth = int((found.contact_s[:, 0] < -GOUGE).sum()), -float(found.contact_s[worst, 0])
+    count, depth = int((surface.contact_s[:, 0] < -GOUGE).sum()), -float(surface.contact_s[worst, 0])
     return [
-        f"{feature}: the program itself gouges {count} of its {len(found.points)} inspection points deeper than {GOUGE * 1e3:g} um, by "
+        f"{feature}: the program itself gouges {count} of its {len(surface.points)} inspection points deeper than {GOUGE * 1e3:g} um, by "
         f"{depth:.3f} mm at most (line {line})"
     ]
 
 
-def measuring_world(shop: Shop, plan: Plan, surface: CutSurface) -> Measuring | ProbedHere:
+def measuring_world(job: PreparedCut, plan: Plan, surface: CutSurface) -> Measuring | ProbedHere:
     """The world of the measuring machine: none, the machine tool again, or another machine."""
-    scenario, how = shop.scenario, shop.scenario.inspection
+    scenario, how = job.scenario, job.scenario.inspection
     if how.kind == IDEAL:
         gauge = ideal_gauge()
-        placed = touches(plan, shop.pose, gauge)
+        placed = touches(plan, job.pose, gauge)
         return Measuring(Task(gauge, scenario.part, plan, placed, (), np.zeros(placed.run.n)))
     same = how.kind == SAME
-    base = shop.machine if same else how.machine
+    base = job.machine if same else how.machine
     assert base is not None
     machine, qualified = qualified_machine(base, plan, scenario.qualifications)
-    pose = how.pose or shop.pose
+    pose = how.pose or job.pose
     placed = touches(plan, pose, machine, scenario.constants if same else how.constants)
     empty = np.zeros(placed.run.n)
     if not same:
@@ -89,60 +92,58 @@ def measuring_world(shop: Shop, plan: Plan, surface: CutSurface) -> Measuring | 
     given = [
         i
         for i in (*machine.inputs, *scenario.inputs)
-        if i.effect not in ("tool_length", "tool_radius", "tool_offset")
+        if not any(has_role(i.effect, role) for role in TOOL_TABLE)
     ]
     shared = [
-        i if i.redraw == "machine" or i.effect == "work_offset" else replace(i, owner="probing")
+        i if i.redraw == "machine" or has_role(i.effect, "work zero") else replace(i, owner="probing")
         for i in given
     ]
     own = [*shared, *(replace(i, owner="probing") for i in qualified)]
-    drawn = any(i.effect == "work_offset" and i.redraw == "work_offset" for i in given)
-    offset = _offset_cut_under(shop, surface, placed.run.labels["feature"], drawn)
-    placed = replace(placed, run=replace(placed.run, labels={**placed.run.labels, "work_offset": offset}))
+    drawn = any(has_role(i.effect, "work zero") and i.redraw == OFFSET_LABEL for i in given)
+    offset = _offset_cut_under(job, surface, placed.run.labels["feature"], drawn)
+    placed = replace(placed, run=replace(placed.run, labels={**placed.run.labels, OFFSET_LABEL: offset}))
     task = Task(machine, scenario.part, plan, placed, tuple(own), empty)
     if not scenario.set_here:
         return Measuring(task)
     names = np.unique(offset)
-    turned = scenario.set_as_cut and shop.motion is not None
-    for name in names.tolist() if turned else []:
-        assert shop.motion is not None
-        if np.any(angle_of(shop.program, shop.motion, name)):
+    for name in names.tolist():
+        if np.any(job.process.angle_set(job, name)):
             raise ModelLimit(
                 f'[inspection] machine = "same" probes with the rotary axes at zero, but {name} was set with them turned '
                 '(work_offset.rotary = "as cut"); inspect on another machine, or begin the program at zero'
             )
-    return ProbedHere(task, dict(zip(names.tolist(), zeros(shop, names))))
+    return ProbedHere(task, dict(zip(names.tolist(), zeros(job, names))))
 
 
-def _offset_cut_under(shop: Shop, surface: CutSurface, feature: Words, drawn: bool) -> Words:
+def _offset_cut_under(job: PreparedCut, surface: CutSurface, feature: Words, drawn: bool) -> Words:
     """The work offset (n,) from which each touch is read: that under which its feature was cut, for the most part.
 
     Raises UsageError for a feature that two of them share, where each was set with an uncertainty of its own.
     """
-    move = shop.sweep.move[surface.row[:, 0]]
-    cut = np.array([shop.program.moves[i].offset for i in move.tolist()])
+    move = job.sweep.move[surface.row[:, 0]]
+    cut = np.array([job.program.moves[i].offset for i in move.tolist()])
     out = cut.copy()
     for name in dict.fromkeys(feature.tolist()):
         mine = feature == name
-        found, count = np.unique(cut[mine], return_counts=True)
-        if len(found) > 1 and drawn:
+        offsets, count = np.unique(cut[mine], return_counts=True)
+        if len(offsets) > 1 and drawn:
             raise UsageError(
-                f"feature {name} is cut under {' and '.join(found.tolist())}, each of which was set with the uncertainty of "
+                f"feature {name} is cut under {' and '.join(offsets.tolist())}, each of which was set with the uncertainty of "
                 '[cut.work_offset]; probed on the machine that cut it ([inspection] machine = "same") a feature is read from one '
                 "of them: cut it under one work offset, leave u out, or inspect on another machine"
             )
-        out[mine] = found[int(np.argmax(count))]
+        out[mine] = offsets[int(np.argmax(count))]
     return out
 
 
-def with_uncut(found: UncertaintyResult, task: Task, shop: Shop) -> tuple[CharacteristicResult, ...]:
+def with_uncut(outcome: UncertaintyResult, task: Task, job: PreparedCut) -> tuple[CharacteristicResult, ...]:
     """A feature of which points were left uncut does not conform, whatever the points that were cut say."""
-    scenario = shop.scenario
+    scenario = job.scenario
     plan = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
     planned = {step.feature: len(step.points) for step in plan.steps} if plan else {}
     left = {name for name, rows in task.touches.rows.items() if len(rows) < planned.get(name, 0)}
     out = []
-    for c, spec in zip(found.characteristics, scenario.part.characteristics):
+    for c, spec in zip(outcome.characteristics, scenario.part.characteristics):
         if c.decision is not None and left & {*spec.of, *spec.between, *spec.datums}:
             c = replace(
                 c, decision=replace(c.decision, text="does not conform", p_conform=0.0), coverage_shown=False

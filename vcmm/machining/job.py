@@ -13,25 +13,21 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.cutting.envelope import CutSurface
-from vcmm.cutting.stylus import rolled
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
+from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.inspection import cut_points, measuring_world, with_uncut
-from vcmm.machining.machine_at_cut import tool_side
 from vcmm.machining.patches import surface_map
-from vcmm.machining.preparation import GOUGE, Shop, look, remarks, set_up
+from vcmm.machining.preparation import remarks, set_up
+from vcmm.machining.process import GOUGE, PreparedCut
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, CutScenario
-from vcmm.machining.turned import TurnedSurface, backs
-from vcmm.machining.turned_recut import lifted, recut_turned
 from vcmm.machining.world import Cutting
-from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task
 
 RECUT_LIMIT = 1e-4  # mm
-EXACT_TRIALS = 2000  # of a turned part, where no engine is asked for: interval ends to about 3 % of U
 
 
 def cut(
@@ -47,88 +43,61 @@ def cut(
     changes = {"seed": seed, "trials": trials, "engine": engine}
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
     report("reading the program", 0.0)
-    shop = set_up(scenario)
+    job = set_up(scenario)
     report("cutting (compiles on first use)", 0.0)
-    task, world, notes = finished_part(shop)
-    settings, said = _for_marks(settings, shop)
+    task, world, notes = finished_part(job)
+    settings, said = job.process.engine(settings)
     notes = (*notes, *said)
-    again = _again(shop, task)
-    found = evaluate(task, settings, report, world)
+    touches = task.touches
+    again = recut(job, surface_at(job, touches.points, touches.normals, exact=False))
+    outcome = evaluate(task, settings, report, world)
     report("mapping the surface", 0.0)
-    patches = surface_map(shop)
-    warnings = (*remarks(shop), *notes, *_beyond_contacts(again, notes), *found.warnings)
-    found = replace(found, warnings=warnings, characteristics=with_uncut(found, task, shop))
-    halves = {c.name: batch(c) for c in found.characteristics}
+    patches = surface_map(job)
+    warnings = (*remarks(job), *notes, *_beyond_contacts(again, notes), *outcome.warnings)
+    outcome = replace(outcome, warnings=warnings, characteristics=with_uncut(outcome, task, job))
+    halves = {c.name: batch(c) for c in outcome.characteristics}
     return CutResult(
-        found, extremes(patches, GOUGE), patches, shop.seconds, {c.name: grouped(c) for c in found.characteristics},
-        {n: h[0] for n, h in halves.items()}, {n: h[1] for n, h in halves.items()}, warnings, shop.blank, again,
-    )  # fmt: skip
+        uncertainty=outcome,
+        surface=extremes(patches, GOUGE),
+        patches=patches,
+        seconds=job.seconds,
+        shares={c.name: grouped(c) for c in outcome.characteristics},
+        repeats={n: h[0] for n, h in halves.items()},
+        scatters={n: h[1] for n, h in halves.items()},
+        warnings=warnings,
+        blank=job.blank,
+        recut=again,
+    )
 
 
-def _for_marks(settings: Settings, shop: Shop) -> tuple[Settings, tuple[str, ...]]:
-    """Turned parts by exact trials: feed marks move along with the errors, which the linear model does not follow."""
-    if shop.turning is None or settings.engine != "auto":
-        return settings, ()
-    trials = min(settings.trials, EXACT_TRIALS)
-    said = f"computed by {trials} exact trials, as feed marks move along with the errors"
-    if trials < settings.trials:
-        said += f"; all {settings.trials} with --engine exact, or a linear model with --engine montecarlo"
-    return replace(settings, engine="exact", trials=trials), (said,)
-
-
-def finished_part(shop: Shop) -> tuple[Task, Cutting, tuple[str, ...]]:
+def finished_part(job: PreparedCut) -> tuple[Task, Cutting, tuple[str, ...]]:
     """The task of inspecting the part, the world it was cut in, and what is to be said about points left out."""
-    scenario = shop.scenario
+    scenario = job.scenario
     planned = gauge_plan(scenario.part, scenario.plan) if scenario.inspection.kind == IDEAL else scenario.plan
     if planned is None:
         raise UsageError(
             "inspection on a machine needs a plan with styli; add [plan], or leave [inspection] out"
         )
-    plan, surface, notes = cut_points(shop, planned)
-    inputs = (*shop.machine.inputs, *scenario.inputs)
-    measuring = measuring_world(shop, plan, surface)
-    touch, feature = (measuring.task.touches.run.labels[name] for name in ("touch", "feature"))
-    if isinstance(surface, TurnedSurface) and shop.turning is not None:
-        notes = (*notes, *backs(shop.turning, surface, feature))
-    tool, contacts = tool_side(shop, surface, touch, feature, inputs)
-    world = Cutting(measuring, tool, contacts)
+    plan, surface, notes = cut_points(job, planned)
+    inputs = (*job.machine.inputs, *scenario.inputs)
+    measuring = measuring_world(job, plan, surface)
     placed = measuring.task.touches
-    seen = surface if shop.motion is None else look(shop, placed.points, placed.normals, exact=False)
-    form = world.level + _lifted(shop, seen, placed.tip_radius)
+    touch, feature = (placed.run.labels[name] for name in ("touch", "feature"))
+    notes = (*notes, *job.process.remarks_on(surface, feature))
+    tool, contacts = tool_side(job, surface, touch, feature, inputs)
+    world = Cutting(measuring, tool, contacts)
+    form = world.level + _lifted(job, surface, placed.tip_radius)
     task = replace(measuring.task, inputs=(*inputs, *measuring.task.inputs), form=form)
     measuring = replace(measuring, task=replace(measuring.task, form=form))
     return task, replace(world, measuring=measuring), notes
 
 
-def _again(shop: Shop, task: Task) -> Recut | None:
-    """Points cut again with displaced tools; those in the side of a gouge by the program itself move by more than any error."""
-    found = look(shop, task.touches.points, task.touches.normals, exact=False)
-    if isinstance(found, TurnedSurface):
-        return recut_turned(shop, found)
-    sound = np.flatnonzero(found.contact_s[:, 0] >= -GOUGE)
-    if not len(sound):
-        return None
-    names = ("points", "normals", "status", "contact_s", "row", "t", "normal", "tests")
-    kept = replace(found, **{n: getattr(found, n)[sound] for n in names})
-    smooth = tuple(
-        e for e in shop.machine.effects if e.name != "tool_deflection"
-    )  # forces jump from move to move
-    machine = replace(shop.machine, effects=smooth)
-    return recut(shop.path, shop.sweep, machine, kept, dict(shop.scenario.constants), shop.motion)
-
-
-def _lifted(shop: Shop, surface: CutSurface, radius: Array) -> Array:
+def _lifted(job: PreparedCut, surface: CutSurface, radius: Array) -> Array:
     """How much higher a stylus tip of radius (P,) mm rests on the cusps beside each point than the surface in it, (P,) mm."""
     out = np.zeros(len(surface.points))
-    turning = shop.turning
     for r in np.unique(radius[radius > 0]):
         mine = np.flatnonzero(radius == r)
-        if turning is not None:
-            assert isinstance(surface, TurnedSurface)
-            out[mine] = lifted(turning, surface, mine, float(r))
-            continue
-        found = rolled(surface.points[mine], surface.normals[mine], float(r), shop.index)
-        out[mine] = np.where(np.isfinite(found.s), np.maximum(found.s - surface.contact_s[mine, 0], 0.0), 0.0)
+        out[mine] = job.process.lifted(job, surface, mine, float(r))
     return out
 
 

@@ -5,14 +5,13 @@ the disc of a flat cutter over a length of path, a wall is passed within d^2 / 2
 corner of the path the rounding of the control moves the corner itself but not what lies beside it. Each neighbour is the
 tool standing at that place, met by the ray along the normal; its height and the normal of the cutter there are exact.
 
-Where the nominal motion leaves the programmed path by an amount that changes along it (`Known`), the deepest cut lies between
+Where the nominal motion leaves the programmed path by an amount that changes along it (`OffPath`), the deepest cut lies between
 such steps. It is looked for there by closer and closer steps, down to nanometres of path, and is one more neighbour.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,44 +19,41 @@ from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing_tool import entry
-from vcmm.cutting.sweeps import Sweep, lengths, position
-from vcmm.machining.deepest import Heights, deepest_between
-from vcmm.machining.rotary import Motion, turned, turned_back
+from vcmm.cutting.sweeps import Sweep, lengths
+from vcmm.cutting.tools import Cutter, implicit
+from vcmm.machining.process import CutCandidates
+from vcmm.machining.rotary import turned, turned_back
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 SOURCES = 2  # contacts of a point whose neighbours are asked
 STEPS = np.concatenate([-OFFSETS[::-1], [0.0], OFFSETS])
 BAND = 0.05  # mm: a neighbour that lies further above the contact than any error is none
+ROUNDS, ACROSS = 7, 9  # the bracket shrinks to a quarter in each round: 0.3 mm to 0.02 um
+TURNS = 1e-6  # mm: what moves by no more than this differently, from step to step, is not searched
+LOWER = 1e-7  # mm: a place between steps counts if it is so much deeper than they
 
 
-Known = Callable[[Ints, Array, Array], Array]
+OffPath = Callable[[Ints, Array, Array], Array]
 """How far the nominal motion stands off the programmed path (n, 3) mm at rows (n,), shares (n,), tips (n, 3)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Candidates:
-    """P points, K candidates: height (P, K) mm, cutter normal and tip (P, K, 3), row of the sweep and share of it (P, K).
+Standing = Callable[[Ints, Array], tuple[Array, Array | None]]
+"""Tips (k, 3) at shares (k,) of rows (k,) of the sweep, and frames (k, 3, 3) of the tools there; None: all along Z."""
 
-    row is -1 where there is none; the first column is the contact on a perfect machine.
-    """
-
-    height: Array
-    cutter: Array
-    tip: Array
-    row: Ints
-    share: Array
+Heights = Callable[[Ints, Array], tuple[Array, Array]]
+"""Height (n, m) of the surface over points (n,) if the tool stood at offsets (n, m) only, and by how much it is moved
+there off its path (n, m, 3), mm."""
 
 
 def candidates(
-    surface: CutSurface, sweep: Sweep, tips: Array, off: Known | None = None, motion: Motion | None = None
-) -> Candidates:
+    surface: CutSurface, sweep: Sweep, tips: Array, standing: Standing, off: OffPath | None = None
+) -> CutCandidates:
     """The contacts of a surface and their neighbours along the path. tips (P, K, 3): those of the contacts.
 
-    off: where given, the deepest cut under it is looked for between the steps too. motion: how the rows of the sweep lie on
-    a program that turns rotary axes.
+    standing: where the tool stands. off: where given, the deepest cut under it is looked for between the steps too.
     """
     known = surface.row >= 0
-    own = Candidates(
+    own = CutCandidates(
         np.where(known, surface.contact_s, np.inf),
         np.where(known[:, :, None], surface.normal, surface.normals[:, None, :]),
         np.where(known[:, :, None], tips, 0.0),
@@ -69,26 +65,26 @@ def candidates(
         points = np.flatnonzero(known[:, k])
         if len(points):
             parts += [
-                _beside(surface, sweep, motion, points, k, np.full(len(points), sign * offset))
+                _beside(surface, sweep, standing, points, k, np.full(len(points), sign * offset))
                 for offset in OFFSETS
                 for sign in (-1, 1)
             ]
             if off is not None:
-                heights = _moved_heights(surface, sweep, motion, points, k, off)
+                heights = _moved_heights(surface, sweep, standing, points, k, off)
                 deeper, at = deepest_between(heights, len(points), STEPS)
                 if len(deeper):
-                    parts.append(_beside(surface, sweep, motion, points[deeper], k, at))
-    return Candidates(
-        *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in Candidates.__annotations__)
+                    parts.append(_beside(surface, sweep, standing, points[deeper], k, at))
+    return CutCandidates(
+        *(np.concatenate([getattr(p, n) for p in parts], axis=1) for n in CutCandidates.__annotations__)
     )
 
 
 def _beside(
-    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: Array
-) -> Candidates:
+    surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, offset: Array
+) -> CutCandidates:
     """The tool `offset` (n,) radii further along the path than the k-th contact of each of the points."""
     count = len(surface.points)
-    row, share, tip, frame = _further(surface, sweep, motion, points, k, offset)
+    row, share, tip, frame = _further(surface, sweep, standing, points, k, offset)
     height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
     for number, tool in enumerate(sweep.tools):
         mine = np.flatnonzero(sweep.tool[row] == number)
@@ -103,7 +99,7 @@ def _beside(
     good &= (
         height >= surface.contact_s[points, 0] - 1e-6
     )  # deeper than the envelope: the ray has met another stretch
-    out = Candidates(
+    out = CutCandidates(
         np.full((count, 1), np.inf), surface.normals[:, None, :].copy(), np.zeros((count, 1, 3)),
         np.full((count, 1), -1, dtype=np.intp), np.zeros((count, 1)),
     )  # fmt: skip
@@ -114,7 +110,7 @@ def _beside(
 
 
 def _further(
-    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, offset: Array
+    surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, offset: Array
 ) -> tuple[Ints, Array, Array, Array | None]:
     """Row, share, tip and frame of the tool `offset` radii further along the path than the k-th contact of the points.
 
@@ -123,19 +119,17 @@ def _further(
     radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
     from_ = surface.row[points, k]
     row, share = _walk(sweep, from_, surface.t[points, k], offset * radius[from_])
-    if motion is None:
-        return row, share, position(sweep.take(row), share), None
-    return row, share, *motion.standing(row, share)
+    return row, share, *standing(row, share)
 
 
 def _moved_heights(
-    surface: CutSurface, sweep: Sweep, motion: Motion | None, points: Ints, k: int, off: Known
+    surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, off: OffPath
 ) -> Heights:
     """Heights of points (n,) of `points` cut by the tool `at` radii from their k-th contact and moved by `off`."""
 
     def heights(which: Ints, at: Array) -> tuple[Array, Array]:
         flat = np.repeat(points[which], at.shape[1])
-        row, share, tip, frame = _further(surface, sweep, motion, flat, k, at.ravel())
+        row, share, tip, frame = _further(surface, sweep, standing, flat, k, at.ravel())
         moved = off(row, share, tip)
         s = np.full(len(flat), np.inf)
         for number in np.unique(sweep.tool[row]):
@@ -149,6 +143,36 @@ def _moved_heights(
     return heights
 
 
+def deepest_between(heights: Heights, count: int, steps: Array) -> tuple[Ints, Array]:
+    """Which of `count` points (m,) are cut deepest between the steps (k,), ascending, and at which offset (m,).
+
+    A point is searched where the tool is moved differently at the steps beside its deepest one; without that the steps
+    themselves, which hold the contact of the programmed path, are the answer. Each round asks at ACROSS places of the
+    bracket and goes on about the deepest; one minimum per bracket is taken for granted.
+    """
+    points = np.arange(count)
+    s, moved = heights(points, np.broadcast_to(steps, (count, len(steps))))
+    best = np.clip(np.argmin(s, axis=1), 1, len(steps) - 2)
+    beside = moved[points[:, None], best[:, None] + [-1, 1]] - moved[points, best][:, None]
+    differs = np.linalg.norm(beside, axis=2).max(axis=1) > TURNS
+    open_ = np.flatnonzero(differs & np.isfinite(s.min(axis=1)))
+    if not len(open_):
+        return open_, np.zeros(0)
+    best = best[open_]
+    before = low = s[open_].min(axis=1)
+    at, middle = steps[best], 0.5 * (steps[best + 1] + steps[best - 1])
+    reach, rows = 0.5 * (steps[best + 1] - steps[best - 1]), np.arange(len(open_))
+    for _ in range(ROUNDS):
+        tried = middle[:, None] + reach[:, None] * np.linspace(-1.0, 1.0, ACROSS)
+        s, _moved = heights(open_, tried)
+        pick = np.argmin(s, axis=1)
+        least, middle = s[rows, pick], tried[rows, pick]
+        at, low = np.where(least < low, middle, at), np.minimum(least, low)
+        reach = reach * 2.0 / (ACROSS - 1)
+    deeper = low < before - LOWER
+    return open_[deeper], at[deeper]
+
+
 def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Array]:
     """Row and share (n,) reached after `along` mm of path from (row, share); the ends of the program stop the walk."""
     length = lengths(sweep)
@@ -159,11 +183,8 @@ def _walk(sweep: Sweep, row: Ints, share: Array, along: Array) -> tuple[Ints, Ar
     return to.astype(np.intp), np.clip(inside, 0.0, 1.0)
 
 
-def _outward(tool: object, at: Array, n: Array) -> Array:
+def _outward(tool: Cutter, at: Array, n: Array) -> Array:
     """Normal of the cutter (m, 3) at points of its surface (tip at the origin), from the gradient of its implicit form."""
-    from vcmm.cutting.tools import Tool, implicit
-
-    assert isinstance(tool, Tool)
     rho, step = np.hypot(at[:, 0], at[:, 1]), 1e-7
     by_rho = (implicit(tool, rho + step, at[:, 2]) - implicit(tool, np.abs(rho - step), at[:, 2])) / (
         2 * step

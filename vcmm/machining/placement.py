@@ -16,22 +16,24 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.core.declaration import KnownRange
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.gps import characteristics as gps
 from vcmm.machining.job import cut, finished_part
-from vcmm.machining.preparation import Shop, first_turned, set_up
+from vcmm.machining.preparation import set_up
+from vcmm.machining.process import PreparedCut
 from vcmm.machining.result import CutResult
 from vcmm.machining.scenario import CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.measuring.fixture import Fixture, Freedom, pose_of, six_of
 from vcmm.part.part import Characteristic
 from vcmm.placing.certificate import Certificate, certify, scan_after
-from vcmm.placing.flat import Map, Region, region, table_map
+from vcmm.placing.fixture_boxes import PoseBox
+from vcmm.placing.near_best import Map, Region, region, table_map
 from vcmm.placing.search import search
-from vcmm.placing.space import Box
-from vcmm.placing.travels import EDGE, Limit, known_range
+from vcmm.placing.travels import EDGE
 
 BATCH = 64  # poses at once
 EVALUATIONS, SCANNED = 5000, 4096
@@ -42,25 +44,25 @@ Progress = Callable[[str, float], None]
 class ProgramTravels:
     """Shifts of the part for which the whole program stays within travels and known ranges. present (3,): its shift."""
 
-    shop: Shop
+    job: PreparedCut
     present: Array
 
     @cached_property
-    def limits(self) -> tuple[Limit, ...]:
-        machine = self.shop.machine
+    def limits(self) -> tuple[KnownRange, ...]:
+        machine = self.job.machine
         out = [
-            Limit(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
+            KnownRange(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
             for a in machine.chain.letters
             if a in "XYZ"
         ]
         for effect in machine.effects:
-            out += known_range(effect)
+            out += effect.known_range()
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:
         """Lowest and highest shifts (m, 3); rapids to machine positions (G28, G53) do not move with the part."""
-        path = self.shop.path
-        rewritable = np.array([m.rewritable for m in self.shop.program.moves])[path.move]
+        path = self.job.path
+        rewritable = np.array([m.rewritable for m in self.job.program.moves])[path.move]
         rewritable &= path.move != path.timing.moving[0]  # the way from where the machine happens to stand
         low, high = np.full(3, -np.inf), np.full(3, np.inf)
         for limit in self.limits:
@@ -164,51 +166,52 @@ def place_cut(
     report = progress or (lambda text, share: None)
     seed = scenario.settings.seed if seed is None else seed
     report("reading and cutting the program", 0.0)
-    shop = set_up(scenario)
-    if shop.turning is not None:
-        raise ModelLimit(
-            "vcmm place cannot move a turned part: it lies on the axis of the spindle. How far it stands out of the chuck is the work "
-            "offset in Z; change it in the set-up and run vcmm cut again"
-        )
-    if shop.motion is not None:
-        raise ModelLimit(
-            f"line {first_turned(shop.program, shop.motion)} of the program turns a rotary axis: a part that is shifted on a table "
-            "that turns needs another program for every position, so it is not placed; cut it where it stands (vcmm cut)"
-        )
-    task, world, _ = finished_part(shop)
+    job = set_up(scenario)
+    if fixed := job.process.why_fixed(job):
+        raise ModelLimit(fixed)
+    task, world, _ = finished_part(job)
     model = build(task, world)
-    present = six_of(shop.pose)
+    present = six_of(job.pose)
     weights = _weights(scenario, model.characteristics)
     scale = _scales(model)
     objective = CutDeviation(
         model, world, present[:3], np.array([weights[c.name] for c in model.characteristics]) / scale
     )
-    box = _box(scenario, ProgramTravels(shop, present[:3]), present)
-    found = search(objective, [box], evaluations=evaluations, seed=seed, progress=report)
-    found, seen, earlier = scan_after(objective, [box], found, scanned, seed, report)
+    box = _box(scenario, ProgramTravels(job, present[:3]), present)
+    searched = search(objective, [box], evaluations=evaluations, seed=seed, progress=report)
+    searched, seen, earlier = scan_after(objective, [box], searched, scanned, seed, report)
     order = np.argsort(seen.values, kind="stable")
-    best = _at(objective, found.pose)
+    best = _at(objective, searched.pose)
     now = _at(objective, present)
     if now.value <= best.value:
         best = now
     report("cutting at the present and the best pose", 0.0)
-    after = cut(_moved(scenario, shop, best.pose), seed=seed, trials=trials, progress=report)
+    after = cut(_moved(scenario, job, best.pose), seed=seed, trials=trials, progress=report)
     before = cut(scenario, seed=seed, trials=trials, progress=report)
     return PlacedCut(
-        model.characteristics, weights, best, now, _at(objective, seen.poses[order[len(order) // 2]]),
-        _at(objective, seen.poses[order[-1]]), certify(objective, [box], best.pose, best.value, seen, earlier),
-        table_map(objective, found),
-        region(objective, found, seen.values, seed), found.evaluations, before, after, seed,
-    )  # fmt: skip
+        characteristics=model.characteristics,
+        weights=weights,
+        best=best,
+        present=now,
+        median=_at(objective, seen.poses[order[len(order) // 2]]),
+        worst=_at(objective, seen.poses[order[-1]]),
+        certificate=certify(objective, [box], best.pose, best.value, seen, earlier),
+        map=table_map(objective, searched),
+        region=region(objective, searched, seen.values, seed),
+        evaluations=searched.evaluations,
+        before=before,
+        after=after,
+        seed=seed,
+    )
 
 
 def _at(objective: CutDeviation, six: Array) -> AtPose:
     return AtPose(six, float(objective.values(six[None])[0]), objective.deviations(six[None])[0])
 
 
-def _moved(scenario: CutScenario, shop: Shop, six: Array) -> CutScenario:
+def _moved(scenario: CutScenario, job: PreparedCut, six: Array) -> CutScenario:
     """The scenario with part and work offsets moved together."""
-    by = six[:3] - shop.pose.shift
+    by = six[:3] - job.pose.shift
     offsets = {n: _plus(o, by) for n, o in scenario.setup.offsets.items()}
     at = None if scenario.set_at is None else _plus(scenario.set_at, by)
     setup = replace(scenario.setup, offsets=offsets)
@@ -241,7 +244,7 @@ def _scales(model: LinearModel) -> Array:
     return np.array(out)
 
 
-def _box(scenario: CutScenario, travels: ProgramTravels, present: Array) -> Box:
+def _box(scenario: CutScenario, travels: ProgramTravels, present: Array) -> PoseBox:
     fixture = scenario.fixture or Fixture((Freedom("x", -np.inf, np.inf), Freedom("y", -np.inf, np.inf)))
     turned = [f.name for f in fixture.freedoms if f.name.startswith("turn")]
     if turned or fixture.faces or fixture.slots:
@@ -252,7 +255,7 @@ def _box(scenario: CutScenario, travels: ProgramTravels, present: Array) -> Box:
     (_, template), *more = fixture.orientations(present)
     if more:
         raise UsageError("[placement] of a cut part takes ranges, not lists of places")
-    box = Box("", template, fixture.continuous, travels)  # type: ignore[arg-type]
+    box = PoseBox("", template, fixture.continuous, travels)  # type: ignore[arg-type]
     middle = np.full((1, box.d), 0.5)
     if not box.poses(middle)[1].any():
         low, high = travels.intervals(template[None])

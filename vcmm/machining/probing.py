@@ -16,9 +16,8 @@ import numpy as np
 
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
-from vcmm.machining.rows import joined, setting_rows
-from vcmm.machining.zero_setting import Ints, less_errors, less_response, without_setting
+from vcmm.core.run import OFFSET_LABEL, Array, Run
+from vcmm.machining.zero_setting import ZeroRows, joined, setting_rows
 from vcmm.measuring.task import Task
 from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
@@ -43,7 +42,7 @@ class ProbedHere:
         first = np.zeros(len(self.zeros), dtype=np.intp)
         at = np.array(list(self.zeros.values()))
         rows = setting_rows(touches, first, touches.offset[first], at, self.task.touches.pose)
-        own = {"stylus": touches.labels["stylus"][first], "work_offset": np.array(list(self.zeros))}
+        own = {"stylus": touches.labels["stylus"][first], OFFSET_LABEL: np.array(list(self.zeros))}
         rows = replace(rows, labels={**rows.labels, **own})
         rows = rows.with_columns(
             {name: touches.columns[name][first] for name in ("stylus_length_mm", "nx", "ny", "nz")}
@@ -55,14 +54,14 @@ class ProbedHere:
         return self.task.touches.run.n
 
     @cached_property
-    def at(self) -> Ints:
-        """The row of the zero for every touch, -1 for the zeros themselves (n + k,)."""
+    def zero(self) -> ZeroRows:
+        """The row of the zero for every touch, none for the zeros themselves (n + k,)."""
         number = {name: self.n + k for k, name in enumerate(self.zeros)}
-        touches = [number[str(name)] for name in self.task.touches.run.labels["work_offset"]]
-        return np.array(touches + [-1] * len(number), dtype=np.intp)
+        touches = [number[str(name)] for name in self.task.touches.run.labels[OFFSET_LABEL]]
+        return ZeroRows(np.array(touches + [-1] * len(number), dtype=np.intp))
 
     def errors(self) -> Array:
-        return less_errors(self.task.machine.indication_error(self.run), self.at)[: self.n]
+        return self.zero.off_errors(self.task.machine.indication_error(self.run))[: self.n]
 
     @cached_property
     def _all(self) -> tuple[Influence, ...]:
@@ -71,7 +70,7 @@ class ProbedHere:
     def influences(self) -> tuple[Influence, ...]:
         return tuple(
             replace(
-                f, response=less_response(f.response, self.at, f.codes)[: self.n], codes=f.codes[: self.n]
+                f, response=self.zero.off_response(f.response, f.codes)[: self.n], codes=f.codes[: self.n]
             )
             for f in self._all
         )
@@ -80,12 +79,12 @@ class ProbedHere:
         out = []
         for p in products(self.task.machine, self.run, self._all):
             codes = (self._all[p.first].codes, self._all[p.second].codes)
-            out.append(replace(p, response=less_response(p.response, self.at, *codes)[: self.n]))
+            out.append(replace(p, response=self.zero.off_response(p.response, *codes)[: self.n]))
         return tuple(out)
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
-        mine = [without_setting(replace(d, influence=f), self.at) for d, f in zip(drawn, self._all)]
-        return less_errors(exact_errors(self.task.machine, self.run, mine), self.at)[:, : self.n]
+        mine = [self.zero.quiet(replace(d, influence=f)) for d, f in zip(drawn, self._all)]
+        return self.zero.off_errors(exact_errors(self.task.machine, self.run, mine))[:, : self.n]
 
     def machine_of(self, one: Input) -> tuple[Machine, Run]:
         return self.task.machine, self.run

@@ -1,10 +1,13 @@
 """Recut: some of the points once more, with the tools really moved by the errors, to say how far the contacts err.
 
-The contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by (N . e) / (N . n).
-Here the sweeps themselves are displaced by the errors along their way and asked again. Left out of both sides: effects that
-depend on the normal of the surface (wear, runout, scatter) and the tilt of the tool, which are no displacement of a whole
-tool; what jumps or starts like a root from rest: reversal, speed and acceleration, rounded corners; and, where rotary axes
-turn, the mean error along the machine axes, which a work offset holds.
+Milled: the contacts keep a few cuts per point, and the tool beside them along its path, and move the surface by
+(N . e) / (N . n). Here the sweeps themselves are displaced by the errors along their way and asked again. Left out of both
+sides: effects that depend on the normal of the surface (wear, runout, scatter) and the tilt of the tool, which are no
+displacement of a whole tool; what jumps or starts like a root from rest: reversal, speed and acceleration, forces, rounded
+corners; and, where rotary axes turn, the mean error along the machine axes, which a work offset holds.
+
+Turned: every pass of some turns before and after the contacts, each displaced by the errors of the machine at that very time
+and angle of the spindle; the deepest remains.
 """
 
 from __future__ import annotations
@@ -20,14 +23,18 @@ from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.cutting.displaced import displaced
 from vcmm.cutting.envelope import CUT, CutSurface, surface_left, tips
 from vcmm.cutting.index import build
-from vcmm.cutting.sweeps import Sweep
+from vcmm.machining.contact_path import tool_side
+from vcmm.machining.milling import MillingProcess
 from vcmm.machining.neighbours import candidates
-from vcmm.machining.rotary import Motion, commands_to_work
-from vcmm.machining.states import states_at, turning_states
+from vcmm.machining.process import GOUGE, PreparedCut
+from vcmm.machining.rotary import commands_to_work
+from vcmm.machining.rotary_milling import RotaryMillingProcess
 from vcmm.machining.tool_errors import cutting_effects
-from vcmm.motion.toolpath import Toolpath
+from vcmm.machining.turned import TurnedSurface
+from vcmm.machining.turned_passes import with_all_passes
+from vcmm.machining.turning import TurningProcess
 
-JUMPING = ("sense_", "since_reversal_", "play_", "speed_", "accel_", "time_since_accel")
+JUMPING = ("sense_", "since_reversal_", "play_", "speed_", "accel_", "time_since_accel", "force_")
 POINTS, BESIDE = 60, 2  # points that are cut again; moves before and after those that touch them
 
 
@@ -39,52 +46,72 @@ class Recut:
     points: int
 
 
-def recut(
-    path: Toolpath, sweep: Sweep, machine: Machine, surface: CutSurface, constants: dict[str, float], motion: Motion | None = None,
-) -> Recut | None:  # fmt: skip
-    """Compare on at most POINTS of the points of `surface`, evenly chosen; None where the errors change too fast for it."""
-    cut = np.flatnonzero(surface.status == CUT)
-    if not len(cut):
-        return None
-    part = surface.take(cut[np.unique(np.linspace(0, len(cut) - 1, POINTS).astype(int))])
-    plain = _whole_tool(machine)
-    feed = np.array([path.timing.moves[i].kind != "rapid" for i in sweep.move.tolist()])
-    known = candidates(part, sweep, tips(part, sweep), motion=motion)
+def recut(job: PreparedCut, surface: CutSurface) -> Recut | None:
+    """Compare on at most POINTS of the points of `surface`, evenly chosen; None where the errors change too fast for it.
+
+    Points in the side of a gouge by the program itself are left out: they move by more than any error.
+    """
+    if isinstance(job.process, TurningProcess):
+        assert isinstance(surface, TurnedSurface)
+        return _with_all_passes(job, job.process, surface)
+    assert isinstance(job.process, MillingProcess)
+    cut = np.flatnonzero((surface.status == CUT) & (surface.contact_s[:, 0] >= -GOUGE))
+    return _displaced(job, job.process, surface.take(_evenly(cut))) if len(cut) else None
+
+
+def _evenly(points: Ints) -> Ints:
+    return points[np.unique(np.linspace(0, len(points) - 1, POINTS).astype(int))]
+
+
+def _with_all_passes(job: PreparedCut, process: TurningProcess, surface: TurnedSurface) -> Recut:
+    part = surface.take(_evenly(np.arange(len(surface.points))))
+    few, many = (_heights(job, one) for one in (part, with_all_passes(process.turning, part)))
+    return Recut(float(np.abs(many - few).max(initial=0.0)), len(part.points))
+
+
+def _heights(job: PreparedCut, surface: CutSurface) -> Array:
+    names = np.array([str(i) for i in range(len(surface.points))])
+    tool, contacts = tool_side(job, surface, names, names)
+    return contacts.surface(tool.errors())
+
+
+def _displaced(job: PreparedCut, process: MillingProcess, part: CutSurface) -> Recut | None:
+    sweep, plain = process.sweep, _whole_tool(job.machine)
+    known = candidates(part, sweep, tips(part, sweep), process.standing)
+    feed = np.array([job.path.timing.moves[i].kind != "rapid" for i in sweep.move.tolist()])
     rows = _around(known.row, feed)
     near = sweep.take(rows)
-
+    turns = isinstance(process, RotaryMillingProcess)
     zero = np.zeros(3)  # what a work offset would hold, machine axes
 
+    def ways(at: Array, row: Ints, share: Array) -> tuple[Array, Array | None]:
+        """Errors (k, 3), and what a shift of the machine axes does there (k, 3, 3)."""
+        states, _ = process.on_path(job, rows[row], share, at)
+        error = -plain.indication_error(_with_constants(states, job))
+        return error, commands_to_work(job.machine, states) if turns else None
+
     def moved(at: Array, row: Ints, share: Array) -> Array:
-        if motion is None:
-            states, _ = states_at(path, near.move[row], share, at)
-            return -plain.indication_error(_bare(states, constants))
-        states, _ = turning_states(path, motion, rows[row], share, at)
-        return -plain.indication_error(_bare(states, constants)) - commands_to_work(machine, states) @ zero
+        error, way = ways(at, row, share)
+        return error if way is None else error - way @ zero
 
     where = known.row >= 0
     at, row, share = known.tip[where], np.searchsorted(rows, known.row[where]), known.share[where]
-    if motion is not None:
-        zero = _mean_in_machine_axes(moved(at, row, share), path, motion, rows[row], share, at)
+    error, way = ways(at, row, share)
+    if (
+        way is not None
+    ):  # a zero set on the machine takes the mean along X, Y, Z, and the table turns the rest
+        zero = np.asarray(np.einsum("nji,nj->ni", way, error).mean(axis=0))
     try:
         bent = displaced(near, moved)
     except ModelLimit:
         return None
     again = surface_left(part.points, part.normals, build(bent), candidates=1)
     shift = np.zeros((*where.shape, 3))
-    shift[where] = moved(at, row, share)
+    shift[where] = error if way is None else error - way @ zero
     number = np.where(where, np.arange(where.size).reshape(where.shape), -1)
-    found = Contacts(known.height, known.cutter, part.normals, number).surface(shift.reshape(-1, 3))
-    both = np.isfinite(again.s) & np.isfinite(found)
-    return Recut(float(np.abs(again.s - found)[both].max(initial=0.0)), int(both.sum()))
-
-
-def _mean_in_machine_axes(
-    moved: Array, path: Toolpath, motion: Motion, row: Ints, share: Array, at: Array
-) -> Array:
-    """Mean error (3,) along X, Y, Z: a zero set on the machine takes it, and the table turns the rest."""
-    ways = commands_to_work(motion.machine, turning_states(path, motion, row, share, at)[0])
-    return np.asarray(np.einsum("nji,nj->ni", ways, moved).mean(axis=0))
+    surface = Contacts(known.height, known.cutter, part.normals, number).surface(shift.reshape(-1, 3))
+    both = np.isfinite(again.s) & np.isfinite(surface)
+    return Recut(float(np.abs(again.s - surface)[both].max(initial=0.0)), int(both.sum()))
 
 
 def _whole_tool(machine: Machine) -> Machine:
@@ -103,7 +130,5 @@ def _around(row: Ints, feed: np.typing.NDArray[np.bool_]) -> Ints:
     return np.unique(np.concatenate([touched, wide[feed[wide]]]))
 
 
-def _bare(states: Run, constants: dict[str, float]) -> Run:
-    columns = {k: v for k, v in states.columns.items() if not k.startswith("tip_")}
-    columns |= {name: np.full(states.n, value) for name, value in constants.items()}
-    return Run(states.position, states.offset, columns, states.labels, states.series)
+def _with_constants(states: Run, job: PreparedCut) -> Run:
+    return states.with_columns({n: np.full(states.n, v) for n, v in job.scenario.constants.items()})

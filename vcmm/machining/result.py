@@ -7,25 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.declaration import OWNERS
 from vcmm.core.run import Array
+from vcmm.effects import BY_NAME
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
 from vcmm.machining.recut import Recut
 from vcmm.machining.turned_blank import TurnedBlank
 
-GROUPS = ("machine", "tool", "setup", "part", "measurement")
-OF_TOOL = (
-    "tool_length",
-    "tool_radius",
-    "tool_offset",
-    "tool_wear",
-    "tool_runout",
-    "tool_deflection",
-    "spindle_growth",
-)
-OF_SETUP = ("work_offset",)
-OF_PART = ("part_expansion", "workpiece_heating", "clamping")
+GROUPS = (*OWNERS, "measurement")
 SCATTERS = (
     "touch",
     "part",
@@ -45,7 +36,7 @@ class Patch:
 
 
 @dataclass(frozen=True)
-class Extremes:
+class SurfaceExtremes:
     """Over all patches, um: largest and rms departure, number of points, of those left uncut, and of gouges.
 
     A gouge is a point that the program itself, on a perfect machine, cuts deeper than `deep_um`.
@@ -67,7 +58,7 @@ class CutResult:
     """
 
     uncertainty: UncertaintyResult
-    surface: Extremes
+    surface: SurfaceExtremes
     patches: tuple[Patch, ...]
     seconds: float
     shares: Mapping[str, Mapping[str, float]]
@@ -92,13 +83,9 @@ def group_of(line: BudgetLine) -> str:
     if ": " in line.input:
         return "measurement"
     effect = line.input.split("[")[0].split(".")[0]
-    if effect in OF_TOOL:
-        return "tool"
-    if effect in OF_SETUP:
-        return "setup"
-    if effect in OF_PART or line.input == "channel.temp_part_C":
+    if line.input == "channel.temp_part_C":
         return "part"
-    return "machine"
+    return BY_NAME[effect].belongs_to if effect in BY_NAME else "machine"
 
 
 NOTHING = 1e-6  # mm or rad: of a u below a nanometre no shares are told
@@ -120,13 +107,13 @@ def batch(c: CharacteristicResult) -> tuple[float, float]:
     return float(np.sqrt(max(c.u**2 - scatter, 0.0))), float(np.sqrt(min(scatter, c.u**2)))
 
 
-def extremes(patches: tuple[Patch, ...], deep: float) -> Extremes:
+def extremes(patches: tuple[Patch, ...], deep: float) -> SurfaceExtremes:
     """Summary of the surface; deep: depth in mm from which a cut below nominal counts as a gouge."""
     height = np.concatenate([p.height for p in patches]) if patches else np.zeros(0)
     nominal = np.concatenate([p.nominal for p in patches]) if patches else np.zeros(0)
     cut = np.isfinite(height)
     there = height[cut] * 1e3
-    return Extremes(
+    return SurfaceExtremes(
         float(np.abs(there).max(initial=0.0)),
         float(np.sqrt(np.mean(there**2))) if len(there) else 0.0,
         len(height),

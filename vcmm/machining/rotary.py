@@ -7,7 +7,7 @@ A move gives positions of X Y Z A B C, all linear in the share of the move (alon
 for any chain, with the tool offset along Z of the machine as G43 counts it: no tool centre point control, no turned work
 offset. While the rotary axes stand still this map is affine in X Y Z, so lines stay lines, and arcs stay arcs. While they
 turn, the way is cut into short lines with the tool held as in their middle, good enough to find what touches a point
-(SEARCH); vcmm.machining.polish then puts the tool exactly where it stands.
+(SEARCH); vcmm.machining.rotary_contacts then puts the tool exactly where it stands.
 
 Source of the chain: ISO 230-1 structure codes, multiplied out in vcmm.core.kinematics.
 """
@@ -24,7 +24,7 @@ from vcmm.core.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directi
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
-from vcmm.cutting.sweeps import Sweep, lengths, position
+from vcmm.cutting.sweeps import Sweep, frames_of, lengths, position
 from vcmm.nc.moves import Move, Program
 
 Bools = np.typing.NDArray[np.bool_]
@@ -32,7 +32,7 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class RotaryMotion:
     """The moves of a program that turns rotary axes, and how the rows of its sweep in workpiece axes lie on them.
 
     base: moves as tip positions of the machine with its rotary axes at zero, one row each; turned (m, 2, 3): A, B, C in rad
@@ -132,7 +132,7 @@ def point_of_part(machine: Machine, zero: Array, angle: Array) -> Array:
     return tip_and_axis(machine, zero[None], held[None], np.zeros((1, 3)))[0][0]
 
 
-def angle_of(program: Program, motion: Motion, offset: str) -> Array:
+def angle_of(program: Program, motion: RotaryMotion, offset: str) -> Array:
     """A, B, C (3,) rad at which all cuts of a work offset are made. Raises UsageError where they differ."""
     mine = [i for i, m in enumerate(motion.base.move.tolist()) if _cuts(program.moves[m], offset)]
     angles = motion.turned[mine].reshape(-1, 3)
@@ -150,15 +150,6 @@ def angle_of(program: Program, motion: Motion, offset: str) -> Array:
 
 def _cuts(move: Move, offset: str) -> bool:
     return move.kind != "rapid" and move.offset == offset
-
-
-def frames_of(axis: Array) -> Array:
-    """Right-handed frames (k, 3, 3) whose third row is the tool axis (k, 3); the identity for +Z."""
-    other = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
-    first = np.cross(other, axis)
-    first = first / np.linalg.norm(first, axis=1)[:, None]
-    out = np.stack([first, np.cross(axis, first), axis], axis=1)
-    return np.where((axis[:, 2] == 1.0)[:, None, None], np.eye(3), out)
 
 
 def turned(frame: Array | None, vectors: Array) -> Array:

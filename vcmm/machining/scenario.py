@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from vcmm.core.inputs import Input
@@ -57,7 +57,3 @@ class CutScenario:
     batch_part: int = 1  # which part in a row: wear and warmth of those before it count
     fixture: Fixture | None = None  # what `place` may move
     weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1
-
-    def at(self, pose: Pose) -> CutScenario:
-        """The same job with the part elsewhere; its work offsets move with it."""
-        return replace(self, pose=pose)

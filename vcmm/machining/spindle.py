@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.motion.knots import times_at
 from vcmm.motion.timing import Timing
 from vcmm.motion.toolpath import Toolpath
 
@@ -58,13 +57,6 @@ def spindle_of(path: Toolpath) -> Spindle:
     rate = path.columns["spindle_rpm"] * TURN / 60.0
     length = np.diff(path.time, prepend=path.time[:1])
     return Spindle(path.time, -np.cumsum(rate * length), np.cumsum(np.abs(rate) * length))
-
-
-def seconds_at(timing: Timing, move: Ints, share: Array) -> Array:
-    """When `share` (n,) of the moves (n,) has been run, s."""
-    place = np.searchsorted(timing.moving, move)
-    length = np.diff(timing.ends, prepend=0.0)[place]
-    return times_at(timing, timing.ends[place] - (1.0 - share) * length)
 
 
 def moves_at(timing: Timing, time: Array) -> tuple[Ints, Array]:

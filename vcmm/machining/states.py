@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from vcmm.core.kinematics import nominal_tip
-from vcmm.core.run import Array, Run
+from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.cutting.contactmap import Ints
-from vcmm.machining.rotary import Motion, tool_offset_to
 from vcmm.motion.knots import times_at
+from vcmm.motion.timing import Timing
 from vcmm.motion.toolpath import Toolpath
-from vcmm.nc.limits import AXES
 
 Words = np.typing.NDArray[np.str_]
 HELD = (
@@ -24,13 +24,18 @@ HELD = (
 
 
 def states_at(path: Toolpath, move: Ints, share: Array, tips: Array) -> tuple[Run, Array]:
-    """Run (rows) with the tool tip at tips (rows, 3), reached at `share` (rows,) of moves (rows,), and what is known there.
+    """As `states_when`, at the times at which `share` (rows,) of moves (rows,) has been run."""
+    return states_when(path, move, seconds_at(path.timing, move, share), tips)
+
+
+def states_when(path: Toolpath, move: Ints, time: Array, tips: Array) -> tuple[Run, Array]:
+    """Run (rows) at times (rows,) of moves (rows,) with the tool tip at tips (rows, 3), and what is known there.
 
     The second result (rows, 3) is how far the nominal motion has left the programmed path: corners rounded within the
-    tolerance, and the lag of the nominal position loops (mm, workpiece axes).
+    tolerance, and the lag of the nominal position loops (mm, axes of the tips).
     """
     timing = path.timing
-    time, columns, labels = _moment(path, move, share)
+    columns, labels = moment(path, move, time)
     offset = np.array([timing.moves[i].tool_offset for i in move.tolist()]).reshape(-1, 3)
     commanded = timing.state(time).position[:, :3] - offset
     follow = np.column_stack([columns[f"follow_{c}_mm"] for c in "xyz"])
@@ -43,41 +48,51 @@ def states_at(path: Toolpath, move: Ints, share: Array, tips: Array) -> tuple[Ru
     return Run(position, -offset, columns, labels), commanded - tips + follow
 
 
-def turning_states(path: Toolpath, motion: Motion, row: Ints, t: Array, at: Array) -> tuple[Run, Array]:
-    """As `states_at` where rotary axes stand off zero: at fractions t (k,) of rows (k,) of the sweep in workpiece axes.
-
-    The offset of the run leads to the points `at` (k, 3), workpiece axes, which count as fixed to the tool; the second
-    result (k, 3) is how far they have left their place on the programmed path.
-    """
-    move, share = motion.row[row], motion.share(row, t)
-    time, columns, labels = _moment(path, motion.base.move[move], share)
-    before, length = motion.fed  # the toolpath counts X, Y and Z only
-    columns["cut_length_mm"] = before[row] + t * length[row]
-    position = motion.commanded(move, share)
-    offset = tool_offset_to(motion.machine, position, at)
-    state = path.timing.state(time).position
-    really = {letter: state[:, AXES.index(letter)] for letter in position}
-    for letter, c in zip("XYZ", "xyz"):
-        if letter in really:
-            really[letter] = really[letter] + columns[f"follow_{c}_mm"]
-    moved = nominal_tip(motion.machine.chain, motion.machine.axes, Run(really, offset))
-    return Run(position, offset, columns, labels), moved - at
-
-
-def _moment(path: Toolpath, move: Ints, share: Array) -> tuple[Array, dict[str, Array], dict[str, Words]]:
-    """Time (k,) at which shares (k,) of moves (k,) are reached, and columns and labels of the toolpath there."""
-    timing = path.timing
+def seconds_at(timing: Timing, move: Ints, share: Array) -> Array:
+    """When `share` (n,) of the moves (n,) has been run, s."""
     place = np.searchsorted(timing.moving, move)
     length = np.diff(timing.ends, prepend=0.0)[place]
-    time = times_at(timing, timing.ends[place] - (1.0 - share) * length)
+    return times_at(timing, timing.ends[place] - (1.0 - share) * length)
+
+
+def moment(path: Toolpath, move: Ints, time: Array) -> tuple[dict[str, Array], dict[str, Words]]:
+    """Columns and labels (k,) of the toolpath at times (k,) of moves (k,)."""
     following = np.clip(np.searchsorted(path.time, time, side="left"), 0, path.n - 1)
     columns = {
         name: values[following] if name.startswith(HELD) else np.interp(time, path.time, values)
         for name, values in path.columns.items()
     }
     labels = {name: values[following] for name, values in path.labels.items()}
-    labels["tool"] = np.array([str(timing.moves[i].tool) for i in move.tolist()])
-    labels["work_offset"] = np.array(
-        [timing.moves[i].offset for i in move.tolist()]
-    )  # a row that ends one may name the next
-    return time, columns, labels
+    moves = [path.timing.moves[i] for i in move.tolist()]  # a row that ends one may name the next
+    labels["tool"] = np.array([str(m.tool) for m in moves])
+    labels[OFFSET_LABEL] = np.array([m.offset for m in moves])
+    return columns, labels
+
+
+def later_in_batch(states: Run, path: Toolpath, number: int, worn: Mapping[str, float] | None = None) -> Run:
+    """The same states while the `number`-th part in a row is cut: time, cut length of each tool and travel have gone on.
+
+    worn: what each tool adds to the cut length of its states in one part, mm; default: what the toolpath counts, the
+    length of X, Y and Z. The parts follow one another without a pause, and the spindle does not cool while tools are
+    changed. Tools and work offset were set before the first part.
+    """
+    if number == 1:
+        return states
+    before = float(number - 1)
+    going_on = {"time_s": path.seconds} | {
+        name: float(values[-1]) for name, values in path.columns.items() if name.startswith("travel_")
+    }
+    columns = {name: states.column(name) + before * amount for name, amount in going_on.items()}
+    on = states.column("spindle_on_s")
+    columns["spindle_on_s"] = np.where(on > 0.0, on + before * path.seconds, on)
+    fed = by_tool(path, path.columns["cut_length_mm"]) if worn is None else worn
+    columns["cut_length_mm"] = states.column("cut_length_mm") + before * np.array(
+        [fed.get(t, 0.0) for t in states.labels["tool"]]
+    )
+    return states.with_columns(columns)
+
+
+def by_tool(path: Toolpath, length: Array) -> dict[str, float]:
+    """Cut length of each tool (mm) at the end of the program; length (n,) of the tool of each row of the path up to there."""
+    tools = path.labels["tool"]
+    return {str(t): float(length[tools == t].max()) for t in set(tools)}

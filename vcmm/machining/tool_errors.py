@@ -6,9 +6,9 @@ Setting the work offset on the very machine takes its error there away; that hol
 cancels. Scatter while setting is part of the uncertainty of the offset, not subtracted twice.
 
 Effects that are readings when measuring act on a part that is cut and measured later: a part cut warm or bent comes out
-as the measuring machine would have read it, with the sign turned (`part_expansion`, `clamping`); so does the scatter of a
-pass and of a tool change, where the sign is of no matter. `workpiece_heating` is stated for the finished part already.
-Probes and instruments do not cut.
+as the measuring machine would have read it, with the sign turned (expansion, clamping); so does the scatter of a pass and
+of a tool change, where the sign is of no matter. What is stated for the finished part already (heat of cutting) keeps its
+sign: `on_cut_part` of the effect says which. Probes and instruments do not cut.
 """
 
 from __future__ import annotations
@@ -18,33 +18,39 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import targets
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.machining.zero_setting import Ints, less_errors, less_response, without_setting
-from vcmm.response.influence import Influence, Product, influences, products, targets
+from vcmm.machining.zero_setting import Ints, ZeroRows
+from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
 
-TURNED = ("part_expansion", "clamping", "scatter", "reindexing")
-STATED = ("workpiece_heating",)
-SETTING = "setting"  # label value of the rows in which the work offset was set
+FORCES = ("force_x_N", "force_y_N", "force_z_N")
 
 
 def cutting_effects(machine: Machine) -> tuple[Machine, Machine, tuple[str, ...]]:
     """(machine whose negative indication error moves the surface, machine whose reading does, ids that do not cut)."""
-    moves = [e for e in machine.effects if e.link != "reading" or e.name in TURNED]
-    stated = [e for e in machine.effects if e.name in STATED]
+    moves = [e for e in machine.effects if e.link != "reading" or e.on_cut_part == "turned"]
+    stated = [e for e in machine.effects if e.on_cut_part == "stated"]
     idle = tuple(e.id for e in machine.effects if e not in moves and e not in stated)
     return replace(machine, effects=tuple(moves)), replace(machine, effects=tuple(stated)), idle
 
 
+def needs_forces(effect: Effect) -> bool:
+    """Whether an effect follows the cutting force."""
+    return bool(set(effect.required()) & set(FORCES))
+
+
 @dataclass(frozen=True, eq=False)
 class ToolSide:
-    """run: rows in which points are cut, then rows in which the offset was set; setting (n,): the row set for each row.
+    """run: rows in which points are cut, then rows in which zeros were set, `rows_per_zero` for each of them.
 
-    setting is -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation of the nominal motion
-    from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z to workpiece axes in
-    each row, None while all rotary axes stand at zero.
+    setting (n,): first of those of each row, -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation
+    of the nominal motion from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z
+    to workpiece axes in each row, None while all rotary axes stand at zero. phi (n,): angle of the meridian frame of a lathe
+    in which errors are wanted, rad; None: workpiece axes.
     """
 
     machine: Machine
@@ -53,6 +59,12 @@ class ToolSide:
     known: Array
     inputs: tuple[Input, ...]
     turn: Array | None = None
+    phi: Array | None = None
+    rows_per_zero: int = 1
+
+    @property
+    def zero(self) -> ZeroRows:
+        return ZeroRows(self.setting, self.rows_per_zero, self.turn)
 
     @property
     def parts(self) -> tuple[Machine, Machine]:
@@ -63,10 +75,10 @@ class ToolSide:
     def errors(self, exact: bool = False) -> Array:
         """moved (n, 3) at the estimates."""
         moves, stated = self.parts
-        found = -moves.indication_error(self.run, exact)
+        total = -moves.indication_error(self.run, exact)
         if stated.effects:
-            found = found + stated.indication_error(self.run)
-        return less_errors(found, self.setting, self.turn) + self.known
+            total = total + stated.indication_error(self.run)
+        return self.zero.off_errors(self._framed(total)) + self.known
 
     def influences(self) -> tuple[Influence, ...]:
         """d moved / d input (n, 3, k), setting not yet subtracted, for every Input that acts on the cut."""
@@ -74,39 +86,48 @@ class ToolSide:
         out = []
         for one in self.inputs:
             halves = [(m, s) for m, s in ((moves, -1.0), (stated, 1.0)) if one.is_channel or _acts(m, one)]
-            found = [(influences(m, self.run, [one])[0], s) for m, s in halves if m.effects]
-            if found:
-                total = np.sum([s * f.response for f, s in found], axis=0)
-                out.append(replace(found[0][0], response=total))
+            acting = [(influences(m, self.run, [one])[0], s) for m, s in halves if m.effects]
+            if acting:
+                total = np.sum([s * f.response for f, s in acting], axis=0)
+                framed = np.moveaxis(self._framed(np.moveaxis(total, -1, 0)), 0, -1)
+                out.append(replace(acting[0][0], response=framed))
         return tuple(out)
 
     def relative(self, one: Influence) -> Influence:
         """The influence less that in the row of setting, where both are one draw."""
-        return replace(one, response=less_response(one.response, self.setting, one.codes, turn=self.turn))
+        return replace(one, response=self.zero.off_response(one.response, one.codes))
 
-    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
-        """Second-order terms (n, 3) of moved."""
+    def products(self, given: Sequence[Influence]) -> tuple[Product, ...]:
+        """Second-order terms (n, 3) of moved, by what is multiplied among the `given` influences."""
         moves, stated = self.parts
         out = []
         for machine, sign in ((moves, -1.0), (stated, 1.0)):
             if machine.effects:
-                here = [f for f in found if f.input.is_channel or _acts(machine, f.input)]
-                number = {id(f): i for i, f in enumerate(found)}
+                here = [f for f in given if f.input.is_channel or _acts(machine, f.input)]
+                number = {id(f): i for i, f in enumerate(given)}
                 for p in products(machine, self.run, here):
                     first, second = number[id(here[p.first])], number[id(here[p.second])]
-                    codes = (found[first].codes, found[second].codes)
-                    response = less_response(sign * p.response, self.setting, *codes, turn=self.turn)
-                    out.append(Product(first, second, response))
+                    response = self._framed(sign * p.response)
+                    codes = (given[first].codes, given[second].codes)
+                    out.append(Product(first, second, self.zero.off_response(response, *codes)))
         return tuple(out)
 
     def exact(self, drawn: Sequence[Draws]) -> Array:
         """moved (m, n, 3) in every trial, transforms multiplied; the Draws carry influences of this run."""
         moves, stated = self.parts
-        quiet = [without_setting(d, self.setting) for d in drawn]
+        quiet = [self.zero.quiet(d) for d in drawn]
         total = -exact_errors(moves, self.run, quiet)
         if stated.effects:
             total = total + exact_errors(stated, self.run, quiet)
-        return less_errors(total, self.setting, self.turn) + self.known
+        return self.zero.off_errors(self._framed(total)) + self.known
+
+    def _framed(self, vectors: Array) -> Array:
+        """Vectors (..., n, 3) of workpiece axes in the frame in which errors are wanted."""
+        if self.phi is None:
+            return vectors
+        c, s = np.cos(self.phi), np.sin(self.phi)
+        x, y, z = (vectors[..., i] for i in range(3))
+        return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)
 
 
 def _acts(machine: Machine, one: Input) -> bool:

@@ -18,13 +18,13 @@ from vcmm.cutting import nose
 from vcmm.cutting.envelope import BEYOND, CUT, UNCUT, CutSurface
 from vcmm.cutting.sweeps import Sweep
 from vcmm.cutting.turning import OUTWARD, meridian
+from vcmm.machining.program_sweep import swept
 from vcmm.machining.scenario import CutScenario
-from vcmm.machining.spindle import TURN, Spindle, moves_at, seconds_at, spindle_of
-from vcmm.machining.sweeps import swept
+from vcmm.machining.spindle import TURN, Spindle, moves_at, spindle_of
+from vcmm.machining.states import seconds_at
 from vcmm.motion.toolpath import Toolpath
-from vcmm.nc.compensation import FANUC_TIPS, LINUXCNC_TIPS
 from vcmm.nc.moves import Move, Program
-from vcmm.nc.setup import Tool, turns_with
+from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
 
 SEEDS, EACH = 4, 2  # moves that are asked for passes, passes before and after the place of contact
 KEPT = 6  # passes that may cut a point
@@ -84,11 +84,6 @@ class TurnedSurface(CutSurface):
     time: Array
 
 
-def turns(scenario: CutScenario, program: Program) -> bool:
-    """Whether the program cuts with turning tools."""
-    return turns_with(scenario.setup, program)
-
-
 def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turning:
     """The program in the meridian. Raises UsageError and ModelLimit for what cannot be turned."""
     tools = {n: t for n, t in scenario.setup.tools.items() if t.shape == "turning"}
@@ -107,9 +102,18 @@ def turning_of(scenario: CutScenario, program: Program, path: Toolpath) -> Turni
     low, high = machine.axes["C"].travel if "C" in machine.axes else (0.0, TURN)
     lowest = 0.0 if low <= 0.0 and high >= TURN - 1e-9 else low
     return Turning(
-        sweep, to_tip, nose.capsules(sweep), centre, row_of, rapid, spindle_of(path), path, "C" in machine.chain.work,
-        lowest, tuple(notes),
-    )  # fmt: skip
+        sweep=sweep,
+        to_tip=to_tip,
+        paths=nose.capsules(sweep),
+        centre=centre,
+        row_of=row_of,
+        rapid=rapid,
+        spindle=spindle_of(path),
+        path=path,
+        rotary="C" in machine.chain.work,
+        lowest=lowest,
+        notes=tuple(notes),
+    )
 
 
 def spindle_axis(machine: Machine) -> Array:
@@ -192,24 +196,44 @@ def turned_surface(
 ) -> TurnedSurface:
     """The surface at points of the workpiece (n, 3): as swept moves say, then pass by pass."""
     flat, out, phi = turning.section(points, normals)
-    seeds = nose.removed_by(flat, out, turning.paths, depth, height, 0.1, SEEDS)
+    seeds = nose.removed_by(
+        flat, out, path=turning.paths, depth=depth, height=height, band=0.1, candidates=SEEDS
+    )
     deep = np.flatnonzero(seeds.status == BEYOND)
     if len(deep):
-        again = nose.removed_by(flat[deep], out[deep], turning.paths, deepest, height, 0.1, SEEDS)
+        again = nose.removed_by(
+            flat[deep],
+            out[deep],
+            path=turning.paths,
+            depth=deepest,
+            height=height,
+            band=0.1,
+            candidates=SEEDS,
+        )
         for name in ("status", "contact_s", "row", "t"):
             getattr(seeds, name)[deep] = getattr(again, name)
     times, swept_normal = _passes(turning, seeds, phi, EACH)
-    found = passes_at(turning, times, flat, out)
-    order = found.order()[:, :KEPT]
-    found = found.taken(order)
-    time, row, t = found.time, found.row, found.t
-    s = np.where(found.height > height, np.inf, found.height)
+    passes = passes_at(turning, times, flat, out)
+    order = passes.order()[:, :KEPT]
+    passes = passes.taken(order)
+    time, row, t = passes.time, passes.row, passes.t
+    s = np.where(passes.height > height, np.inf, passes.height)
     good = np.isfinite(s) & (s <= s[:, :1] + BAND)
     status = np.where(seeds.status == BEYOND, BEYOND, np.where(good[:, 0], CUT, UNCUT))
     return TurnedSurface(
-        points, normals, status, np.where(good, s, np.nan), np.where(good, row, -1), np.where(good, t, np.nan),
-        np.take_along_axis(swept_normal, order[..., None], 1), seeds.tests, flat, out, phi, np.where(good, time, np.nan),
-    )  # fmt: skip
+        points=points,
+        normals=normals,
+        status=status,
+        contact_s=np.where(good, s, np.nan),
+        row=np.where(good, row, -1),
+        t=np.where(good, t, np.nan),
+        normal=np.take_along_axis(swept_normal, order[..., None], 1),
+        tests=seeds.tests,
+        flat=flat,
+        flat_normals=out,
+        phi=phi,
+        time=np.where(good, time, np.nan),
+    )
 
 
 def _passes(turning: Turning, seeds: CutSurface, phi: Array, each: int) -> tuple[Array, Array]:

@@ -1,45 +1,121 @@
-"""Less the row of setting: what a machine errs by where its zero was set is in the zero, and so is taken off, draw by draw.
+"""Where a zero was set: the rows of a run in which it was, and what is taken off because it holds the error made there.
 
-at (n,): for each row the row in which its zero was set, -1 where nothing is taken off. The zero is a number of the machine
-axes: what was taken into it stays along them while a table turns the part. turn (n, 3, 3): from there to workpiece axes, None
-while all rotary axes stand at zero.
+What a machine errs by where its zero was set is in the zero, and so is taken off, draw by draw. The zero is a number of the
+machine axes: what was taken into it stays along them while a table turns the part.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.core.run import Array
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
 from vcmm.response.trials import Draws
 
 Ints = npt.NDArray[np.intp]
+OF_ROW = ("touch", "feature", "mode")  # labels of a row itself: setting is another row
+SETTING = "setting"  # label value of the rows in which a zero was set
 
 
-def less_errors(found: Array, at: Ints, turn: Array | None = None) -> Array:
-    """Errors (..., n, 3) less those in the rows of setting."""
-    taken = found[..., np.maximum(at, 0), :]
-    if turn is not None:
-        taken = np.einsum("nij,...nj->...ni", turn, taken)
-    return np.asarray(found - np.where((at >= 0)[:, None], taken, 0.0))
+@dataclass(frozen=True, eq=False)
+class ZeroRows:
+    """first (n,): for each row the first of the rows in which its zero was set, -1 where nothing is taken off.
+
+    count: rows that belong together, whose mean is taken off (angles of a spindle). turn (n, 3, 3): from the axes of the
+    machine to those of the workpiece, None while all rotary axes stand at zero.
+    """
+
+    first: Ints
+    count: int = 1
+    turn: Array | None = None
+
+    @property
+    def any(self) -> bool:
+        return bool((self.first >= 0).any())
+
+    def off_errors(self, errors: Array) -> Array:
+        """Errors (..., n, 3) less those in the rows of setting."""
+        if not self.any:
+            return errors
+        taken = errors[..., self._back(), :]
+        taken = taken if self.count == 1 else taken.mean(axis=-2)
+        if self.turn is not None:
+            taken = np.einsum("nij,...nj->...ni", self.turn, taken)
+        return np.asarray(errors - np.where((self.first >= 0)[:, None], taken, 0.0))
+
+    def off_response(self, response: Array, *codes: Ints) -> Array:
+        """Responses (n, 3, ...) less those in the rows of setting, where all draws (codes, n each) are the same there."""
+        if not self.any:
+            return response
+        same = self.first >= 0
+        for one in codes:
+            same = same & (one == one[np.maximum(self.first, 0)])
+        taken = response[self._back()]
+        taken = taken if self.count == 1 else taken.mean(axis=1)
+        if self.turn is not None:
+            taken = np.einsum("nij,nj...->ni...", self.turn, taken)
+        shape = (-1,) + (1,) * (response.ndim - 1)
+        return np.asarray(response - np.where(same.reshape(shape), taken, 0.0))
+
+    def quiet(self, one: Draws) -> Draws:
+        """Draws of copies that only rows of setting have count as nothing: they belong to the uncertainty of the zero."""
+        codes = one.influence.codes
+        rows = (self.first[self.first >= 0][:, None] + np.arange(self.count)).ravel()
+        used = np.unique(codes[~np.isin(np.arange(len(codes)), rows)])
+        keep = np.isin(np.arange(one.departures.shape[1]), used)
+        return replace(one, departures=one.departures * keep[None, :, None])
+
+    def _back(self) -> Ints:
+        """The row of setting of each row (n,), or all of them (n, count)."""
+        first = np.maximum(self.first, 0)
+        return first if self.count == 1 else first[:, None] + np.arange(self.count)
 
 
-def less_response(response: Array, at: Ints, *codes: Ints, turn: Array | None = None) -> Array:
-    """Responses (n, 3, ...) less those in the rows of setting, where all draws (codes, n each) are the same there."""
-    back = np.maximum(at, 0)
-    same = at >= 0
-    for one in codes:
-        same = same & (one == one[back])
-    shape = (-1,) + (1,) * (response.ndim - 1)
-    taken = response[back] if turn is None else np.einsum("nij,nj...->ni...", turn, response[back])
-    return np.asarray(response - np.where(same.reshape(shape), taken, 0.0))
+def setting_rows(run: Run, chosen: Ints, offset: Array, at: Array, pose: Pose) -> Run:
+    """The rows `chosen` (k,) again with the tool tip at `at` (k, 3), as when offset and tool length were set: at rest, cold.
+
+    offset (k, 3): tip in the frame of the last tool-side axis. Labels are those of the chosen rows, so that what is drawn
+    per tool or set-up is the same draw; the column `setting` is 1.
+    """
+    count = len(chosen)
+    position = {
+        letter: (at - offset)[:, "XYZ".index(letter)] if letter in "XYZ" else np.zeros(count)
+        for letter in run.position
+    }
+    columns = {name: _at_rest(name, values, count) for name, values in run.columns.items()}
+    columns |= {f"part_{c}_mm": (at - pose.shift)[:, i] for i, c in enumerate("xyz")} | {
+        "setting": np.ones(count)
+    }
+    labels = {name: values[chosen] for name, values in run.labels.items()}
+    labels |= {name: np.full(count, SETTING) for name in OF_ROW if name in labels}
+    return Run(position, offset, columns, labels, run.series)
 
 
-def without_setting(one: Draws, at: Ints) -> Draws:
-    """Draws of copies that only rows of setting have count as nothing: they belong to the uncertainty of the zero."""
-    codes = one.influence.codes
-    used = np.unique(codes[~np.isin(np.arange(len(codes)), at)])
-    keep = np.isin(np.arange(one.departures.shape[1]), used)
-    return replace(one, departures=one.departures * keep[None, :, None])
+def _at_rest(name: str, values: Array, count: int) -> Array:
+    if name in ("nz", "tool_axis_z"):
+        return np.ones(count)
+    if name.startswith(("temp_", "reading_", "pressure", "humidity")):
+        return np.full(count, values[0])
+    return np.zeros(count)
+
+
+def joined(first: Run, second: Run) -> Run:
+    """The rows of both, which have the same columns and labels."""
+    return Run(
+        {k: np.concatenate([v, second.position[k]]) for k, v in first.position.items()},
+        np.concatenate([first.offset, second.offset]),
+        {k: np.concatenate([v, second.columns[k]]) for k, v in first.columns.items()},
+        {k: np.concatenate([v, second.labels[k]]) for k, v in first.labels.items()},
+        first.series,
+    )
+
+
+def ways_of_setting(run: Run) -> tuple[Ints, Ints]:
+    """(first row of each way of setting, number of the way of each row): rows differ in it by tool, work offset, event."""
+    names = [run.labels[n] for n in sorted(run.labels) if n not in OF_ROW]
+    keys = np.array(["\0".join(words) for words in zip(*names)]) if names else np.full(run.n, "")
+    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
+    return first.astype(np.intp), number.astype(np.intp)

@@ -56,22 +56,6 @@ def touch(
     return travel
 
 
-def measured_point(
-    start: npt.ArrayLike,
-    direction: npt.ArrayLike,
-    travel: Array,
-    normals: npt.ArrayLike,
-    tip_radius: float,
-) -> tuple[Array, Array]:
-    """Indicated tip centre (..., n, 3) and the point corrected by the qualified tip radius, mm.
-
-    indicated = start + travel direction, corrected = indicated - tip_radius normal; normals (n, 3) nominal.
-    """
-    begin, way = _checked(start, direction)
-    indicated = begin + np.asarray(travel, dtype=np.float64)[..., None] * way
-    return indicated, indicated - tip_radius * np.asarray(normals, dtype=np.float64)
-
-
 def _checked(start: npt.ArrayLike, direction: npt.ArrayLike) -> tuple[Array, Array]:
     begin = np.asarray(start, dtype=np.float64)
     if begin.ndim != 2 or begin.shape[1] != 3:

@@ -12,8 +12,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.pose import Array, Pose
+from vcmm.core.pose import Array, Pose, unit
 
+TILT = 1e-6  # rad: how well a face must lie on the table, a list of turns be met
+NEAR = 1e-6  # mm
 DOFS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
 KINDS = ("U", "U/T", "risk", "cost")
 COSTS = ("accept_bad", "reject_good", "undecided")
@@ -77,27 +79,29 @@ class Fixture:
 
     def orientations(self, present: Array) -> list[tuple[str, Array]]:
         """(label, six numbers) of every combination of the discrete choices; free ranges at the present value."""
-        found: list[tuple[str, Array]] = [("", np.array(present, dtype=float))]
+        choices: list[tuple[str, Array]] = [("", np.array(present, dtype=float))]
         if self.slots:
-            found = [
-                (f"slot {i + 1}", _with(p, (0, 1, 2), s)) for _, p in found for i, s in enumerate(self.slots)
+            choices = [
+                (f"slot {i + 1}", _with(p, (0, 1, 2), s))
+                for _, p in choices
+                for i, s in enumerate(self.slots)
             ]
         if self.faces:
-            found = [
+            choices = [
                 (_join(label, f"{name} down"), _with(p, (3, 4), turned_down(direction)))
-                for label, p in found
+                for label, p in choices
                 for name, direction in self.faces.items()
             ]
         for f in self.freedoms:
             if f.continuous:
                 continue
             at = DOFS.index(f.name)
-            found = [
+            choices = [
                 (_join(label, f"{f.name} {shown(f.name, v)}"), _with(p, (at,), (v,)))
-                for label, p in found
+                for label, p in choices
                 for v in f.values
             ]
-        return found
+        return choices
 
     @property
     def continuous(self) -> tuple[Freedom, ...]:
@@ -140,6 +144,38 @@ def pose_of(six: Array) -> Pose:
     """The pose of six numbers (6,) or a batch (m, 6)."""
     six = np.asarray(six, dtype=float)
     return Pose.from_turns(six[..., :3], six[..., 3:])
+
+
+def off_fixture(fixture: Fixture, poses: Array) -> tuple[Array, Array]:
+    """Largest departure of poses (m, 6) from what the fixture allows: mm (m,) and rad (m,), 0 where it is met."""
+    shift, turn = np.zeros(len(poses)), np.zeros(len(poses))
+    for freedom in fixture.freedoms:
+        at = DOFS.index(freedom.name)
+        off = _off(freedom, poses[:, at], at >= 3)
+        if at < 3:
+            shift = np.maximum(shift, off)
+        else:
+            turn = np.maximum(turn, off)
+    if fixture.slots:
+        apart = np.linalg.norm(poses[:, None, :3] - np.array(fixture.slots, dtype=float), axis=2).min(axis=1)
+        shift = np.maximum(shift, np.where(apart > NEAR, apart, 0.0))
+    if fixture.faces:
+        down = unit(np.array(list(fixture.faces.values()), dtype=float))
+        turned = pose_of(poses).turn(down)
+        tilt = np.arctan2(np.hypot(turned[..., 0], turned[..., 1]), -turned[..., 2]).min(axis=1)
+        turn = np.maximum(turn, np.where(tilt > TILT, tilt, 0.0))
+    return shift, turn
+
+
+def _off(freedom: Freedom, value: Array, turns: bool) -> Array:
+    if freedom.values:
+        apart = value[:, None] - np.array(freedom.values)
+        if turns:
+            apart = (apart + np.pi) % (2.0 * np.pi) - np.pi
+        off = np.abs(apart).min(axis=1)
+        return np.where(off > (TILT if turns else NEAR), off, 0.0)
+    off = np.maximum(freedom.low - value, value - freedom.high)
+    return np.where(off > (TILT if turns else NEAR), off, 0.0)
 
 
 @dataclass(frozen=True)

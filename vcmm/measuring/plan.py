@@ -126,7 +126,10 @@ def touches(
     run = Run(position, offset, columns, labels)
     _check_reach(machine, run, feature)
     rows = {name: np.flatnonzero(feature == name) for name in dict.fromkeys(feature)}
-    return Touches(machine.prepare(run), points, normals, approach, radius, rows, pose)
+    return Touches(
+        run=machine.prepare(run), points=points, normals=normals, approach=approach, tip_radius=radius, rows=rows,
+        pose=pose,
+    )  # fmt: skip
 
 
 def axis_positions(chain: Chain, axes: Mapping[str, Axis], tip: Array, offset: Array) -> dict[str, Array]:
@@ -163,10 +166,7 @@ def _check_reach(machine: Machine, run: Run, feature: Array) -> None:
     try:
         machine.prepare(run)
     except ModelLimit as error:
-        row = (
-            int(str(error).split(":")[0].removeprefix("row ")) - 1 if str(error).startswith("row ") else None
-        )
-        where = f" (a point on {feature[row]})" if row is not None else ""
+        where = f" (a point on {feature[error.row]})" if error.row is not None else ""
         raise ModelLimit(f"the plan leaves the machine{where}: {error}") from None
 
 

@@ -15,15 +15,23 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.effects.probe import PreTravel, Sphere
-from vcmm.effects.qualification import StylusQualification
+from vcmm.effects import has_role, made_for
 from vcmm.fit import gauss, sensitivity
 from vcmm.measuring.plan import Plan, Step, Stylus, probe_columns
 from vcmm.measuring.strategies import Iso10360, plan_points
 from vcmm.part.part import Feature
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere:
+    """Touches of a stylus on its reference sphere, and S (4, n): offset and radius that a fit makes of their readings."""
+
+    run: Run
+    matrix: Array
 
 
 @dataclass(frozen=True)
@@ -46,19 +54,20 @@ def qualified_machine(
     Raises UsageError when the scatter has no finite variance.
     """
     spheres = {name: sphere(plan, plan.styli[name], one) for name, one in how.items()}
-    effects: list[Effect] = []
-    for effect in machine.effects:
-        if isinstance(effect, PreTravel):
-            mine = {name: s for name, s in spheres.items() if effect.stylus in ("", name)}
-            effect = replace(effect, spheres=mine)
-        effects.append(effect)
+    if not how:
+        return machine, ()
+    effects: list[Effect] = [effect.qualified(spheres) for effect in machine.effects]
+    left = made_for("qualified stylus", "the qualification of a stylus")
     groups = _spheres(how)
     together = [",".join(names) for names in groups if len(names) > 1 and how[names[0]].u_diameter > 0]
-    effects += [StylusQualification(name) for name in (*how, *together)]
+    ready = replace(machine, effects=tuple(effects))
     shared = {name for names in groups if len(names) > 1 for name in names}
-    inputs = [_remaining(machine, name, one, spheres[name], name in shared) for name, one in how.items()]
-    inputs += [_shared_sphere(names, how[names.split(",")[0]]) for names in together]
-    return replace(machine, effects=tuple(effects)), tuple(i for i in inputs if i is not None)
+    inputs = [
+        _remaining(left.name, machine, name, one, spheres[name], name in shared) for name, one in how.items()
+    ]
+    inputs += [_shared_sphere(left.name, names, how[names.split(",")[0]]) for names in together]
+    qualified = informed(ready, [left(name) for name in (*how, *together)])
+    return qualified, tuple(i for i in inputs if i is not None)
 
 
 def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
@@ -69,20 +78,22 @@ def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
     return list(groups.values())
 
 
-def _remaining(machine: Machine, name: str, how: Qualification, fitted: Sphere, common: bool) -> Input | None:
+def _remaining(
+    left: str, machine: Machine, name: str, how: Qualification, fitted: Sphere, common: bool
+) -> Input | None:
     covariance = (_scatter_u(machine) ** 2 + how.form**2 / 12.0) * fitted.matrix @ fitted.matrix.T
     covariance[3, 3] += 0.0 if common else (how.u_diameter / 2) ** 2
     if not covariance.any():
         return None
     law = MultivariateNormal((covariance + covariance.T) / 2)
-    return Input("stylus_qualification", name, "d", law, "stylus", "simulated qualification, 25 touches")
+    return Input(left, name, "d", law, "stylus", "simulated qualification, 25 touches")
 
 
-def _shared_sphere(names: str, how: Qualification) -> Input:
+def _shared_sphere(left: str, names: str, how: Qualification) -> Input:
     covariance = np.zeros((4, 4))
     covariance[3, 3] = (how.u_diameter / 2) ** 2
     said = "diameter of the reference sphere, common to these styli"
-    return Input("stylus_qualification", names, "d", MultivariateNormal(covariance), "machine", said)
+    return Input(left, names, "d", MultivariateNormal(covariance), "machine", said)
 
 
 def sphere(plan: Plan, stylus: Stylus, how: Qualification) -> Sphere:
@@ -107,8 +118,8 @@ def _sphere(stylus: Stylus, how: Qualification) -> tuple[Array, Array, Array]:
 
 def _scatter_u(machine: Machine) -> float:
     """Standard deviation of one touch from the machine's repeatability."""
-    found = [i for i in machine.inputs if i.effect == "scatter"]
-    spreads = [(np.max(i.law.u), np.max(i.spread(1)[1])) for i in found]
+    scatter = [i for i in machine.inputs if has_role(i.effect, "repeatability")]
+    spreads = [(np.max(i.law.u), np.max(i.spread(1)[1])) for i in scatter]
     u = float(np.sqrt(sum((u * factor) ** 2 for u, factor in spreads)))
     if not np.isfinite(u):
         raise UsageError(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
@@ -43,12 +44,16 @@ class Scenario:
         """The same job with the part elsewhere in the machine."""
         return replace(self, pose=pose)
 
+    def informed_machine(self) -> Machine:
+        """The machine with its styli qualified and every Input of the job. Raises UsageError for what is said twice."""
+        machine, remaining = qualified_machine(self.machine, self.plan, self.qualifications)
+        return informed(machine, inputs=(*self.inputs, *remaining))
+
     def task(self) -> Task:
         """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
-        machine, found = qualified_machine(self.machine, self.plan, self.qualifications)
-        inputs = (*self.inputs, *found)
+        machine = self.informed_machine()
         placed = touches(self.plan, self.pose, machine, self.constants)
-        return Task(machine, self.part, self.plan, placed, (*machine.inputs, *inputs), _form(self, placed))
+        return Task(machine, self.part, self.plan, placed, machine.inputs, _form(self, placed))
 
 
 def _form(scenario: Scenario, placed: Touches) -> Array:

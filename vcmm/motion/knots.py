@@ -58,7 +58,7 @@ def _divisions(timing: Timing, step: float, chord: float) -> Ints:
 def _turns(timing: Timing) -> Array:
     """s (k,) at which an axis turns back within an element: q_s = 0 on arcs (at quadrants) and on roundings."""
     e, c = timing.elements, timing.curves
-    found = [_quadrants(timing)]
+    places = [_quadrants(timing)]
     rounded = np.flatnonzero(
         (c.arc[e.curve] < 0) & (np.abs(c.coefficients[e.curve, 2:]).max(axis=(1, 2)) > 0)
     )
@@ -70,8 +70,8 @@ def _turns(timing: Timing) -> Array:
             turns = np.flatnonzero(slopes[k][:, axis] * slopes[k + 1][:, axis] < 0)
             at = e.offset[rounded[turns]] + k * length[turns]
             zero = _zero(c, which[turns], int(axis), at, length[turns])
-            found.append(e.edge[rounded[turns]] + zero - e.offset[rounded[turns]])
-    return np.concatenate(found)
+            places.append(e.edge[rounded[turns]] + zero - e.offset[rounded[turns]])
+    return np.concatenate(places)
 
 
 def _zero(curves: Curves, which: Ints, axis: int, begin: Array, length: Array) -> Array:
@@ -88,7 +88,7 @@ def _zero(curves: Curves, which: Ints, axis: int, begin: Array, length: Array) -
 def _quadrants(timing: Timing) -> Array:
     """Where the axes of an arc turn back: tan(sweep u) = Q / P for each axis of its plane."""
     e, c = timing.elements, timing.curves
-    found = [np.zeros(0)]
+    places = [np.zeros(0)]
     for element in np.flatnonzero(c.arc[e.curve] >= 0):
         arc, length = c.arc[e.curve[element]], c.length[e.curve[element]]
         sweep, begin = c.sweep[arc], e.offset[element]
@@ -97,8 +97,8 @@ def _quadrants(timing: Timing) -> Array:
             angle = np.arctan2(c.sine[arc, axis], c.cosine[arc, axis])
             n = np.arange(np.ceil((0 - angle) / np.pi), np.floor((sweep - angle) / np.pi) + 1)
             along = (angle + n * np.pi) / sweep * length - begin
-            found.append(e.edge[element] + along[(along > 0) & (along < span)])
-    return np.concatenate(found)
+            places.append(e.edge[element] + along[(along > 0) & (along < span)])
+    return np.concatenate(places)
 
 
 def _stretch_of(timing: Timing, s: Array, of_element: Ints) -> Ints:

@@ -137,10 +137,10 @@ def contour_deviation(timing: Timing, s: Array, time: Array, stretch: Ints) -> A
     rows = np.flatnonzero(~settles & (np.abs(tangent).max(axis=1) > 0))
     places = _Places(timing, f, point[rows], begin[rows], end[rows], share)
     guess = np.einsum("ka,a->k", tangent[rows] ** 2, share * f.lag)
-    found, done = _abreast(places, tangent[rows], time[rows] + guess)
+    gap, done = _abreast(places, tangent[rows], time[rows] + guess)
     far = np.flatnonzero(~done)
-    found[far] = _nearest(places.take(far), time[rows[far]])
-    out[rows] = found
+    gap[far] = _nearest(places.take(far), time[rows[far]])
+    out[rows] = gap
     return out
 
 

@@ -41,7 +41,7 @@ class Elements:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class AxisState:
     """Axes XYZABC at k times, (k, 6) each; path: s, ds/dt and element, (k,)."""
 
     position: Array
@@ -91,7 +91,7 @@ class Timing:
             else float(self.joints.pause.sum())
         )
 
-    def state(self, times: Array) -> State:
+    def state(self, times: Array) -> AxisState:
         """Where every axis is and how it moves at times (k,) s; at rest before, between and after the stretches."""
         row = np.clip(np.searchsorted(self.start, times, side="right") - 1, 0, len(self.start) - 1)
         s0, v0, a0, jerk, length = self.phase[row].T
@@ -103,7 +103,7 @@ class Timing:
         a = np.where(resting, 0.0, a0 + t * jerk)
         return self.state_on_path(s, v, a, np.where(resting, 0.0, jerk), self.stretch[row])
 
-    def state_on_path(self, s: Array, v: Array, a: Array, jerk: Array, stretch: Ints) -> State:
+    def state_on_path(self, s: Array, v: Array, a: Array, jerk: Array, stretch: Ints) -> AxisState:
         """The chain rule: q' = q_s v, q'' = q_s a + q_ss v^2, q''' = q_s j + 3 q_ss v a + q_sss v^3."""
         e = self.elements
         element = np.searchsorted(e.edge, s, side="right") - 1
@@ -112,7 +112,8 @@ class Timing:
         q, q1, q2, q3 = (self.curves.at(e.curve[element], along, order) for order in range(4))
         v_, a_, j_ = v[:, None], a[:, None], jerk[:, None]
         acceleration = q1 * a_ + q2 * v_**2
-        return State(q, q1 * v_, acceleration, q1 * j_ + 3 * q2 * v_ * a_ + q3 * v_**3, s, v, element)
+        out = q, q1 * v_, acceleration, q1 * j_ + 3 * q2 * v_ * a_ + q3 * v_**3
+        return AxisState(*out, s=s, path_speed=v, element=element)
 
     def move_at(self, s: Array, element: Ints) -> Ints:
         """Index in `moves` of the move at s (k,); a rounded corner belongs half to either."""
@@ -143,8 +144,9 @@ def plan_motion(
     start += np.cumsum(held)[stretch]
     ends = np.cumsum(own.length)
     return Timing(
-        moves, moving, ends, all_curves, elements, joints, first, last, phase, stretch, start, limits, control
-    )
+        moves=moves, moving=moving, ends=ends, curves=all_curves, elements=elements, joints=joints, first=first, last=last,
+        phase=phase, stretch=stretch, start=start, limits=limits, control=control,
+    )  # fmt: skip
 
 
 def _check(moves: Sequence[Move], curves: Curves, limits: Limits) -> None:

@@ -11,7 +11,7 @@ path changes its law or an axis turns back. What a row holds does not depend on 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ from vcmm.core.run import Array, Run
 from vcmm.motion.curves import Ints
 from vcmm.motion.knots import knots_of, rest_points
 from vcmm.motion.servo import contour_deviation
-from vcmm.motion.timing import State, Timing, plan_motion
+from vcmm.motion.timing import AxisState, Timing, plan_motion
 from vcmm.nc.limits import AXES, Control
 from vcmm.nc.moves import Move, Program
 
@@ -123,8 +123,8 @@ def toolpath(
     """
     if not step > 0 or not chord > 0:
         raise UsageError(f"toolpath: step = {step:g} and chord = {chord:g} must be positive lengths in mm")
-    found = control if control is not None else getattr(setup, "control", None)
-    timing = plan_motion(program, machine, found)
+    stated = control if control is not None else getattr(setup, "control", None)
+    timing = plan_motion(program, machine, stated)
     s, time, stretch = knots_of(timing, step, chord)
     first, last = rest_points(stretch)
     state = _state_at_knots(timing, s, time, stretch, first | last)
@@ -132,14 +132,13 @@ def toolpath(
     move = timing.move_at(s, state.element)
     shared = first & np.append(False, np.diff(time) <= 1e-9)  # a stretch that starts where and when one ends
     rows = np.flatnonzero(~shared)
-    return _assembled(
-        timing, machine, plays, time[rows], _taken(state, rows), move[rows], deviation[rows], first[rows]
-    )
+    knots = Knots(time[rows], _taken(state, rows), move[rows], deviation[rows], first[rows])
+    return _assembled(timing, machine, plays, knots)
 
 
 def _state_at_knots(
     timing: Timing, s: Array, time: Array, stretch: Ints, rest: np.typing.NDArray[np.bool_]
-) -> State:
+) -> AxisState:
     """State at the knots, exactly at rest at the ends of each stretch."""
     row = np.clip(np.searchsorted(timing.start, time, side="right") - 1, 0, max(len(timing.start) - 1, 0))
     _, v0, a0, jerk, length = timing.phase[row].T
@@ -149,18 +148,23 @@ def _state_at_knots(
     return timing.state_on_path(s, v, a, np.where(rest, 0.0, jerk), stretch)
 
 
-def _taken(state: State, rows: Ints) -> State:
-    motion = (state.position, state.speed, state.acceleration, state.jerk)
-    position, speed, acceleration, jerk = (part[rows] for part in motion)
-    return State(
-        position, speed, acceleration, jerk, state.s[rows], state.path_speed[rows], state.element[rows]
-    )
+def _taken(state: AxisState, rows: Ints) -> AxisState:
+    return AxisState(**{f.name: getattr(state, f.name)[rows] for f in fields(state)})
 
 
-def _assembled(
-    timing: Timing, machine: Machine, plays: Sequence[float], time: Array, state: State, move: Ints,
-    deviation: Array, begins: np.typing.NDArray[np.bool_],
-) -> Toolpath:  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class Knots:
+    """The rows before they are a toolpath: time (n,) s, axes, move, deviation (n, 3) mm, begins: first of a stretch."""
+
+    time: Array
+    state: AxisState
+    move: Ints
+    deviation: Array
+    begins: np.typing.NDArray[np.bool_]
+
+
+def _assembled(timing: Timing, machine: Machine, plays: Sequence[float], knots: Knots) -> Toolpath:
+    time, state, move = knots.time, knots.state, knots.move
     axes = {letter: state.position[:, AXES.index(letter)] for letter in machine.axes}
     moves = timing.moves
     offset = np.array([m.tool_offset for m in moves], dtype=float).reshape(-1, 3)[move]
@@ -170,13 +174,14 @@ def _assembled(
         time, np.linalg.norm(state.acceleration[:, :3], axis=1)
     )
     columns |= _move_columns(timing, time, state, move)
-    columns |= {f"follow_{c}_mm": deviation[:, i] for i, c in enumerate("xyz")}
-    labels = _labels(moves, move, begins, time)
-    tip = state.position[:, :3] - offset
-    return Toolpath(timing, time, axes, tip, offset, move, deviation, columns, labels)
+    columns |= {f"follow_{c}_mm": knots.deviation[:, i] for i, c in enumerate("xyz")}
+    return Toolpath(
+        timing=timing, time=time, axes=axes, tip=state.position[:, :3] - offset, tool_offset=offset, move=move,
+        deviation=knots.deviation, columns=columns, labels=_labels(moves, move, knots.begins, time),
+    )  # fmt: skip
 
 
-def _motion_columns(axes: Mapping[str, Array], state: State) -> dict[str, Array]:
+def _motion_columns(axes: Mapping[str, Array], state: AxisState) -> dict[str, Array]:
     out: dict[str, Array] = {}
     for letter in axes:
         unit, i = axis_unit(letter), AXES.index(letter)
@@ -202,7 +207,7 @@ def _since_acceleration(time: Array, size: Array) -> Array:
     return np.where(active, 0.0, time - ended[latest])
 
 
-def _move_columns(timing: Timing, time: Array, state: State, move: Ints) -> dict[str, Array]:
+def _move_columns(timing: Timing, time: Array, state: AxisState, move: Ints) -> dict[str, Array]:
     """Columns that follow from the moves: feed, spindle, tool, line, cut length."""
     moves = timing.moves
     rpm = np.array([m.spindle for m in moves], dtype=float)[move]

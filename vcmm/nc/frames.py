@@ -1,22 +1,21 @@
-"""Frames: affine maps of programmed points as controls stack them (datum shift, rotation, mirror, scale)."""
+"""Affine maps of programmed points, as controls stack them in their frames: shift, rotation, mirror, scale."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-from vcmm.nc.moves import PLANES, Point
+from vcmm.nc.moves import ORIGIN, PLANES, Point
 
 Rows = tuple[Point, Point, Point]
 UNITY: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-ZERO: Point = (0.0, 0.0, 0.0)
 
 
-class Frame(NamedTuple):
+class AffineMap(NamedTuple):
     """point -> matrix @ point + shift, mm."""
 
     matrix: Rows = UNITY
-    shift: Point = ZERO
+    shift: Point = ORIGIN
 
     def apply(self, p: Point) -> Point:
         if self.matrix is UNITY:
@@ -32,13 +31,13 @@ class Frame(NamedTuple):
         x, y, z = (_row(row, d) for row in inverse(self.matrix))
         return x, y, z
 
-    def then(self, inner: Frame) -> Frame:
-        """This frame with another one inside it: the inner one is applied first."""
+    def then(self, inner: AffineMap) -> AffineMap:
+        """This map with another one inside it: the inner one is applied first."""
         if self.matrix is UNITY and inner.matrix is UNITY:
-            return Frame(UNITY, self.apply(inner.shift))
+            return AffineMap(UNITY, self.apply(inner.shift))
         columns = list(zip(*inner.matrix))
         rows = [tuple(_row(row, (c[0], c[1], c[2])) for c in columns) for row in self.matrix]
-        return Frame(_rows(rows), self.apply(inner.shift))
+        return AffineMap(_rows(rows), self.apply(inner.shift))
 
 
 def _row(row: Point, p: Point) -> float:
@@ -61,19 +60,19 @@ def inverse(m: Rows) -> Rows:
     )
 
 
-def translation(p: Point) -> Frame:
-    return Frame(UNITY, p)
+def translation(p: Point) -> AffineMap:
+    return AffineMap(UNITY, p)
 
 
-def rotation(axis: int, angle: float) -> Frame:
+def rotation(axis: int, angle: float) -> AffineMap:
     """Turn by an angle (rad, right-handed) about axis 0, 1 or 2."""
     if angle == 0.0:
-        return Frame()
+        return AffineMap()
     u, v = (axis + 1) % 3, (axis + 2) % 3
     rows = [[0.0] * 3 for _ in range(3)]
     c, s = _exact(math.cos(angle)), _exact(math.sin(angle))
     rows[u][u], rows[u][v], rows[v][u], rows[v][v], rows[axis][axis] = c, -s, s, c, 1.0
-    return Frame(_rows([tuple(r) for r in rows]))
+    return AffineMap(_rows([tuple(r) for r in rows]))
 
 
 def _exact(x: float) -> float:
@@ -81,18 +80,18 @@ def _exact(x: float) -> float:
     return float(round(x)) if abs(x - round(x)) < 1e-15 else x
 
 
-def stretched(factors: Point) -> Frame:
+def stretched(factors: Point) -> AffineMap:
     """Factors along the axes: -1 mirrors, others scale."""
     x, y, z = factors
-    return Frame(((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
+    return AffineMap(((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
 
 
-def in_plane(frame: Frame, plane: str) -> tuple[float, bool] | None:
-    """(scale, flipped) of a plane under a frame; None where circles of the plane do not stay circles in that plane."""
-    if frame.matrix is UNITY:
+def in_plane(mapped: AffineMap, plane: str) -> tuple[float, bool] | None:
+    """(scale, flipped) of a plane under a map; None where circles of the plane do not stay circles in that plane."""
+    if mapped.matrix is UNITY:
         return 1.0, False
     one, two, normal = PLANES[plane]
-    m = frame.matrix
+    m = mapped.matrix
     a, b, c, d = m[one][one], m[one][two], m[two][one], m[two][two]
     if any(abs(m[normal][k]) > 1e-9 or abs(m[k][normal]) > 1e-9 for k in (one, two)):
         return None

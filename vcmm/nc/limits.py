@@ -96,7 +96,15 @@ def axis_limits(machine: Machine) -> Limits:
             figures = ", ".join(f"{KEYS[i]} {_shown(typical[i], i, axis.rotary)}" for i in absent)
             said.append(f"axis {letter}: {figures} (typical of kind {machine.kind}, not stated)")
         lag[column], forward[column] = _servo(letter, axis.dynamics, said)
-    return Limits(table[0], table[1], table[2], lag, forward, tuple(machine.axes), tuple(said))
+    return Limits(
+        table[0],
+        table[1],
+        table[2],
+        lag=lag,
+        feed_forward=forward,
+        letters=tuple(machine.axes),
+        assumptions=tuple(said),
+    )
 
 
 def _servo(letter: str, dynamics: Mapping[str, float], said: list[str]) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 Point = tuple[float, float, float]
 PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # first axis, second axis, normal: right-handed
-NO_ROTARY: Point = (0.0, 0.0, 0.0)
+ORIGIN: Point = (0.0, 0.0, 0.0)
 
 
 class Source(NamedTuple):
@@ -38,8 +38,8 @@ class Move(NamedTuple):
     source: Source
     start: Point
     end: Point
-    rotary_start: Point = NO_ROTARY  # A, B, C in rad
-    rotary_end: Point = NO_ROTARY
+    rotary_start: Point = ORIGIN  # A, B, C in rad
+    rotary_end: Point = ORIGIN
     plane: str = "XY"
     centre: Point | None = None
     turns: int = 1
@@ -47,7 +47,7 @@ class Move(NamedTuple):
     feed: float | None = None
     spindle: float = 0.0  # turns per minute, signed: plus = clockwise seen from the spindle (M3)
     tool: int = 0
-    tool_offset: Point = NO_ROTARY  # mm, added to a point to get the position of the axes
+    tool_offset: Point = ORIGIN  # mm, added to a point to get the position of the axes
     compensation: str | None = None
     seconds: float = 0.0  # of a dwell
     exact_stop: bool = False  # G9, G61: speed zero at the end

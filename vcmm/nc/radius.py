@@ -20,26 +20,28 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
-from vcmm.core.errors import ModelLimit, UsageError, choose_from
-from vcmm.nc.moves import PLANES, Move, Point
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.nc.faults import refuse
+from vcmm.nc.moves import ORIGIN, PLANES, Move, Point
 from vcmm.nc.offsetting import (
+    ContourPiece,
     Joint,
     NoMeeting,
-    Piece,
     Vec,
     beside,
     corner,
+    in_space,
     is_inside,
     parallel_radius,
-    sweep_of,
+    piece_of,
+    planar,
     trimmed_sweep,
 )
 
 ENTRIES = ("linuxcnc", "perpendicular", "along")
 CORNERS = ("arc", "lines")
-STILL = 1e-12  # mm: shorter is no motion in the plane
 
 
 @dataclass(frozen=True)
@@ -58,51 +60,56 @@ class Style:
 
 
 LINUXCNC = Style()
-FANUC_A = Style("perpendicular", "lines")
 FANUC_B = Style("along", "lines")
 SINUMERIK = HEIDENHAIN = Style("perpendicular", "arc")
 
 
+class RadiusCompensation(NamedTuple):
+    """Radius compensation in force: side "left" or "right", radius in mm (a negative one changes the side), how the control takes
+    it; nose (mm): from the centre to the controlled point of a turning tool set at its imaginary nose, else zero."""
+
+    side: str
+    radius: float
+    style: Style = LINUXCNC
+    nose: Point = ORIGIN
+
+
 def centre_path(
-    moves: Sequence[Move],
-    sides: Sequence[str | None],
-    radii: Sequence[float],
-    style: Style | Sequence[Style] = LINUXCNC,
-    shifts: Sequence[Point] | None = None,
-    file: str = "",
+    moves: Sequence[Move], sides: Sequence[RadiusCompensation | None], file: str = ""
 ) -> list[Move]:
     """Path of the tool centre (mm) for the programmed contour, with `compensation` set on compensated moves.
 
-    sides[i]: "left", "right" or None, in force during move i. radii[i] (mm): of the tool; negative means the other side.
-    Moves without motion in the plane (along its normal, dwells) are carried along at the centre point reached. Corner
-    moves take the source, feed and state of the move after the corner. shifts[i] (mm): from the centre to the
-    controlled point, for lathe tools set at their imaginary nose; zero (None) where tools are set at the centre.
+    sides[i]: in force during move i, None where there is none. Moves without motion in the plane (along its normal, dwells) are
+    carried along at the centre point reached. Corner moves take the source, feed and state of the move after the corner.
     Approaches and departures that are programmed for the centre itself (APPR CT and its like) are moves without
-    compensation that end beside the start of the contour or start beside its end. style: one, or one per move.
-    Raises ModelLimit with the line for an inside corner or arc that the tool cannot reach, a lead-in not longer than the
+    compensation that end beside the start of the contour or start beside its end.
+    Raises ProgramLimit with the line for an inside corner or arc that the tool cannot reach, a lead-in not longer than the
     radius, and what may not be done while compensation is on.
     """
-    if not len(moves) == len(sides) == len(radii):
-        raise UsageError(
-            f"{len(moves)} moves need as many sides and radii, got {len(sides)} and {len(radii)}."
-        )
-    styles = [style] * len(moves) if isinstance(style, Style) else list(style)
-    walker = _Walker(styles[0] if styles else LINUXCNC, file)
+    if len(moves) != len(sides):
+        raise UsageError(f"{len(moves)} moves need as many sides, got {len(sides)}.")
+    walker = _Walker(LINUXCNC, file)
     i = 0
     while i < len(moves):
-        if sides[i] is not None:  # that of a run is in force until after its exit
-            walker.style = styles[i]
-        j = i
-        while j < len(moves) and sides[j] is not None:
-            j += 1
-        if j == i:
+        run = _run_from(sides, i)
+        if not run:
             walker.plain(moves[i])
             i += 1
             continue
-        shift = shifts[i] if shifts is not None else (0.0, 0.0, 0.0)
-        walker.run(moves[i:j], sides[i:j], radii[i:j], shift, moves[j:])
-        i = j
+        walker.style = run[0].style  # in force until after its exit
+        last = i + len(run)
+        walker.run(moves[i:last], run, _next_planar(moves, last))
+        i = last
     return walker.path
+
+
+def _run_from(sides: Sequence[RadiusCompensation | None], i: int) -> list[RadiusCompensation]:
+    """The stretch with compensation on that begins at move i; empty where it is off."""
+    run: list[RadiusCompensation] = []
+    while i < len(sides) and (side := sides[i]) is not None:
+        run.append(side)
+        i += 1
+    return run
 
 
 class _Walker:
@@ -129,7 +136,7 @@ class _Walker:
                 "the first move after compensation is cancelled must be a straight line",
                 "add a G1 or G0 line in the plane after G40",
             )
-        ends = move.kind != "dwell" if self.style.entry == "linuxcnc" else _planar(move)
+        ends = move.kind != "dwell" if self.style.entry == "linuxcnc" else planar(move)
         off = (0.0, 0.0, 0.0) if ends else self.off
         end = tuple(e + o for e, o in zip(move.end, off))
         self.off = off
@@ -140,38 +147,32 @@ class _Walker:
         start = _plus(move.start, self.off)
         return self.path[-1].end if self.path and _near(start, self.path[-1].end) else start
 
-    def run(
-        self,
-        moves: Sequence[Move],
-        sides: Sequence[str | None],
-        radii: Sequence[float],
-        shift: Point,
-        after: Sequence[Move],
-    ) -> None:
-        """One stretch with compensation on."""
-        self.check_run(moves, sides, radii)
-        h = radii[0] if sides[0] == "left" else -radii[0]
+    def run(self, moves: Sequence[Move], sides: Sequence[RadiusCompensation], leaving: Move | None) -> None:
+        """One stretch with compensation on; leaving: the first move in the plane behind it."""
+        self.check_run(moves, sides)
+        side, radius, shift = sides[0].side, sides[0].radius, sides[0].nose
+        h = radius if side == "left" else -radius
         here = _minus(self.standing(moves[0]), shift)
         if h == 0.0 and self.off == (0.0, 0.0, 0.0) and shift == (0.0, 0.0, 0.0):
-            self.path += [m._replace(compensation=s) for m, s in zip(moves, sides)]
+            self.path += [m._replace(compensation=side) for m in moves]
             return
-        planar = [k for k, m in enumerate(moves) if _planar(m)]
-        pieces = [self.piece(moves[k]) for k in planar]
-        engaged = bool(pieces) and self.engaged(moves[planar[0]], pieces[0], h)
+        flat = [k for k, m in enumerate(moves) if planar(m)]
+        pieces = [piece_of(moves[k]) for k in flat]
+        engaged = bool(pieces) and self.engaged(moves[flat[0]], pieces[0], h)
         if engaged:
             here = _minus(self.path[-1].end, shift)
         elif pieces:
-            pieces[0] = self.entry_piece(moves[planar[0]], pieces[0], here, h)
+            pieces[0] = self.entry_piece(moves[flat[0]], pieces[0], here, h)
         joints = [
             self.joint(moves[b], pieces[n], pieces[n + 1], h, first=n == 0 and not engaged)
-            for n, b in enumerate(planar[1:])
+            for n, b in enumerate(flat[1:])
         ]
-        exit_joint = self.exit_joint(pieces, h, after)
+        exit_joint = self.exit_joint(pieces, h, leaving)
         ends = [j.end for j in joints] + ([exit_joint.end] if pieces else [])
-        maker = _Maker(self, here, shift, sides[0] or "left")
+        maker = _Maker(self, here, shift, side)
         number = -1
         for move in moves:
-            if not _planar(move):
+            if not planar(move):
                 maker.carry(move)
                 continue
             number += 1
@@ -179,17 +180,18 @@ class _Walker:
                 maker.round(joints[number - 1], move, h)
             maker.offset(move, pieces[number], h, ends[number], entry=number == 0 and not engaged)
         if pieces and (exit_joint.via or exit_joint.start != exit_joint.end):
-            maker.round(exit_joint, _next_planar(after) or moves[-1], h)
+            maker.round(exit_joint, leaving or moves[-1], h)
         if self.path:
             self.off = _minus(self.path[-1].end, moves[-1].end)
 
-    def check_run(self, moves: Sequence[Move], sides: Sequence[str | None], radii: Sequence[float]) -> None:
-        for move, side, radius in zip(moves, sides, radii):
-            if side not in ("left", "right"):
-                raise UsageError(f'The side of radius compensation is "left", "right" or None, not "{side}".')
+    def check_run(self, moves: Sequence[Move], sides: Sequence[RadiusCompensation]) -> None:
+        first = sides[0]
+        for move, now in zip(moves, sides):
+            if now.side not in ("left", "right"):
+                raise UsageError(f'The side of radius compensation is "left" or "right", not "{now.side}".')
             fix = "cancel with G40 (R0) first, then switch it on again"
-            if side != sides[0] or radius != radii[0]:
-                what = "side" if side != sides[0] else "radius of the tool"
+            if (now.side, now.radius) != (first.side, first.radius):
+                what = "side" if now.side != first.side else "radius of the tool"
                 self.refuse(move, f"the {what} changes while radius compensation is on", fix)
             if move.plane != moves[0].plane:
                 self.refuse(
@@ -202,16 +204,7 @@ class _Walker:
             if not move.rewritable:
                 self.refuse(move, "a move in machine coordinates while radius compensation is on", fix)
 
-    def piece(self, move: Move) -> Piece:
-        one, two, _ = PLANES[move.plane]
-        start, end = (move.start[one], move.start[two]), (move.end[one], move.end[two])
-        if move.kind != "arc":
-            return Piece(start, end)
-        assert move.centre is not None
-        centre = (move.centre[one], move.centre[two])
-        return Piece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
-
-    def engaged(self, move: Move, piece: Piece, h: float) -> bool:
+    def engaged(self, move: Move, piece: ContourPiece, h: float) -> bool:
         """True where the path already ends beside the start of the contour: an approach written for the centre itself."""
         if not self.path or _near(self.path[-1].end, move.start):
             return False
@@ -219,7 +212,7 @@ class _Walker:
         end = self.path[-1].end
         return math.dist((end[one], end[two]), beside(piece, piece.start, h)) < 1e-9
 
-    def entry_piece(self, move: Move, piece: Piece, here: Point, h: float) -> Piece:
+    def entry_piece(self, move: Move, piece: ContourPiece, here: Point, h: float) -> ContourPiece:
         """The entry from where the tool really stands, as a piece that ends on the contour."""
         one, two, _ = PLANES[move.plane]
         start = (here[one], here[two])
@@ -234,7 +227,7 @@ class _Walker:
             )
         return piece._replace(start=start)
 
-    def joint(self, move: Move, a: Piece, b: Piece, h: float, first: bool) -> Joint:
+    def joint(self, move: Move, a: ContourPiece, b: ContourPiece, h: float, first: bool) -> Joint:
         for piece in (a, b):
             self.check_arc(move, piece, h)
         inside = is_inside(a, b, h)
@@ -246,7 +239,7 @@ class _Walker:
         except NoMeeting:
             self.gouge(move, h)
 
-    def check_arc(self, move: Move, piece: Piece, h: float) -> None:
+    def check_arc(self, move: Move, piece: ContourPiece, h: float) -> None:
         if piece.centre is not None and parallel_radius(piece, h) < 1e-9:
             self.refuse(
                 move,
@@ -254,15 +247,14 @@ class _Walker:
                 "use a smaller tool or a bigger arc",
             )
 
-    def exit_joint(self, pieces: list[Piece], h: float, after: Sequence[Move]) -> Joint:
+    def exit_joint(self, pieces: list[ContourPiece], h: float, leaving: Move | None) -> Joint:
         """How the last compensated move ends: beside its end, or for type B around an outside corner to the exit line."""
         if not pieces:
             return Joint((0.0, 0.0), (0.0, 0.0))
         last = pieces[-1]
         point = beside(last, last.end, h)
-        leaving = _next_planar(after)
         if self.style.entry == "along" and leaving is not None and leaving.kind != "arc":
-            out = self.piece(leaving)
+            out = piece_of(leaving)
             if not is_inside(last, out, h):
                 return corner(last, out, h, self.style.corner)
         return Joint(point, point)
@@ -281,10 +273,7 @@ class _Walker:
         )
 
     def refuse(self, move: Move, what: str, fix: str) -> NoReturn:
-        where = (
-            f"{self.file}:{move.source.line}:{move.source.first}" if self.file else f"line {move.source.line}"
-        )
-        raise ModelLimit(f"{where}: {what}; {fix}.")
+        refuse(self.file, move.source, what, fix)
 
 
 class _Maker:
@@ -310,17 +299,11 @@ class _Maker:
         end = tuple(move.end[k] - self.shift[k] if k == normal else self.here[k] for k in range(3))
         self.put(move, (end[0], end[1], end[2]))
 
-    def at(self, move: Move, point: Vec, height: float) -> Point:
-        one, two, normal = PLANES[move.plane]
-        out = [0.0, 0.0, 0.0]
-        out[one], out[two], out[normal] = point[0], point[1], height
-        return out[0], out[1], out[2]
-
-    def offset(self, move: Move, piece: Piece, h: float, end: Vec, entry: bool) -> None:
+    def offset(self, move: Move, piece: ContourPiece, h: float, end: Vec, entry: bool) -> None:
         """The parallel curve of one programmed move, up to its joint with the next."""
         one, two, normal = PLANES[move.plane]
         start = (self.here[one], self.here[two])
-        target = self.at(move, end, move.end[normal] - self.shift[normal])
+        target = in_space(move.plane, end, move.end[normal] - self.shift[normal])
         if piece.centre is None:
             ahead = (end[0] - start[0]) * (piece.end[0] - piece.start[0]) + (end[1] - start[1]) * (
                 piece.end[1] - piece.start[1]
@@ -334,7 +317,7 @@ class _Maker:
         if sweep * piece.sweep <= 0:
             self.walker.gouge(move, h)
         turns = max(1, math.ceil(abs(sweep) / (2 * math.pi) - 1e-9))
-        self.put(move._replace(turns=turns), target, self.at(move, piece.centre, self.here[normal]))
+        self.put(move._replace(turns=turns), target, in_space(move.plane, piece.centre, self.here[normal]))
 
     def round(self, joint: Joint, following: Move, h: float) -> None:
         """The extra moves at an outside corner, at the height reached."""
@@ -353,25 +336,24 @@ class _Maker:
             arc = state._replace(
                 kind="arc", clockwise=h > 0
             )  # around an outside corner against the side of the tool
-            self.put(arc, self.at(following, joint.start, height), self.at(following, joint.pivot, height))
+            self.put(
+                arc,
+                in_space(following.plane, joint.start, height),
+                in_space(following.plane, joint.pivot, height),
+            )
             return
         points = [*joint.via, *((joint.start,) if joint.start != (joint.via or (joint.end,))[-1] else ())]
         kind = "rapid" if following.kind == "rapid" else "line"
         for point in points:
             self.put(
                 state._replace(kind=kind, feed=following.feed if kind == "rapid" else state.feed),
-                self.at(following, point, height),
+                in_space(following.plane, point, height),
             )
 
 
-def _planar(move: Move) -> bool:
-    one, two, _ = PLANES[move.plane]
-    moved = math.hypot(move.end[one] - move.start[one], move.end[two] - move.start[two]) > STILL
-    return move.kind == "arc" or (move.kind != "dwell" and moved)
-
-
-def _next_planar(moves: Sequence[Move]) -> Move | None:
-    return next((m for m in moves if _planar(m)), None)
+def _next_planar(moves: Sequence[Move], at: int) -> Move | None:
+    """The first move in its plane from number `at` on."""
+    return next((moves[k] for k in range(at, len(moves)) if planar(moves[k])), None)
 
 
 def _near(a: Point, b: Point) -> bool:

@@ -53,13 +53,13 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
     if named in FRONT_ENDS:
         return str(named), f"the file ends in .{suffix}"
     plain = re.sub(r"\([^)\n]*\)|;[^\n]*", "", text[:200_000]).upper()
-    found = [(d, why) for d, pattern, why in _SIGNS if re.search(pattern, plain, re.MULTILINE)]
+    signs = [(d, why) for d, pattern, why in _SIGNS if re.search(pattern, plain, re.MULTILINE)]
     if named is not None:
         return named, f"the file ends in .{suffix}"
-    if found:
-        others = sorted({d for d, _ in found} - {found[0][0]})
+    if signs:
+        others = sorted({d for d, _ in signs} - {signs[0][0]})
         doubt = f"; signs of {', '.join(others)} are there too, so name it with --dialect" if others else ""
-        return found[0][0], f"the program has {found[0][1]}{doubt}"
+        return signs[0][0], f"the program has {signs[0][1]}{doubt}"
     if not re.search(r"Y[-+ \d.]", plain) and re.search(r"G0?[23][^\n]*K[-+ \d.]", plain):
         return "fanuc-lathe", "there is no Y and arcs have K, so name it with --dialect where that is wrong"
     return "fanuc", "nothing tells it apart, so name it with --dialect where that is wrong"

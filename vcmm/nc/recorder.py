@@ -1,118 +1,117 @@
-"""Recorder: what the front-ends for Sinumerik and Klartext have in common. State of the control in, canonical moves out.
+"""Recorder: the state of a control, and the moves made so far. The readers of all languages feed it.
 
 Lengths are mm, feeds mm/min. Three positions of one point: `p` as programmed (inside all frames), the tip in machine
-coordinates = work offset (frame (p)), and `q`, the position of the axes = tip + tool offset. q is what stays when tool
-or frame change without motion. Corner rounding and radius compensation act on the whole list at the end, because a
-control looks ahead.
+coordinates = `world`(p) = work offset, its rotation, then the program's own frame, and `q`, the position of the axes = tip +
+tool offset. q is what stays when tool or frame change without motion. Corner rounding and radius compensation act on the
+whole list at the end, because a control looks ahead.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple, NoReturn
+from typing import ClassVar, NoReturn
 
 from vcmm.nc.faults import ProgramFault
-from vcmm.nc.frames import ZERO, Frame, in_plane, rotation, translation
-from vcmm.nc.moves import NO_ROTARY, PLANES, Move, Point, Program, Remark, Source
-from vcmm.nc.radius import SINUMERIK, Style, centre_path
-from vcmm.nc.rounding import Corner, round_corners
+from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
+from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
+from vcmm.nc.offsetting import sweep_of
+from vcmm.nc.radius import RadiusCompensation, Style, centre_path
+from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool
+from vcmm.nc.state import ModalState
 from vcmm.nc.trace import Tracing
 
 LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
-NO_TOOL = Tool(0)
-START, PLAIN = Source(1, 1, 1), Frame()
+NO_TOOL, START, UNMOVED = Tool(0), Source(1, 1, 1), AffineMap()
+Sides = list[RadiusCompensation | None]  # in force on each move, None where there is none
+Finish = Callable[[list[Move], Sides], tuple[list[Move], Sides]]
+_NO_FEED = "no feed has been programmed for this cutting move; add F, for example F200"
 
 
-class Side(NamedTuple):
-    """Radius compensation in force: "left" or "right", radius of the tool in mm."""
+@dataclass(slots=True, eq=False)
+class Recorder(ModalState):
+    """State and moves. `source` is the block being executed, `column` the place in it that a message names (0: its first)."""
 
-    side: str | None
-    radius: float
-    style: Style
+    NO_FEED: ClassVar[Mapping[str, str]] = {"G93": _NO_FEED, "G94": _NO_FEED, "G95": _NO_FEED}
+    NO_TURNS: ClassVar[str] = (
+        "the feed is per turn, but the spindle stands still; start it with S and M3 or M4 before"
+    )
 
-
-NO_SIDE = Side(None, 0.0, SINUMERIK)
-Finish = Callable[[list[Move], list[Side]], tuple[list[Move], list[Side]]]
-
-
-@dataclass(eq=False)
-class Recorder:
-    """State and the moves so far. `where` is the source of the block being executed."""
-
-    file: str
-    setup: Setup
-    dialect: str
+    file: str = ""
+    dialect: str = ""
+    setup: Setup = field(default_factory=Setup)
     source: Source = START
-    plane: str = "XY"
-    offset: str = "G54"
-    frame: Frame = PLAIN
-    world: Frame = PLAIN  # work offset and frame together
-    q: Point = ZERO
-    p: Point = ZERO
-    rotary: Point = NO_ROTARY
-    feed: float | None = None
-    feed_mode: str = "G94"
-    speed: float = 0.0
-    speed_limit: float = math.inf
-    surface: bool = False  # G96: speed is m/min
-    sense: int = 0
-    tool: int = 0
-    data: Tool = NO_TOOL
-    tool_offset: Point = ZERO
+    column: int = 0
+    offsets: dict[str, Point] = field(default_factory=dict)
+    rotations: dict[str, float] = field(default_factory=dict)
+    common: Point = ORIGIN  # a shift of all work offsets
+    frame: AffineMap = UNMOVED  # the program's own
+    world: AffineMap = UNMOVED  # all together: programmed point -> tip in machine coordinates
+    p: Point = ORIGIN
+    q: Point = ORIGIN
+    rotary: Point = ORIGIN
+    tool_data: Tool = NO_TOOL
     tool_axis: int = 2
-    side: Side = NO_SIDE
-    exact_stop: bool = False
-    exact_once: bool = False
-    tolerance: float | None = None
     moves: list[Move] = field(default_factory=list)
-    sides: list[Side] = field(default_factory=list)
-    corners: list[Corner] = field(default_factory=list)
-    remarks: list[Remark] = field(default_factory=list)
-    tools: dict[int, str] = field(default_factory=dict)
+    sides: Sides = field(default_factory=list)
+    corners: list[RoundedCorner] = field(default_factory=list)
     finishes: list[Finish] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
+    remarked: set[str] = field(default_factory=set)
+    called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
     tracer: Tracing | None = None
 
     def __post_init__(self) -> None:
+        self.offsets, self.rotations = dict(self.setup.offsets), dict(self.setup.rotations)
         self.refresh()
 
     # -- messages --
-    def fault(self, text: str, column: int | None = None) -> NoReturn:
-        raise ProgramFault(self.file, self.source.line, self.source.first if column is None else column, text)
+    @property
+    def line(self) -> int:
+        """Line of the block being executed."""
+        return self.source.line
 
-    def remark(self, text: str, column: int | None = None) -> None:
-        """A remark; the same text is made once."""
-        if all(text != r.text for r in self.remarks):
-            self.remarks.append(
-                Remark(self.source.line, self.source.first if column is None else column, text)
-            )
+    def fault(self, text: str, column: int | None = None) -> NoReturn:
+        """Raises ProgramFault at the block being executed."""
+        raise ProgramFault(self.file, self.line, column or self.column or self.source.first, text)
+
+    def remark(self, text: str, column: int | None = None, kind: str = "", every: bool = False) -> None:
+        """A remark at the block being executed; one of each kind (where none is named: of each text), or `every` one."""
+        if not every:
+            if (kind or text) in self.remarked:
+                return
+            self.remarked.add(kind or text)
+        self.remarks.append(Remark(self.line, self.source.first if column is None else column, text))
 
     # -- positions --
-    def whole(self) -> Frame:
-        """Programmed point -> tip in machine coordinates."""
-        return self.world
-
     def refresh(self) -> None:
-        """The programmed point that belongs to q, after frame, offset or tool have changed."""
-        outer = translation(self.setup.offsets.get(self.offset, ZERO))
-        angle = self.setup.rotations.get(self.offset, 0.0)
+        """`world`, and the programmed point at which the tool now is, after frame, offset or tool have changed."""
+        base, angle = self.offsets.get(self.offset, ORIGIN), self.rotations.get(self.offset, 0.0)
+        outer = translation((base[0] + self.common[0], base[1] + self.common[1], base[2] + self.common[2]))
         self.world = (outer.then(rotation(2, angle)) if angle else outer).then(self.frame)
+        self.locate()
+
+    def locate(self) -> None:
+        """The programmed point that belongs to q."""
         self.p = self.world.undo(self.tip())
 
     def tip(self) -> Point:
+        """Where the tip is: machine position, mm."""
         q, o = self.q, self.tool_offset
         return q[0] - o[0], q[1] - o[1], q[2] - o[2]
 
-    def set_frame(self, frame: Frame) -> None:
+    def set_frame(self, frame: AffineMap) -> None:
+        """The program's own frame."""
         self.free("a frame (shift, rotation, mirror, scale) changes")
         self.frame = frame
         self.refresh()
 
     def set_offset(self, name: str) -> None:
+        """Work offset in force; zero, with a remark, where the set-up lacks it."""
         self.free("the work offset changes")
         if name not in self.setup.offsets and self.setup.offsets:
             self.remark(
@@ -123,78 +122,89 @@ class Recorder:
 
     def free(self, what: str) -> None:
         """Refuses a change that radius compensation forbids."""
-        if self.side.side is not None:
+        if self.compensation is not None:
             self.fault(f"{what} while radius compensation is on; cancel it first")
 
     # -- tools --
     def change_tool(self, tool: Tool, called: str) -> None:
+        """A tool goes into the spindle, its length in force."""
         self.free("the tool changes")
-        self.tool, self.data = tool.number, tool
+        self.tool, self.tool_data = tool.number, tool
         if tool.number:
-            self.tools[tool.number] = called
+            self.called[tool.number] = called
         self.set_length(tool.offset)
 
     def set_length(self, offset: Point) -> None:
         """Tool offset in force. The axes stay; the length is along the tool axis, Z unless the program says otherwise."""
-        if self.tool_axis != 2 and self.data.shape != "turning":
+        if self.tool_axis != 2 and self.tool_data.shape != "turning":
             offset = (0.0, offset[2], 0.0) if self.tool_axis == 1 else (offset[2], 0.0, 0.0)
         self.tool_offset = offset
         self.refresh()
 
     def compensate(self, side: str | None, style: Style, extra: float = 0.0) -> None:
-        """Radius compensation on ("left", "right") or off; extra mm on the radius (DR)."""
+        """Radius compensation with the tool in the spindle on ("left", "right") or off; extra mm on the radius (DR)."""
         if side is None:
-            self.side = NO_SIDE
+            self.compensation = None
             return
-        radius = self.data.radius
+        radius = self.tool_data.radius
         if radius is None:
             what = f"tool {self.tool}" if self.tool else "no tool in the spindle, and it"
             self.fault(
                 f"radius compensation is switched on, but {what} has no known radius; state its diameter in the set-up file under [tools.{self.tool}]"
             )
-        self.side = Side(side, radius + extra, style)
+        self.compensation = RadiusCompensation(side, radius + extra, style)
 
-    # -- motion --
+    # -- speed and feed --
     def spindle(self, start: Point, end: Point) -> float:
-        """Turns per minute, signed; constant surface speed at the middle of the move, X from the work zero, mm."""
+        """Turns per minute, signed; with constant surface speed that at the middle of the move, X from the work zero, mm."""
         if not self.surface or not self.sense:
             return self.sense * self.speed
-        x = abs((start[0] + end[0]) / 2 - self.world.apply(ZERO)[0])
-        turns = min(1000.0 * self.speed / (2 * math.pi * x) if x else math.inf, self.speed_limit)
-        if not math.isfinite(turns):
-            self.fault("constant surface speed at X 0 has no limit of the spindle speed; add LIMS=")
-        return self.sense * turns
+        turns = self.turns((start[0] + end[0]) / 2 - self.world.apply(ORIGIN)[0])
+        return self.sense * (turns if math.isfinite(turns) else self.unlimited())
 
-    def rate(self, length: float, spindle: float) -> float:
-        """mm/min along the path."""
+    def unlimited(self) -> float:
+        """Turns per minute with constant surface speed at the centre, where nothing limits them."""
+        self.fault("constant surface speed at X 0 has no limit of the spindle speed; add LIMS=")
+
+    def rate(self, length: float, turns: float) -> float:
+        """mm/min along a path of `length` mm, at so many turns per minute. Raises ProgramFault where there is no feed."""
         if self.feed is None or self.feed <= 0:
-            self.fault("no feed has been programmed for this cutting move; add F, for example F200")
-        if self.feed_mode == "G95":
-            if not spindle:
-                self.fault(
-                    "the feed is per turn, but the spindle stands still; start it with S and M3 or M4 before"
-                )
-            return self.feed * abs(spindle)
-        return self.feed * length if self.feed_mode == "G93" else self.feed
+            self.fault(self.NO_FEED[self.feed_mode])
+        if self.feed_mode == "G93":
+            return self.feed * length
+        if self.feed_mode == "G94":
+            return self.feed * self.feed_scale
+        if not turns:
+            self.fault(self.NO_TURNS)
+        return self.feed * self.feed_scale * abs(turns)
 
-    def line(self, end: Point, rapid: bool, rotary: Point | None = None) -> None:
-        """Straight to a programmed point."""
+    # -- motion --
+    def straight(self, end: Point, rapid: bool, rotary: Point | None = None) -> None:
+        """Straight to a programmed point; rotary axes (rad) go along."""
         self._line(self.world.apply(end), rapid, rotary)
         self.p = end
 
-    def to_machine(self, tip: Point, rapid: bool) -> None:
+    def to_machine(self, tip: Point, rapid: bool, rotary: Point | None = None) -> None:
         """Straight to a tip position in machine coordinates, such as SUPA, G53 or M91: never rewritten."""
         self.free("a move in machine coordinates is programmed")
-        self._line(tip, rapid, None, rewritable=False)
+        self._line(tip, rapid, rotary, rewritable=False)
         self.refresh()
 
     def _line(self, end: Point, rapid: bool, rotary: Point | None, rewritable: bool = True) -> None:
-        start, turned = self.tip(), self.rotary if rotary is None else rotary
-        spindle = self.spindle(start, end)
-        length = math.dist(start, end) or math.degrees(math.dist(self.rotary, turned))
-        feed = None if rapid else self.rate(length, spindle)
-        self.emit("rapid" if rapid else "line", start, end, feed, spindle, turned, rewritable=rewritable)
-        self.rotary = turned
+        start = self.tip()
+        kind, feed = "rapid" if rapid else "line", None
+        if not rapid:
+            feed = self.line_feed(start, end, self.rotary if rotary is None else rotary)
+        self.emit(kind, end, start=start, rotary=rotary, feed=feed, rewritable=rewritable)
+
+    def line_feed(self, start: Point, end: Point, rotary: Point) -> float:
+        """mm/min of a straight cut; degrees per minute where rotary axes alone move, which is what F means then."""
+        distance = math.dist(start, end)
+        return self.rate(distance or self.turned(rotary), self.spindle(start, end))
+
+    def turned(self, rotary: Point) -> float:
+        """Degrees from the rotary position to another one."""
+        return math.degrees(math.dist(self.rotary, rotary))
 
     def arc(
         self, end: Point, centre: Point, clockwise: bool, turns: int = 1, plane: str | None = None
@@ -203,25 +213,21 @@ class Recorder:
         plane = plane or self.plane
         one, two, normal = PLANES[plane]
         self._check_radii(plane, end, centre)
-        whole = self.world
-        kept = in_plane(whole, plane)
+        kept = in_plane(self.world, plane)
         if kept is None:
             self.fault(
                 f"an arc of the plane {plane} under a rotation out of that plane or a scale that differs between its axes is not understood; program it in the plane"
             )
         clockwise = clockwise != kept[1]
-        start, target = self.tip(), whole.apply(end)
+        start, target = self.tip(), self.world.apply(end)
         lifted = [centre[0], centre[1], centre[2]]
         lifted[normal] = self.p[normal]
-        middle = whole.apply((lifted[0], lifted[1], lifted[2]))
+        middle = self.world.apply((lifted[0], lifted[1], lifted[2]))
+        from_, to, about = ((x[one], x[two]) for x in (start, target, middle))
+        swept = math.dist(from_, about) * abs(sweep_of(from_, to, about, clockwise, turns))
         spindle = self.spindle(start, target)
-        radius = math.hypot(start[one] - middle[one], start[two] - middle[two])
-        length = math.hypot(
-            radius * _angle(start, target, middle, plane, clockwise, turns), target[normal] - start[normal]
-        )
-        self.emit(
-            "arc", start, target, self.rate(length, spindle), spindle, self.rotary, plane=plane, centre=middle, clockwise=clockwise, turns=turns
-        )  # fmt: skip
+        feed = self.rate(math.hypot(swept, target[normal] - start[normal]), spindle)
+        self.emit("arc", target, feed=feed, plane=plane, centre=middle, clockwise=clockwise, turns=turns)
         self.p = end
 
     def _check_radii(self, plane: str, end: Point, centre: Point) -> None:
@@ -238,64 +244,74 @@ class Recorder:
             )
 
     def dwell(self, seconds: float) -> None:
+        """The axes wait."""
         if seconds < 0:
             self.fault("a dwell cannot be negative; correct its time")
-        here = self.tip()
-        self.emit("dwell", here, here, None, self.spindle(here, here), self.rotary)
-        self.moves[-1] = self.moves[-1]._replace(seconds=seconds)
+        self.emit("dwell", self.tip(), seconds=seconds)
+
+    # -- moves --
+    def move(
+        self, kind: str, start: Point, end: Point, *, rotary: Point | None = None, feed: float | None = None,
+        plane: str | None = None, centre: Point | None = None, clockwise: bool | None = None, turns: int = 1,
+        seconds: float = 0.0, rewritable: bool = True,
+    ) -> Move:  # fmt: skip
+        """A move with everything that is in force. Its `compensation` is set where the centre path is worked out."""
+        stop = self.exact_stop or self.exact_once
+        return Move(
+            kind=kind, source=self.source, start=start, end=end, rotary_start=self.rotary,
+            rotary_end=self.rotary if rotary is None else rotary, plane=plane or self.plane, centre=centre, turns=turns,
+            clockwise=clockwise, feed=feed, spindle=self.spindle(start, end), tool=self.tool, tool_offset=self.tool_offset,
+            compensation=None, seconds=seconds, exact_stop=stop, tolerance=None if stop else self.tolerance,
+            offset=self.offset, rewritable=rewritable,
+        )  # fmt: skip
 
     def emit(
-        self, kind: str, start: Point, end: Point, feed: float | None, spindle: float, rotary: Point, plane: str | None = None,
-        centre: Point | None = None, clockwise: bool | None = None, turns: int = 1, rewritable: bool = True,
+        self, kind: str, end: Point, *, start: Point | None = None, rotary: Point | None = None, feed: float | None = None,
+        plane: str | None = None, centre: Point | None = None, clockwise: bool | None = None, turns: int = 1,
+        seconds: float = 0.0, rewritable: bool = True,
     ) -> None:  # fmt: skip
-        """One move in machine coordinates."""
-        stop = self.exact_stop or self.exact_once
+        """Make a move from where the tip is (or `start`) and note where the axes now are. Machine coordinates."""
         self.moves.append(
-            Move(
-                kind, self.source, start, end, self.rotary, rotary, plane or self.plane, centre, turns, clockwise, feed,
-                spindle, self.tool, self.tool_offset, None, 0.0, stop, None if stop else self.tolerance, self.offset, rewritable,
+            self.move(
+                kind, self.tip() if start is None else start, end, rotary=rotary, feed=feed, plane=plane, centre=centre,
+                clockwise=clockwise, turns=turns, seconds=seconds, rewritable=rewritable,
             )
         )  # fmt: skip
-        side = self.side
-        if side.side is not None:
-            kept = in_plane(self.world, self.plane)
-            if kept is not None and kept[1]:  # a mirror image is cut with the tool on the other side
-                side = side._replace(side="right" if side.side == "left" else "left")
-        self.sides.append(side)
-        self.markers.append(self.marker)
+        self.sides.append(self.side_on(rewritable))
+        if self.tracer is not None:
+            self.markers.append(self.marker)
         o = self.tool_offset
         self.q = (end[0] + o[0], end[1] + o[1], end[2] + o[2])
+        if rotary is not None:
+            self.rotary = rotary
+
+    def side_on(self, rewritable: bool) -> RadiusCompensation | None:
+        """Compensation of a move; a mirror image is cut with the tool on the other side."""
+        side = self.compensation if rewritable else None
+        kept = None if side is None else in_plane(self.world, self.plane)
+        if side is None or kept is None or not kept[1]:
+            return side
+        return side._replace(side="right" if side.side == "left" else "left")
 
     def corner(self, size: float, kind: str, feed: float | None = None) -> None:
         """Round ("round", radius) or cut ("chamfer", mm along each side; "width", mm across) the corner after the last move."""
         if not self.moves:
             self.fault("there is no move before this rounding or chamfer; place it between two moves")
-        self.corners.append(Corner(len(self.moves) - 1, kind, size, self.source, feed))
+        self.corners.append(RoundedCorner(len(self.moves) - 1, kind, size, self.source, feed))
 
     # -- result --
-    def program(self) -> Program:
-        """Everything together: rounded corners, approaches, centre path."""
+    def program(self, file: str = "") -> Program:
+        """Everything together: rounded corners, approaches, centre path. file: where the program began, for messages."""
+        name = file or self.file
         traces, steps = ((), ()) if self.tracer is None else self.tracer.result(self)
-        moves, sides = list(self.moves), list(self.sides)
-        moves, sides = round_corners(moves, sides, self.corners, self.file)
+        moves, sides = self.moves, self.sides
+        if self.corners:
+            moves, sides = round_corners(moves, sides, self.corners, name)
         for finish in self.finishes:
             moves, sides = finish(moves, sides)
-        path = centre_path(
-            moves,
-            [s.side for s in sides],
-            [s.radius for s in sides],
-            [s.style for s in sides],
-            file=self.file,
-        )
-        return Program(self.dialect, tuple(path), tuple(self.remarks), dict(self.tools), traces, steps)
-
-
-def _angle(start: Point, end: Point, centre: Point, plane: str, clockwise: bool, turns: int) -> float:
-    from vcmm.nc.offsetting import sweep_of
-
-    one, two, _ = PLANES[plane]
-    a, b, c = ((p[one], p[two]) for p in (start, end, centre))
-    return abs(sweep_of(a, b, c, clockwise, turns))
+        if any(side is not None for side in sides):
+            moves = centre_path(moves, sides, name)
+        return Program(self.dialect, tuple(moves), tuple(self.remarks), dict(self.called), traces, steps)
 
 
 def radius_centre(start: Point, end: Point, radius: float, clockwise: bool, plane: str) -> Point | None:

@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, NoReturn, TypeVar
+from typing import NamedTuple, TypeVar
 
-from vcmm.core.errors import ModelLimit
-from vcmm.nc.moves import PLANES, Move, Point, Source
+from vcmm.nc.faults import refuse
+from vcmm.nc.moves import PLANES, Move, Source
 from vcmm.nc.offsetting import (
+    ContourPiece,
     NoMeeting,
-    Piece,
     Vec,
     along,
     corner,
+    in_space,
     minus,
     parallel_radius,
-    sweep_of,
+    piece_of,
+    planar,
     tangent,
     trimmed_sweep,
     turn_between,
@@ -30,7 +32,7 @@ from vcmm.nc.offsetting import (
 State = TypeVar("State")
 
 
-class Corner(NamedTuple):
+class RoundedCorner(NamedTuple):
     """Rounding or chamfer at the end of the move with number `after`. kind: "round" (size: radius, mm), "chamfer" (mm cut
     off each side), "width" (mm across the chamfer). feed: its own, None = that of the move that follows."""
 
@@ -42,60 +44,69 @@ class Corner(NamedTuple):
 
 
 def round_corners(
-    moves: Sequence[Move], states: Sequence[State], corners: Sequence[Corner], file: str = ""
+    moves: Sequence[Move], states: Sequence[State], corners: Sequence[RoundedCorner], file: str = ""
 ) -> tuple[list[Move], list[State]]:
     """The moves with all corners worked in; states[i] belongs to move i and is carried along.
 
-    Raises ModelLimit with the place where a corner does not fit between its neighbours.
+    Raises ProgramLimit with the place where a corner does not fit between its neighbours.
     """
     out, kept = list(moves), list(states)
-    for one in reversed(corners):
-        following = next((k for k in range(one.after + 1, len(out)) if planar(out[k])), None)
-        if following is None or not planar(out[one.after]):
+    for rounded in reversed(corners):
+        following = next((k for k in range(rounded.after + 1, len(out)) if planar(out[k])), None)
+        if following is None or not planar(out[rounded.after]):
             refuse(
-                one.source,
                 file,
+                rounded.source,
                 "a rounding or chamfer needs a move in the plane before and after it",
                 "place it between two such moves",
             )
-        if out[following].plane != out[one.after].plane:
+        if out[following].plane != out[rounded.after].plane:
             refuse(
-                one.source, file, "a rounding or chamfer lies between two planes", "keep the plane across it"
+                file,
+                rounded.source,
+                "a rounding or chamfer lies between two planes",
+                "keep the plane across it",
             )
-        a, b, extra = _worked(out[one.after], out[following], one, file)
-        out[one.after], out[following] = a, b
+        a, b, extra = _worked(out[rounded.after], out[following], rounded, file)
+        out[rounded.after], out[following] = a, b
         if extra is not None:
             out.insert(following, extra)
             kept.insert(following, kept[following])
     return out, kept
 
 
-def _worked(first: Move, second: Move, one: Corner, file: str) -> tuple[Move, Move, Move | None]:
+def _worked(first: Move, second: Move, rounded: RoundedCorner, file: str) -> tuple[Move, Move, Move | None]:
     a, b = piece_of(first), piece_of(second)
     turn = turn_between(a, b)
-    if abs(turn) < 1e-9 or one.size == 0.0:
+    if abs(turn) < 1e-9 or rounded.size == 0.0:
         return first, second, None  # smooth already
-    ends = _rounded(a, b, turn, one.size) if one.kind == "round" else _chamfered(a, b, turn, one, file)
+    ends = (
+        _rounded(a, b, turn, rounded.size)
+        if rounded.kind == "round"
+        else _chamfered(a, b, turn, rounded, file)
+    )
     if ends is None or not _fits(a, a.start, ends[0]) or not _fits(b, ends[1], b.end):
         refuse(
-            one.source,
             file,
-            f"a {'rounding of radius' if one.kind == 'round' else 'chamfer of'} {one.size:g} mm does not fit between its neighbours",
+            rounded.source,
+            f"a {'rounding of radius' if rounded.kind == 'round' else 'chamfer of'} {rounded.size:g} mm does not fit between its neighbours",
             "make it smaller or the neighbours longer",
         )
     plane, height = first.plane, first.end[PLANES[first.plane][2]]
     start, end = in_space(plane, ends[0], height), in_space(plane, ends[1], height)
-    feed = one.feed if one.feed is not None else second.feed if second.feed is not None else first.feed
+    feed = (
+        rounded.feed if rounded.feed is not None else second.feed if second.feed is not None else first.feed
+    )
     made = second._replace(
-        kind="line", source=one.source, start=start, end=end, centre=None, turns=1, clockwise=None, feed=feed,
+        kind="line", source=rounded.source, start=start, end=end, centre=None, turns=1, clockwise=None, feed=feed,
         rotary_end=second.rotary_start, exact_stop=False,
     )  # fmt: skip
-    if one.kind == "round":
+    if rounded.kind == "round":
         made = made._replace(kind="arc", centre=in_space(plane, ends[2], height), clockwise=turn < 0)
     return first._replace(end=start), second._replace(start=end), made
 
 
-def _rounded(a: Piece, b: Piece, turn: float, radius: float) -> tuple[Vec, Vec, Vec] | None:
+def _rounded(a: ContourPiece, b: ContourPiece, turn: float, radius: float) -> tuple[Vec, Vec, Vec] | None:
     h = math.copysign(radius, turn)
     if math.pi - abs(turn) < 1e-9:
         return None
@@ -108,7 +119,7 @@ def _rounded(a: Piece, b: Piece, turn: float, radius: float) -> tuple[Vec, Vec, 
     return _foot(a, centre), _foot(b, centre), centre
 
 
-def _foot(piece: Piece, centre: Vec) -> Vec:
+def _foot(piece: ContourPiece, centre: Vec) -> Vec:
     """The point of a piece that is nearest to a point beside it."""
     if piece.centre is None:
         direction = tangent(piece, piece.start)
@@ -117,22 +128,24 @@ def _foot(piece: Piece, centre: Vec) -> Vec:
     return along(piece.centre, unit(minus(centre, piece.centre)), math.dist(piece.start, piece.centre))
 
 
-def _chamfered(a: Piece, b: Piece, turn: float, one: Corner, file: str) -> tuple[Vec, Vec, Vec]:
+def _chamfered(
+    a: ContourPiece, b: ContourPiece, turn: float, rounded: RoundedCorner, file: str
+) -> tuple[Vec, Vec, Vec]:
     if a.centre is not None or b.centre is not None:
         refuse(
-            one.source,
             file,
+            rounded.source,
             "a chamfer beside an arc",
             "chamfers stand between two straight lines; program the line itself",
         )
     size = (
-        one.size if one.kind == "chamfer" else one.size / (2 * math.cos(turn / 2))
+        rounded.size if rounded.kind == "chamfer" else rounded.size / (2 * math.cos(turn / 2))
     )  # across = 2 side cos(turn / 2)
     return along(a.end, tangent(a, a.end), -size), along(b.start, tangent(b, b.start), size), a.end
 
 
-def _fits(piece: Piece, start: Vec, end: Vec) -> bool:
-    """True where the trimmed piece still runs forwards and lies within the programmed one."""
+def _fits(piece: ContourPiece, start: Vec, end: Vec) -> bool:
+    """True where the trimmed piece still runs forwards and lies within the programmed rounded."""
     if piece.centre is not None:
         return trimmed_sweep(piece, start, end) * piece.sweep > 0
     direction, length = tangent(piece, piece.start), math.dist(piece.start, piece.end)
@@ -140,33 +153,3 @@ def _fits(piece: Piece, start: Vec, end: Vec) -> bool:
         (p[0] - piece.start[0]) * direction[0] + (p[1] - piece.start[1]) * direction[1] for p in (start, end)
     ]
     return -1e-9 <= reach[0] <= reach[1] + 1e-9 <= length + 2e-9
-
-
-def planar(move: Move) -> bool:
-    """True for a move with motion in its plane."""
-    one, two, _ = PLANES[move.plane]
-    moved = math.hypot(move.end[one] - move.start[one], move.end[two] - move.start[two]) > 1e-12
-    return move.kind == "arc" or (move.kind != "dwell" and moved)
-
-
-def piece_of(move: Move) -> Piece:
-    """A move as a piece of its plane."""
-    one, two, _ = PLANES[move.plane]
-    start, end = (move.start[one], move.start[two]), (move.end[one], move.end[two])
-    if move.centre is None:
-        return Piece(start, end)
-    centre = (move.centre[one], move.centre[two])
-    return Piece(start, end, centre, sweep_of(start, end, centre, bool(move.clockwise), move.turns))
-
-
-def in_space(plane: str, point: Vec, height: float) -> Point:
-    """A point of the plane at a height along its normal."""
-    one, two, normal = PLANES[plane]
-    out = [0.0, 0.0, 0.0]
-    out[one], out[two], out[normal] = point[0], point[1], height
-    return out[0], out[1], out[2]
-
-
-def refuse(source: Source, file: str, what: str, fix: str) -> NoReturn:
-    where = f"{file}:{source.line}:{source.first}" if file else f"line {source.line}"
-    raise ModelLimit(f"{where}: {what}; {fix}.")

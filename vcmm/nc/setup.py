@@ -12,6 +12,15 @@ from vcmm.nc.moves import Point, Program
 ZERO: Point = (0.0, 0.0, 0.0)
 SHAPES = ("flat", "ball", "bull", "drill", "turning")
 
+# Orientation of a turning tool, 1 to 9: where its imaginary tip lies as seen from the centre of the nose, in X and Z.
+# 0 and 9 are the centre itself. Source: Fanuc, "imaginary tool nose"; LinuxCNC, "lathe tool orientation".
+FANUC_TIPS: dict[int, tuple[int, int]] = {
+    1: (1, 1), 2: (1, -1), 3: (-1, -1), 4: (-1, 1), 5: (0, 1), 6: (1, 0), 7: (0, -1), 8: (-1, 0), 9: (0, 0),
+}  # fmt: skip
+LINUXCNC_TIPS: dict[int, tuple[int, int]] = {
+    1: (-1, 1), 2: (-1, -1), 3: (1, -1), 4: (1, 1), 5: (0, 1), 6: (-1, 0), 7: (0, -1), 8: (1, 0), 9: (0, 0),
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Tool:

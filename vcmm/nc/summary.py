@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vcmm.nc.moves import NO_ROTARY, PLANES, Move, Point, Program
+from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program
 from vcmm.nc.setup import Setup
 
 
 @dataclass(frozen=True)
-class Summary:
+class ProgramSummary:
     """Lengths mm, times s. Extents are of the tip: lowest and highest corner; None without a move."""
 
     counts: dict[str, int]
@@ -99,7 +99,7 @@ def extent(points: Sequence[Point]) -> tuple[Point, Point] | None:
     )
 
 
-def summary(moves: Sequence[Move], setup: Setup | None = None) -> Summary:
+def summary(moves: Sequence[Move], setup: Setup | None = None) -> ProgramSummary:
     """Totals of a program."""
     counts: dict[str, int] = {}
     lengths: dict[str, float] = {}
@@ -112,7 +112,7 @@ def summary(moves: Sequence[Move], setup: Setup | None = None) -> Summary:
         if move.feed:
             turned = 0.0 if size else math.degrees(math.dist(move.rotary_start, move.rotary_end))
             cutting += (size or turned) / move.feed * 60.0
-    return Summary(counts, lengths, cutting, dwells, *_extents(moves, setup))
+    return ProgramSummary(counts, lengths, cutting, dwells, *_extents(moves, setup))
 
 
 def _extents(moves: Sequence[Move], setup: Setup | None) -> tuple[tuple[Point, Point] | None, ...]:
@@ -122,7 +122,7 @@ def _extents(moves: Sequence[Move], setup: Setup | None) -> tuple[tuple[Point, P
     for i, move in enumerate(moves):
         points = list(_points(move))[1 if i == 0 else 0 :]
         everything += points
-        zero = offsets.get(move.offset, NO_ROTARY)
+        zero = offsets.get(move.offset, ORIGIN)
         if move.rewritable:
             work += [(p[0] - zero[0], p[1] - zero[1], p[2] - zero[2]) for p in points]
         if move.kind in ("line", "arc", "thread"):

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from vcmm.nc.control import Affine, Compensation, Modal
+from vcmm.nc.frames import AffineMap
 from vcmm.nc.moves import Move
+from vcmm.nc.radius import RadiusCompensation
+from vcmm.nc.state import Modal
 
 
 class WordAt(NamedTuple):
@@ -48,16 +50,16 @@ class Trace(NamedTuple):
     before: Modal
     after: Modal
     programmed: tuple[tuple[float, float, float], tuple[float, float, float]]
-    transformation: Affine
+    transformation: AffineMap
     runs: int
     cycle: str
     call: int
     contour: Move
-    compensation: Compensation | None
+    compensation: RadiusCompensation | None
     guard: tuple[float, float] = (0.0, 0.0)  # mm at start and end that a rounding or chamfer takes away
 
 
-class Cut(NamedTuple):
+class TextCut(NamedTuple):
     """A place of a line that changes when the program is written out: columns from 1, `text` instead of what stands there."""
 
     line: int
@@ -66,26 +68,34 @@ class Cut(NamedTuple):
     text: str
 
 
-class Step(NamedTuple):
+class BlockPlace(NamedTuple):
+    """Where a block stands, and how many calls are under way."""
+
+    file: str
+    line: int
+    call: int
+
+
+class ExecutedBlock(NamedTuple):
     """One executed block: its lines, how deep in calls it stands, and how it reads without expressions and flow control."""
 
     file: str
     line: int
     last: int
     call: int
-    cuts: tuple[Cut, ...]
+    cuts: tuple[TextCut, ...]
 
 
 class Tracing(Protocol):
-    """Who notes what every block does (vcmm.nc.tracing.Tracer), as the recorder and the front-ends see it. r: the recorder."""
+    """Who notes what every block does (vcmm.nc.tracer.Tracer), as the recorder and the readers see it. r: the recorder."""
 
     lines: Sequence[str]
     cycle: Mapping[str, WordAt]
 
-    def step(self, line: int, last: int, call: int, cuts: Sequence[Cut]) -> None: ...
+    def step(self, step: ExecutedBlock) -> None: ...
 
     def note(
-        self, r: Any, made: int, before: Modal, after: Modal, words: Mapping[str, WordAt], line: int, call: int
-    ) -> None: ...  # fmt: skip
+        self, r: Any, made: int, before: Modal, words: Mapping[str, WordAt], place: BlockPlace
+    ) -> None: ...
 
-    def result(self, r: Any) -> tuple[tuple[Trace, ...], tuple[Step, ...]]: ...
+    def result(self, r: Any) -> tuple[tuple[Trace, ...], tuple[ExecutedBlock, ...]]: ...

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from inspect import cleandoc
 
 import numpy as np
@@ -12,26 +11,27 @@ from vcmm import report as r
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.core.units import plain
-from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Answer, Diagnosis
-from vcmm.diagnosis.verdict import LEAST_TOLD, told
 from vcmm.effects import BY_NAME
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.response.nuisance import nuisance_columns
 from vcmm.response.observe import baseline
 from vcmm.response.recording import Recording
-
-FOUND = "physics that the machine file lacks"
-CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
-SCALE = (
-    "rms of what nuisance parameters and the uncertainty of the calibration cannot take up, weighted by the noise: less "
-    "than the rms of the rows where an artefact's placement takes up most; shares are of the same energy and may overlap"
+from vcmm.tables.diagnosed import (
+    answers,
+    folds,
+    micro_text,
+    next_steps,
+    places,
+    probability_text,
+    seen,
+    values_text,
 )
-SHOWN = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
+from vcmm.tables.table import ResultTable, html
+
 VERDICT = {
     "nothing missing": "Nothing is missing: the residual is what the stated noise and calibration predict.",
     "explained": "The departure is explained by physics that the machine file lacks.",
@@ -65,20 +65,16 @@ def _said(d: Diagnosis, a: Answer) -> str:
     own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
     said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}" if a.doubtful else said
     return (
-        f"{said} {_name(a)}: {_values(a)}; {a.share:.0%} of the excess energy, probability"
-        f" {_probability(a)}.{rivals}{own}".strip()
+        f"{said} {_name(a)}: {values_text(a)}; {a.share:.0%} of the excess energy, probability"
+        f" {probability_text(a)}.{rivals}{own}".strip()
     )
-
-
-def _probability(a: Answer) -> str:
-    return f"{a.probability:.3f}" if a.probability >= LEAST_TOLD else told(a.probability)
 
 
 def _of_unknown(d: Diagnosis) -> list[str]:
     """What has no name: where, how large, and its formula where there is one."""
     if d.unknown is None:
         return []
-    size = f" (rms {_micro(d, d.unknown.rms)})" if d.unknown.rms > 0 else ""
+    size = f" (rms {micro_text(d, d.unknown.rms)})" if d.unknown.rms > 0 else ""
     out = [
         f"Unknown, over {', '.join(d.unknown.covariates)}: {d.unknown.description}{size}. A proposal, not a name."
     ]
@@ -95,85 +91,13 @@ def _name(a: Answer) -> str:
     return a.effect.replace("_", " ") + (f" {where}" if where else "")
 
 
-def _values(a: Answer) -> str:
-    """Every parameter with its 95 % coverage interval, to the digits that its standard uncertainty supports."""
-    out = [f"{SHOWN.get(n, n)} = {with_interval(e)}" for n, e in a.parameters.items()]
-    lobes = getattr(a.fitted, "lobes", 0)
-    return ", ".join([*([f"{lobes} lobes"] if lobes else []), *out]) or "no free parameter"
-
-
-def with_interval(e: Estimate) -> str:
-    """1.50 um (95 %: 1.12 to 1.87): two digits of the standard uncertainty (JCGM 100:2008, 7.2.6)."""
-    low, high = e.interval95
-    if not (np.isfinite([e.value, e.u, low, high]).all() and e.u > 0):
-        return f"{plain(e.value)} {e.unit if e.unit != '1' else ''}".strip()
-    digits = max(0, 1 - int(np.floor(np.log10(e.u))))
-    value, low_text, high_text = (f"{round(x, digits) + 0.0:.{digits}f}" for x in (e.value, low, high))
-    unit = "" if e.unit == "1" else f" {e.unit}"
-    return f"{value}{unit} (95 %: {low_text} to {high_text})"
-
-
-def _micro(d: Diagnosis, value: float) -> str:
-    return f"{value * 1e6:.3g} urad" if d.angle else f"{value * 1e3:.3g} um"
-
-
-def answer_parts(d: Diagnosis) -> list[tuple[str, tuple[Answer, ...]]]:
-    """Title and answers: what was found, and what is only a candidate; parts without an answer are left away."""
-    parts = [(FOUND, d.found), (CANDIDATES, d.candidates)]
-    return [(title, answers) for title, answers in parts if answers]
-
-
-def answer_rows(answers: Sequence[Answer]) -> list[list[str]]:
-    return [
-        [
-            a.effect,
-            ", ".join(str(v) for v in a.where.values()) or "–",
-            _values(a),
-            _probability(a),
-            f"{a.share:.0%}",
-            ", ".join(a.cannot_be_told_from) or "–",
-        ]
-        for a in answers
-    ]
-
-
 def least_seen(d: Diagnosis) -> str:
     """The smallest rms per effect that this recording would have shown, at the place where it shows best."""
     shown = (
-        f"{x.effect} {' '.join(x.where.values())}".strip() + f" {_micro(d, x.amplitude)}"
+        f"{x.effect} {' '.join(x.where.values())}".strip() + f" {micro_text(d, x.amplitude)}"
         for x in d.detectable
     )
     return ", ".join(shown)
-
-
-def fit_rows(d: Diagnosis) -> list[list[str]]:
-    rows = [
-        [
-            "all rows, fitted",
-            _micro(d, d.fit.before),
-            _micro(d, d.fit.after),
-            f"noise {_micro(d, d.fit.noise)}",
-            "–",
-        ]
-    ]
-    for h in d.fit.held_out:
-        rows.append(
-            [
-                h.fold,
-                _micro(d, h.rms_before),
-                _micro(d, h.rms_after),
-                f"{h.effect_energy_left:.3f}" if np.isfinite(h.effect_energy_left) else "–",
-                f"{h.gain:+.1f} nats",
-            ]
-        )
-    return rows
-
-
-def next_rows(d: Diagnosis) -> list[list[str]]:
-    return [
-        [", ".join(n.separates), n.do, f"{n.minutes:.0f}" if n.minutes >= 10 else f"{n.minutes:.2g}"]
-        for n in d.next_measurement
-    ]
 
 
 def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
@@ -183,23 +107,14 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
         *(r.paragraph(s) for s in sentences(d)),
         *(r.note(w, "warning") for w in d.warnings),
     ]
-    for title, answers in answer_parts(d):
-        blocks += [r.heading(title[:1].upper() + title[1:]), *_answers(answers)]
+    for table in answers(d):
+        blocks += [r.heading(table.title[:1].upper() + table.title[1:]), *_answers(table)]
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]
-    columns = ["fold", "rms before", "rms after", "effect energy left", "log score gain"]
-    blocks += [
-        r.heading("On rows never fitted"),
-        r.table(columns, fit_rows(d), numeric=(1, 2, 3, 4)),
-        r.paragraph(SCALE),
-    ]
+    blocks += [r.heading("On rows never fitted"), html(folds(d))]
     if d.location:
-        rows = [[p.covariate, p.direction, f"{p.p:.2g}", p.text] for p in d.location]
-        blocks += [
-            r.heading("Where the residual departs"),
-            r.table(["covariate", "direction", "false-alarm p", ""], rows, numeric=(2,)),
-        ]
+        blocks += [r.heading("Where the residual departs"), html(places(d))]
     blocks += location_bars(d)
     if d.noise_findings:
         blocks += [r.heading("Noise"), *(r.paragraph(t) for t in d.noise_findings)]
@@ -213,12 +128,11 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
     return r.page(f"Diagnosis of {recording.name}", blocks, subtitle=machine.name, footer=footer)
 
 
-def _answers(answers: Sequence[Answer]) -> list[str]:
-    columns = ["effect", "where", "parameters", "probability", "share", "cannot be told from"]
-    out = [r.table(columns, answer_rows(answers), numeric=(3, 4))]
-    items = [(_name(a), 100 * a.share) for a in answers]
+def _answers(table: ResultTable[Answer]) -> list[str]:
+    out = [html(table)]
+    items = [(_name(a), 100 * a.share) for a in table.rows]
     out.append(r.bars(items, unit="%", title="Share of the excess energy", share="none"))
-    for a in answers:
+    for a in table.rows:
         kind = BY_NAME.get(a.effect)
         if kind is not None:
             out.append(
@@ -286,9 +200,9 @@ def _covariate(recording: Recording, name: str) -> Array | None:
 
 
 def _scatter(x: Array, before: Array, after: Array, label: str, unit: str, found: bool) -> str:
-    series = [r.Series(x, before, "before", marker=True, line=False)]
+    series = [r.PlotSeries(x, before, "before", marker=True, line=False)]
     if found:
-        series.append(r.Series(x, after, "after", marker=True, line=False))
+        series.append(r.PlotSeries(x, after, "after", marker=True, line=False))
     return r.curve(
         series, x_label=label, y_label=f"residual / {unit}", title=f"Residual over {label.split(',')[0]}"
     )
@@ -304,15 +218,14 @@ def _histogram(before: Array, after: Array, unit: str) -> str:
 def _next(d: Diagnosis) -> str:
     if not d.next_measurement:
         return r.paragraph("No add-on of the list would tell more.")
-    return r.table(["separates", "do", "minutes"], next_rows(d), numeric=(2,))
+    return html(next_steps(d))
 
 
 def _power(d: Diagnosis) -> list[str]:
-    rows = [[x.effect, ", ".join(x.where.values()) or "–", _micro(d, x.amplitude)] for x in d.detectable]
     out = [
         r.details(
             "Smallest amplitude seen per effect, at the place where it shows best (rms over the recording)",
-            r.table(["effect", "where", "rms"], rows, numeric=(2,)),
+            html(seen(d)),
         )
     ]
     if d.invisible:

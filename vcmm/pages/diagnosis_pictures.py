@@ -77,7 +77,7 @@ def unknown_picture(d: Diagnosis) -> list[str]:
     if shape.y is None:
         low, high = (shape.value - 2 * shape.u) * scale, (shape.value + 2 * shape.u) * scale
         band = r.Band(low, high, "95 % coverage band", shape.x)
-        line = r.Series(shape.x, shape.value * scale, "fitted shape")
+        line = r.PlotSeries(shape.x, shape.value * scale, "fitted shape")
         title = f"Unknown, over {shape.names[0]} ({shape.direction}): a proposal, not physics"
         return [
             r.curve([line], bands=[band], x_label=shape.names[0], y_label=f"departure / {unit}", title=title)

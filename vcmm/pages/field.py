@@ -8,28 +8,18 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.response.volumetric import Field, linear_axes
+from vcmm.response.volumetric import ErrorField, linear_axes
+from vcmm.tables.error_field import diagonals, summary
+from vcmm.tables.table import html
 
 LINES = 5  # grid lines per axis in the picture
 
 
-def field_page(machine: Machine, found: Field) -> str:
+def field_page(machine: Machine, found: ErrorField) -> str:
     """One self-contained HTML file."""
-    size = found.size * 1e3
-    engine = "exact transforms" if found.exact else "first order"
-    rows = [
-        ["largest tip error", f"{size.max():.3f} µm"],
-        ["mean tip error", f"{size.mean():.3f} µm"],
-        *(
-            [f"largest in {c}", f"{v:.3f} µm"]
-            for c, v in zip("xyz", np.abs(found.tip_error).max(axis=0) * 1e3)
-        ),
-        ["points", str(found.run.n)],
-        ["engine", engine],
-    ]
-    blocks = [r.heading("Volumetric error"), r.table(["", "tip error, actual - nominal"], rows, numeric=(1,))]
+    blocks = [r.heading("Volumetric error"), html(summary(found))]
     if found.diagonals:
-        blocks += [r.heading("Body diagonals (ISO 230-6)"), diagonals_table(found)]
+        blocks += [r.heading("Body diagonals (ISO 230-6)"), html(diagonals(found))]
     blocks += [r.heading("The deformed volume"), picture(machine, found)]
     footer = f"vcmm {__version__}. Tip error = actual - nominal in workpiece axes; a CMM's indication has the opposite sign."
     return r.page(
@@ -40,25 +30,16 @@ def field_page(machine: Machine, found: Field) -> str:
     )
 
 
-def diagonals_table(found: Field) -> str:
-    rows = [[_place(d.start), _place(d.end), f"{d.length_error * 1e3:+.3f} µm"] for d in found.diagonals]
-    return r.table(["from", "to", "length error"], rows, numeric=(2,))
-
-
-def _place(values: tuple[float, ...]) -> str:
-    return "(" + ", ".join(f"{v:g}" for v in values) + ") mm"
-
-
-def picture(machine: Machine, found: Field) -> str:
+def picture(machine: Machine, found: ErrorField) -> str:
     """A grid of the travels, ideal and deformed; for given positions, arrows at them."""
     axes = linear_axes(machine)
-    if len(axes) == 3 and not _is_grid(found):
+    n = round(found.run.n ** (1 / max(1, len(axes))))
+    if not _is_grid(found, axes, n):
         return _arrows(found)
-    n = round(found.run.n ** (1 / 3))
-    nominal = np.column_stack([found.run.q(a) for a in axes])
+    nominal = _points(found)
     factor = _magnification(nominal, found.tip_error)
     shape = (n,) * len(axes) + (3,)
-    ideal = _pad(nominal).reshape(shape)
+    ideal = nominal.reshape(shape)
     bent = ideal + factor * found.tip_error.reshape(shape)
     items = [
         r.Lines(_segments(ideal), "muted", 0.6, name="nominal"),
@@ -71,26 +52,23 @@ def picture(machine: Machine, found: Field) -> str:
     )
 
 
-def _is_grid(found: Field) -> bool:
-    n = round(found.run.n ** (1 / 3))
-    return (
-        n > 1
-        and n**3 == found.run.n
-        and all(len(np.unique(q)) == n for a, q in found.run.position.items() if a in "XYZ")
-    )
+def _is_grid(found: ErrorField, axes: list[str], n: int) -> bool:
+    """Whether the positions are n values of each linear axis, as `volumetric.grid` lays them."""
+    values = (np.unique(found.run.position[a]) for a in axes if a in found.run.position)
+    return n > 1 and found.run.n == n ** len(axes) and all(len(q) == n for q in values)
 
 
-def _arrows(found: Field) -> str:
-    points = (
-        np.column_stack([found.run.position.get(a, np.zeros(found.run.n)) for a in "XYZ"]) + found.run.offset
-    )
+def _points(found: ErrorField) -> Array:
+    """Positions of the linear axes (n, 3) mm; an axis that the machine lacks stays at zero."""
+    zero = np.zeros(found.run.n)
+    return np.column_stack([found.run.position.get(a, zero) for a in "XYZ"])
+
+
+def _arrows(found: ErrorField) -> str:
+    points = _points(found) + found.run.offset
     factor = _magnification(points, found.tip_error)
     dots, arrows = r.Points(points, "muted", 1.5), r.Arrows(points, found.tip_error, factor, name="tip error")
     return r.scene([dots, arrows], title="Tip errors at the given positions")
-
-
-def _pad(points: Array) -> Array:
-    return np.column_stack([points, *[np.zeros(len(points))] * (3 - points.shape[1])])
 
 
 def _magnification(points: Array, errors: Array) -> float:

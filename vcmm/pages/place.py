@@ -10,9 +10,11 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.measuring.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
-from vcmm.placing.flat import Map
+from vcmm.placing.near_best import Map
 from vcmm.placing.result import Placed
-from vcmm.placing.words import UNITS, change, changes, goal_text, pose_text, poses_rows, region_text
+from vcmm.placing.words import UNITS, change, changes, goal_text, pose_text, region_text
+from vcmm.tables.placed import compared_poses
+from vcmm.tables.table import html
 
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 
@@ -23,7 +25,7 @@ def place_page(found: Placed) -> str:
     blocks = [
         r.paragraph(f"Minimised: {goal_text(found.objective.goal)}."),
         r.heading("Poses compared"),
-        poses_table(found),
+        html(compared_poses(found), emphasise=(0,)),
     ]
     blocks += [r.note(w, "warning") for w in found.warnings]
     blocks += [r.heading("How sure"), sure_table(found)]
@@ -36,12 +38,6 @@ def place_page(found: Placed) -> str:
         "then z. The search is in closed form; budgets and the gain are those of the full evaluation."
     )
     return r.page(f"Placement: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
-
-
-def poses_table(found: Placed) -> str:
-    columns = ["pose", "shift x y z / mm", "turn x y z / °", "objective", "against present"]
-    caption = "Median and worst: of even draws over the fixture. Convenient: rounded, and within 2 % of the pose found."
-    return r.table(columns, poses_rows(found), numeric=(3, 4), emphasise=(0,), caption=caption)
 
 
 def sure_table(found: Placed) -> str:
@@ -115,7 +111,7 @@ def _line(found: Placed) -> str:
     word, scale = UNITS.get(found.objective.unit, ("", 1.0))
     name = found.map.names[0]
     good = np.isfinite(found.map.values[0])
-    series = [r.Series(_axis(found.map, 0)[good], found.map.values[0][good] * scale, "objective")]
+    series = [r.PlotSeries(_axis(found.map, 0)[good], found.map.values[0][good] * scale, "objective")]
     return r.curve(
         series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective"
     )

@@ -9,9 +9,11 @@ from vcmm import report as r
 from vcmm.core.pose import Pose
 from vcmm.gps import characteristics as gps
 from vcmm.measuring.scenario import Scenario
-from vcmm.pages.uncertainty import SMALL, small
 from vcmm.pages.view import part_items
 from vcmm.placing.planning import PlanPoint, PlanResult
+from vcmm.tables.planned import curve
+from vcmm.tables.quantities import SMALL_SCALE
+from vcmm.tables.table import SMALL, html
 
 
 def plan_page(scenario: Scenario, found: PlanResult) -> str:
@@ -32,13 +34,13 @@ def _curves(scenario: Scenario, found: PlanResult) -> list[str]:
     for name, unit in _units(scenario).items():
         if name not in found.chosen.expanded:
             continue
-        word, scale = SMALL[unit]
+        word, scale = SMALL[unit], SMALL_SCALE[unit]
 
         def dots(
             points: list[PlanPoint], title: str, line: bool, name: str = name, scale: float = scale
-        ) -> r.Series:
+        ) -> r.PlotSeries:
             x, y = [p.minutes for p in points], [p.expanded[name] * scale for p in points]
-            return r.Series(x, y, title, marker=not line, line=line)
+            return r.PlotSeries(x, y, title, marker=not line, line=line)
 
         series = [
             dots(list(found.pareto), "best plans", True),
@@ -51,22 +53,9 @@ def _curves(scenario: Scenario, found: PlanResult) -> list[str]:
 
 def _table(scenario: Scenario, found: PlanResult) -> str:
     """The present plan, then ten of the curve, the chosen one among them."""
-    units = _units(scenario)
-    names = [n for n in units if n in found.chosen.expanded]
     some = {int(i) for i in np.linspace(0, len(found.pareto) - 1, 10)}
     shown = [p for i, p in enumerate(found.pareto) if i in some or p is found.chosen]
-    rows = [
-        [
-            "present" if p is found.present else "chosen" if p is found.chosen else "", f"{p.minutes:.2f}",
-            ", ".join(f"{f} {n}" for f, n in p.per_feature.items()), *(small(p.expanded[n], units[n]) for n in names),
-        ]
-        for p in (found.present, *shown)
-    ]  # fmt: skip
-    columns = ["", "minutes", "touches", *(f"U {n}" for n in names)]
-    styli = ", ".join(f"{f}: {s}" for f, s in found.styli.items())
-    return r.table(
-        columns, rows, numeric=(1, *range(3, len(columns))), caption=f"U in µm (angles µrad). Styli: {styli}."
-    )
+    return html(curve(scenario, found, shown))
 
 
 def _picture(scenario: Scenario, found: PlanResult) -> str:

@@ -8,31 +8,31 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.view import part_items, touch_covariances, touch_items, volume_items
+from vcmm.tables.evaluated import BUDGET, budget_rows, computed, more_than_rounding, results
+from vcmm.tables.quantities import SMALL_SCALE
+from vcmm.tables.table import SMALL, ResultTable, html, on_page
 
-STATE = {"conforms": "good", "undecided": "warning", "does not conform": "bad"}
-SMALL = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
-
-def uncertainty_page(scenario: Scenario, found: UncertaintyResult) -> str:
+def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     """One self-contained HTML file."""
-    blocks = [r.heading("Results"), result_table(found), *(r.note(w, "warning") for w in found.warnings)]
-    blocks += [r.heading("What was assumed"), assumptions(scenario, found)]
-    blocks += [r.heading("Where it was measured"), *pictures(found)]
-    for c in found.characteristics:
+    blocks = [r.heading("Results"), html(results(result)), *(r.note(w, "warning") for w in result.warnings)]
+    blocks += [r.heading("What was assumed"), assumptions(scenario, result)]
+    blocks += [r.heading("Where it was measured"), *pictures(result)]
+    for c in result.characteristics:
         blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
-    blocks += [r.heading("How it was computed"), computed_table(found)]
-    footer = f"vcmm {__version__}, seed {found.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
+    blocks += [r.heading("How it was computed"), html(computed(result))]
+    footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
     return r.page(
         f"Measurement uncertainty: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
     )
 
 
-def assumptions(scenario: Scenario, found: UncertaintyResult) -> str:
+def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
     """Machine, pose, styli, touches, temperatures, decision rule: what an assessor asks first."""
-    task, machine = found.model.task, scenario.machine
+    task, machine = result.model.task, scenario.machine
     turns = ", ".join(f"{math.degrees(t):.4g}" for t in scenario.pose.turns())
     shift = ", ".join(f"{v:.6g}" for v in scenario.pose.shift)
     styli = "; ".join(
@@ -46,7 +46,7 @@ def assumptions(scenario: Scenario, found: UncertaintyResult) -> str:
         if k.startswith("temp_") and k != "temp_gradient_C"
     ]
     counts = ", ".join(f"{name} {len(rows)}" for name, rows in task.touches.rows.items())
-    rule = next((c.decision.rule for c in found.characteristics if c.decision), scenario.settings.rule)
+    rule = next((c.decision.rule for c in result.characteristics if c.decision), scenario.settings.rule)
     rows = [
         ["machine", f"{machine.name}, structure {machine.chain.structure}, error state {machine.state}"],
         ["part in the machine", f"shift ({shift}) mm, turned ({turns})° about fixed x, y, z"],
@@ -61,67 +61,9 @@ def assumptions(scenario: Scenario, found: UncertaintyResult) -> str:
     return r.table(["", ""], rows)
 
 
-def result_table(found: UncertaintyResult) -> str:
-    """characteristic | nominal | y | bias | U | interval | tolerance | decision."""
-    first = found.characteristics[0]
-    columns = [
-        "characteristic",
-        "nominal",
-        "y",
-        "bias",
-        "U",
-        "interval from nominal",
-        "tolerance",
-        "decision",
-    ]
-    said = (
-        "y: indicated value less its known bias."
-        if first.corrected
-        else "y: indicated value, its known bias not corrected."
-    )
-    caption = f"U: half the {first.interval_kind} coverage interval for p = {first.p:.0%}. {said} Lengths: mm and µm; angles: deg and µrad."
-    return r.table(
-        columns, [_row(c) for c in found.characteristics], numeric=(1, 2, 3, 4, 5, 6), caption=caption
-    )
-
-
-def _row(c: CharacteristicResult) -> list[object]:
-    decision: object = "–"
-    if c.decision is not None:
-        decision = r.Cell(c.decision.text, kind=STATE[c.decision.text])  # type: ignore[arg-type]
-    return [
-        c.name, large(c.nominal, c.unit), large(c.value, c.unit), small(c.bias, c.unit), small(c.expanded, c.unit),
-        span(c.interval, c), "–" if c.tolerance is None else span(c.tolerance, c), decision,
-    ]  # fmt: skip
-
-
-def span(ends: tuple[float, float], c: CharacteristicResult) -> str:
-    """Two ends as departures from nominal, µm or µrad."""
-    scale = SMALL[c.unit][1]
-    return " … ".join(r.number(_clean((x - c.nominal) * scale), 3) for x in ends)
-
-
-def _clean(value: float) -> float:
-    """Rounding of the last bits is not a result: below 1e-6 µm (µrad) it is zero."""
-    return 0.0 if abs(value) < 1e-6 else value
-
-
-def large(value: float, unit: str) -> str:
-    """A length in mm with 5 decimals, an angle in deg with 6."""
-    return f"{value:.5f}" if unit == "mm" else f"{math.degrees(value):.6f}°"
-
-
-def small(value: float, unit: str) -> str:
-    """A small difference in µm (a plain number) or µrad; an en dash when it is not finite."""
-    if not math.isfinite(value):
-        return "–"
-    word, scale = SMALL[unit]
-    return r.number(_clean(value * scale), 3) + ("" if unit == "mm" else f" {word}")
-
-
-def pictures(found: UncertaintyResult) -> list[str]:
+def pictures(result: UncertaintyResult) -> list[str]:
     """The part in the machine, and the part with the ellipsoids of its touches."""
-    task = found.model.task
+    task = result.model.task
     t = task.touches
     features = list(task.part.features.values())
     last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
@@ -133,7 +75,7 @@ def pictures(found: UncertaintyResult) -> list[str]:
     ]
     close = [
         *part_items(features, t.pose, task.part.mesh),
-        *touch_items(t, touch_covariances(task, found.model.influences)),
+        *touch_items(t, touch_covariances(task, result.model.influences)),
     ]
     return [
         r.scene(
@@ -151,7 +93,7 @@ def pictures(found: UncertaintyResult) -> list[str]:
 
 def characteristic_blocks(c: CharacteristicResult) -> list[str]:
     """Decision zones, distribution, budget bars and table."""
-    word, scale = SMALL[c.unit]
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
     blocks = []
     charts = [_zones(c, word, scale), _histogram(c, word, scale)]
     bars = [(b.input, b.u * scale) for b in c.budget if b.u > 1e-3 * c.expanded][:8]
@@ -207,64 +149,15 @@ def _coarse(edges: np.ndarray, counts: np.ndarray, bars: int = 80) -> tuple[np.n
 
 def budget_table(c: CharacteristicResult) -> str:
     """EA-4/02 columns: quantity, estimate, u, law, degrees of freedom, redraw, sensitivity, contribution, share."""
-    word, scale = SMALL[c.unit]
-    columns = [
-        "quantity",
-        "estimate",
-        "u(x)",
-        "law",
-        "ν",
-        "drawn per",
-        f"c / ({word}/unit)",
-        f"u_i / {word}",
-        "share",
-    ]
-    rows = [_budget_row(c, b, scale) for b in c.budget if b.u > 1e-4 * c.expanded or b is c.budget[0]]
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    rows = [row for row in budget_rows(c) if more_than_rounding(row)]
+    table = ResultTable("", BUDGET, rows)
+    blank = [""] * (len(on_page(table).heads) - 2)
+    more: list[list[object]] = []
     left = len(c.budget) - len(rows)
     if left:
-        rows.append([f"{left} further, each under 10⁻⁴ U", *[""] * 8])
+        more.append([f"{left} further, each under 10⁻⁴ U", *blank, ""])
     if math.isfinite(c.interaction_share) and abs(c.interaction_share) > 5e-4:
-        rows.append(["what inputs do only together", *[""] * 7, f"{c.interaction_share:.1%}"])
+        more.append(["what inputs do only together", *blank, f"{c.interaction_share:.1%}"])
     total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word} (p = {c.p:.0%})"
-    return r.table(columns, rows, numeric=(1, 2, 4, 6, 7, 8), foot=[[total, *[""] * 8]])
-
-
-def _budget_row(c: CharacteristicResult, b: BudgetLine, scale: float) -> list[object]:
-    dof = r.number(b.dof, 3) if math.isfinite(b.dof) else "∞"
-    sensitivity = "–" if b.sensitivity is None else r.number(b.sensitivity * scale, 3)
-    share = f"{b.share:.1%}" if math.isfinite(b.share) else "–"
-    text = f"<strong>{r.escape(b.what)}</strong><br><small>{r.escape(b.input)}{': ' if b.evidence else ''}{r.escape(b.evidence)}</small>"
-    u_unit = "K" if b.unit == "degC" else b.unit
-    return [
-        r.Raw(text), _quantity(b.estimate, b.unit), _quantity(b.u_input, u_unit), b.distribution, dof, b.redraw,
-        sensitivity, r.number(b.u * scale, 3), share,
-    ]  # fmt: skip
-
-
-def _quantity(value: float | None, unit: str) -> str:
-    """A number in the unit of its parameter."""
-    words = {"degC": "°C", "1": ""}
-    return "–" if value is None else f"{r.number(value, 4)} {words.get(unit, unit)}".strip()
-
-
-def computed_table(found: UncertaintyResult) -> str:
-    """Which tier answered, how many trials, and the certified error of the linear model."""
-    rows = [
-        [
-            c.name,
-            c.tier,
-            f"{c.trials:,}" if c.trials else "–",
-            _certified(c),
-            "yes" if c.coverage_shown else r.Cell("not shown", kind="warning"),
-        ]
-        for c in found.characteristics
-    ]
-    columns = ["characteristic", "tier", "trials", "largest |linear - exact|", "coverage shown"]
-    caption = "The linear model is compared with multiplied transforms, contact and iterated fits on the same draws."
-    return r.table(columns, rows, numeric=(2, 3), caption=caption)
-
-
-def _certified(c: CharacteristicResult) -> str:
-    if not math.isfinite(c.linear_error):
-        return "not checked"
-    return f"{r.number(c.linear_error * 1e6, 2)} {'nm' if c.unit == 'mm' else 'µrad'}"
+    return html(table, more=more, foot=[[total, *blank, ""]])

@@ -11,15 +11,15 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.measuring.plan import Stylus, Touches
 from vcmm.measuring.task import Task
-from vcmm.part.mesh import Mesh as PartMesh
+from vcmm.part.mesh import Mesh
 from vcmm.part.part import Feature, frame
 from vcmm.report import (
-    Box,
     Ellipsoids,
     Label,
     Lines,
-    Mesh,
     Points,
+    SceneBox,
+    SceneMesh,
     cone_mesh,
     cylinder_mesh,
     sphere_mesh,
@@ -27,7 +27,7 @@ from vcmm.report import (
 )
 from vcmm.response.influence import Influence
 
-Item = Box | Ellipsoids | Label | Lines | Mesh | Points
+Item = SceneBox | Ellipsoids | Label | Lines | SceneMesh | Points
 STEEL, BORE, GRANITE, PORTAL, RAM = "#9fb4cc", "#c9a46b", "#8d9299", "#c7cdd4", "#a9b3bf"
 
 
@@ -44,7 +44,7 @@ def machine_items(low: Array, high: Array, at: Array, stylus: Stylus) -> list[It
     head = at - stylus.offset
     y = (at[1] - beam / 2, at[1] + beam / 2)
     wide = (low[0] - 1.6 * beam, high[0] + 1.6 * beam)
-    table = Box(
+    table = SceneBox(
         [wide[0], low[1] - beam, low[2] - beam],
         [wide[1], high[1] + beam, low[2] - 1.0],
         GRANITE,
@@ -53,11 +53,11 @@ def machine_items(low: Array, high: Array, at: Array, stylus: Stylus) -> list[It
     )
     return [
         table,
-        Box(low, high, "#7a8793", 0.0, name="reach of the tip"),
-        Box([wide[0], y[0], low[2]], [wide[0] + beam, y[1], top], PORTAL, 0.5),
-        Box([wide[1] - beam, y[0], low[2]], [wide[1], y[1], top], PORTAL, 0.5),
-        Box([wide[0], y[0], top], [wide[1], y[1], top + beam], PORTAL, 0.5, name="portal"),
-        Box(
+        SceneBox(low, high, "#7a8793", 0.0, name="reach of the tip"),
+        SceneBox([wide[0], y[0], low[2]], [wide[0] + beam, y[1], top], PORTAL, 0.5),
+        SceneBox([wide[1] - beam, y[0], low[2]], [wide[1], y[1], top], PORTAL, 0.5),
+        SceneBox([wide[0], y[0], top], [wide[1], y[1], top + beam], PORTAL, 0.5, name="portal"),
+        SceneBox(
             [head[0] - 0.3 * beam, at[1] - 0.3 * beam, head[2]],
             [head[0] + 0.3 * beam, at[1] + 0.3 * beam, top + 1.5 * beam],
             RAM,
@@ -80,23 +80,23 @@ def reach(machine: Machine, offset: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def feature_mesh(feature: Feature) -> Mesh | None:
+def feature_mesh(feature: Feature) -> SceneMesh | None:
     """The nominal surface of a feature, drawing frame; None for points, lines and meshes."""
     point, axis = feature.point, feature.axis
     if feature.kind == "plane":
         u, v, _ = frame(feature)
         a, b = feature.extent[0] / 2 * u, feature.extent[1] / 2 * v
         corners = np.array([point - a - b, point + a - b, point + a + b, point - a + b])
-        return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), STEEL, 0.85)
+        return SceneMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), STEEL, 0.85)
     if feature.kind in ("cylinder", "circle"):
         length = feature.extent[0] if feature.kind == "cylinder" else 0.05 * feature.sizes[0]
         middle = point + axis * length / 2
         solid = cylinder_mesh(middle, axis, float(feature.sizes[0]), float(length), inside=feature.inside)
-        return Mesh(*solid, colour=BORE if feature.inside else STEEL, opacity=0.9)
+        return SceneMesh(*solid, colour=BORE if feature.inside else STEEL, opacity=0.9)
     if feature.kind == "sphere":
-        return Mesh(*sphere_mesh(point, float(feature.sizes[0])), colour=STEEL, opacity=0.9)
+        return SceneMesh(*sphere_mesh(point, float(feature.sizes[0])), colour=STEEL, opacity=0.9)
     if feature.kind == "torus":
-        return Mesh(
+        return SceneMesh(
             *torus_mesh(point, axis, float(feature.sizes[0]), float(feature.sizes[1])),
             colour=STEEL,
             opacity=0.9,
@@ -105,7 +105,7 @@ def feature_mesh(feature: Feature) -> Mesh | None:
         radius, half = feature.sizes
         far = radius + feature.extent[0] * np.tan(half)
         base = point + axis * feature.extent[0]
-        return Mesh(
+        return SceneMesh(
             *cone_mesh(base, -axis, float(far), float(feature.extent[0]), top=float(radius)),
             colour=STEEL,
             opacity=0.9,
@@ -116,16 +116,16 @@ def feature_mesh(feature: Feature) -> Mesh | None:
 MOST_FACES = 20_000  # a larger mesh makes the picture slow; its features are drawn instead
 
 
-def part_items(features: Sequence[Feature], pose: Pose, mesh: PartMesh | None = None) -> list[Item]:
+def part_items(features: Sequence[Feature], pose: Pose, mesh: Mesh | None = None) -> list[Item]:
     """The part's features, and its mesh if it has one, where the pose puts them."""
     items: list[Item] = []
     if mesh is not None and len(mesh.faces) <= MOST_FACES:
-        items.append(Mesh(pose.apply(mesh.vertices), mesh.faces, STEEL, 0.6, edges=False))
+        items.append(SceneMesh(pose.apply(mesh.vertices), mesh.faces, STEEL, 0.6, edges=False))
     for feature in features:
         shape = feature_mesh(feature)
         if shape is not None:
             items.append(
-                Mesh(pose.apply(np.asarray(shape.vertices)), shape.faces, shape.colour, shape.opacity)
+                SceneMesh(pose.apply(np.asarray(shape.vertices)), shape.faces, shape.colour, shape.opacity)
             )
     return items
 

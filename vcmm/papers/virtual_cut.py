@@ -15,15 +15,15 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Contacts
 from vcmm.cutting.envelope import UNCUT
-from vcmm.machining.machine_at_cut import tool_side
+from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.maps import Net
-from vcmm.machining.preparation import Shop, look
+from vcmm.machining.process import PreparedCut
 from vcmm.machining.tool_errors import ToolSide
 from vcmm.nc.setup import Setup
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class SeenNet:
     """A net whose points are all cut: who cuts them and when."""
 
     net: Net
@@ -31,18 +31,18 @@ class Seen:
     contacts: Contacts
 
 
-def seen(shop: Shop, net: Net) -> Seen:
+def seen(job: PreparedCut, net: Net) -> SeenNet:
     """Look at a net once. Raises ModelLimit where the program leaves points of it uncut."""
-    surface = look(shop, net.points, net.normals)
+    surface = surface_at(job, net.points, net.normals)
     uncut = int((surface.status == UNCUT).sum())
     if uncut:
         raise ModelLimit(f"{net.feature}: {uncut} of {len(net.points)} points are not cut by the program")
     names = np.array([f"{net.feature} {i}" for i in range(len(net.points))])
-    tool, contacts = tool_side(shop, surface, names, np.full(len(net.points), net.feature))
-    return Seen(net, tool, contacts)
+    tool, contacts = tool_side(job, surface, names, np.full(len(net.points), net.feature))
+    return SeenNet(net, tool, contacts)
 
 
-def departure(found: Seen, machine: Machine, zero_set_here: bool = True) -> Array:
+def departure(found: SeenNet, machine: Machine, zero_set_here: bool = True) -> Array:
     """Surface with the errors of `machine` less the surface without (n,) mm, along the normal; plus is material left.
 
     zero_set_here: the work offset was set on this machine, so that its error there is taken away; else nothing is.
@@ -52,7 +52,7 @@ def departure(found: Seen, machine: Machine, zero_set_here: bool = True) -> Arra
     return found.contacts.surface(tool.errors()) - found.contacts.surface(found.tool.known)
 
 
-def tool_errors(found: Seen, machine: Machine, zero_set_here: bool = True) -> Array:
+def tool_errors(found: SeenNet, machine: Machine, zero_set_here: bool = True) -> Array:
     """Errors of the tool (rows, 3) mm, actual - commanded, for the sums of several machines."""
     setting = found.tool.setting if zero_set_here else np.full_like(found.tool.setting, -1)
     return replace(

@@ -1,4 +1,4 @@
-"""Where the part lies, from what was measured on it: 3-2-1, datum systems, best fit; batched over trials.
+"""Where the part lies, from what was measured on it: 3-2-1 and datum systems; batched over trials.
 
     scheme = Alignment(plane="top", line="front", origin="bore")
     part_from_measured = align(scheme, features, fitted)
@@ -22,9 +22,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from vcmm.core.errors import ModelLimit, UsageError, choose_from
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length, unit
 from vcmm.part.part import KINDS, Feature, Shape, centre, frame
 
@@ -94,36 +93,6 @@ def datum_system(
     if len(located) > 1:
         directions += _connection(pairs[0], located[:2])
     return _pose(pairs[0], _direction(pairs[0], start), directions, pairs, start)
-
-
-def best_fit(measured: Array, nominal: npt.ArrayLike) -> Pose:
-    """part_from_measured with the least sum of squared distances of points (..., n, 3) from nominal (n, 3).
-
-    Kabsch, Acta Cryst. A32 (1976) 922. ModelLimit when the nominal points lie on one line.
-    """
-    target = np.asarray(nominal, dtype=np.float64)
-    if target.ndim != 2 or measured.shape[-2:] != target.shape:
-        shapes = f"measured {measured.shape} with nominal {target.shape}"
-        raise UsageError(f"best_fit pairs {shapes}; give as many measured as nominal points.")
-    to, of = target.mean(axis=0), measured.mean(axis=-2)
-    spread = np.linalg.svd(target - to, compute_uv=False)
-    if len(target) < 3 or spread[1] <= 1e-9 * spread[0]:
-        raise ModelLimit("A best fit needs three points that do not lie on one line; add points.")
-    cross = np.einsum("ni,...nj->...ij", target - to, measured - of[..., None, :])
-    left, _, right = np.linalg.svd(cross)
-    fold = np.ones((*cross.shape[:-2], 3))
-    fold[..., 2] = np.linalg.det(left @ right)  # -1 would be a mirror image
-    rotation = (left * fold[..., None, :]) @ right
-    return Pose(rotation, to - np.einsum("...ij,...j->...i", rotation, of))
-
-
-def best_fit_centres(
-    names: Sequence[str], features: Mapping[str, Feature], fitted: Mapping[str, Shape]
-) -> Pose:
-    """`best_fit` of the fitted points of features (spheres, circles, points) to their nominal centres."""
-    pairs = [_pair(name, features, fitted) for name in names]
-    measured = np.stack(np.broadcast_arrays(*(pair.fitted.point for pair in pairs)), axis=-2)
-    return best_fit(measured, np.stack([centre(pair.nominal) for pair in pairs]))
 
 
 def _names(names: str | Sequence[str]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Protocol
 
@@ -241,7 +241,7 @@ def moved(feature: Feature, b_from_a: Pose) -> Feature:
     """The same feature in another frame (one pose, not a batch)."""
     u = b_from_a.turn(frame(feature)[0]) if KINDS[feature.kind].direction else None
     point, axis = b_from_a.apply(feature.point), b_from_a.turn(feature.axis)
-    return Feature(feature.name, feature.kind, point, axis, feature.sizes, feature.inside, feature.extent, u)
+    return replace(feature, point=point, axis=axis, u=u)
 
 
 def ends(feature: Feature) -> Array:

@@ -1,4 +1,4 @@
-"""Compiled loops over triangles. Imported only when a mesh is asked; vcmm.placing.meshes holds the numpy twin."""
+"""Compiled loops over triangles. Imported only when a mesh is asked; tests/placing/test_solid.py holds the same in numpy."""
 
 from __future__ import annotations
 

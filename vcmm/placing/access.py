@@ -2,7 +2,9 @@
 
 At a touch the shaft keeps `shaft` mm (no more than half of what the tip is thicker), head and quill keep `safe` mm, while the
 tool approaches and retracts. Between touches the tool goes straight from the retract to the next start; where that
-is blocked it draws back along the shaft beyond everything, crosses there, and comes down the same way.
+is blocked it draws back along the shaft, crosses there, and comes down the same way. The way back ends beyond the part and
+its clamps, so that only what stands on the table can block the crossing. Where something there is in that way, the tool
+draws back beyond the clamps on the table as well; one of the two must be free.
 """
 
 from __future__ import annotations
@@ -10,18 +12,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from vcmm.core.pose import Array
-from vcmm.measuring.obstacles import Surroundings
-from vcmm.placing.collision import Bodies, joined, rods, slack
+from vcmm.core.pose import Array, Pose
+from vcmm.measuring.plan import Ints
+from vcmm.placing.collision import lacking
 from vcmm.placing.solid import Solid
-from vcmm.placing.tool import NAMES, at_touches, shaft_radius, tool_bodies
-from vcmm.placing.touches import Rows
+from vcmm.placing.tool import NAMES, Tooling, TouchSequence
 
-Ints = npt.NDArray[np.intp]
 GRAZE = 0.1  # mm: what the tip may seem to be inside the surface on its way to the touch (chords of a mesh)
-FINE, COARSE = 0.02, 0.5  # mm: how well the gaps of the shaft, and of head and quill, are known
+ROUNDING = 1e-6  # mm, as check_travel allows
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,7 @@ class Room:
     """What the tool lacks, mm, 0 where it is clear: one number per touch (n,) or per pair (k,).
 
     bodies: NAMES -> (n,); tip (n,): the ball before and during its approach. direct (k,): straight moves between the
-    touches of `pairs`. What drawing back lacks is asked touch by touch (`vcmm.placing.retreat`).
+    touches of `pairs`. What drawing back lacks is asked touch by touch (`moves_lacking`).
     """
 
     bodies: dict[str, Array]
@@ -38,61 +37,7 @@ class Room:
     pairs: Ints
 
 
-class Tooling:
-    """The tool of every stylus of a plan, and the gaps it must keep."""
-
-    def __init__(self, rows: Rows, around: Surroundings) -> None:
-        self.rows, self.around = rows, around
-        styli = [rows.plan.styli[name] for name in rows.styli]
-        self.tools = [_round_quill(tool_bodies(around.head, s)) for s in styli]
-        shaft = np.array([shaft_radius(around.head, s) for s in styli])[rows.stylus]
-        self.shaft_need = np.minimum(around.shaft, 0.5 * (rows.radius - shaft))
-
-    def key(self, rotation: Array) -> tuple[float, ...]:
-        """Poses with one key (machine_from_part rotations) see the part from the same side: all bodies are round."""
-        up = np.array(self.around.head.up, dtype=float)
-        seen = np.vstack([up / np.linalg.norm(up), *(t.centre[0] for t in self.tools)]) @ rotation
-        return tuple((np.round(seen, 9) + 0.0).ravel().tolist())
-
-    def need(self, body: int) -> Array:
-        return self.shaft_need if body == 0 else np.full(self.rows.n, self.around.safe)
-
-    def placed(self, body: int, which: Ints, tips: Array, rotation: Array) -> Bodies:
-        """One body at the touches `which` (k,), whose tips are at (k, 3); rotation: frame_from_machine."""
-        stylus = self.rows.stylus[which]
-        groups = [np.flatnonzero(stylus == s) for s in range(len(self.tools))]
-        parts = [at_touches(self.tools[s], body, tips[g], rotation) for s, g in enumerate(groups) if len(g)]
-        order = np.argsort(np.concatenate([g for g in groups if len(g)]), kind="stable")
-        return joined(parts).take(order)
-
-    def body(
-        self, body: int, which: Ints, begin: Array, end: Array, rotation: Array
-    ) -> tuple[Bodies, Array, Array]:
-        """One body while the tip goes straight from begin (k, 3) to end (k, 3); what it must keep; how well it is known."""
-        bodies = self.placed(body, which, begin, rotation).swept(np.zeros_like(begin), end - begin)
-        return bodies, self.need(body)[which], np.full(len(which), FINE if body == 0 else COARSE)
-
-    def ball(self, which: Ints, begin: Array, end: Array, need: Array) -> tuple[Bodies, Array, Array]:
-        """The tip itself."""
-        return rods(begin, end, self.rows.radius[which]), need, np.full(len(which), FINE)
-
-    def moving(self, solid: Solid, which: Ints, begin: Array, end: Array, rotation: Array) -> Array:
-        """(k,) mm that the whole tool lacks on a straight positioning move; the tip keeps `safe`, or what it has."""
-        if not len(which):
-            return np.zeros(0)
-        keep = np.full(len(which), min(self.around.safe, 0.5 * self.rows.plan.touch.approach))
-        asked = [self.body(b, which, begin, end, rotation) for b in range(len(NAMES))]
-        return np.asarray(lacking(solid, [self.ball(which, begin, end, keep), *asked]).max(axis=0))
-
-
-def lacking(solid: Solid, asked: list[tuple[Bodies, Array, Array]]) -> Array:
-    """(len(asked), k) mm that bodies lack, all looked at in one go; inf where a gap cannot be told, never 0."""
-    bodies, need, known = (list(column) for column in zip(*asked))
-    room = slack(solid, joined(bodies), np.concatenate(need), np.concatenate(known))
-    return np.maximum(0.0, -room).reshape(len(asked), -1)
-
-
-def room(tooling: Tooling, solid: Solid, rows: Rows, rotation: Array) -> Room:
+def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -> Room:
     """The room of all touches and straight moves against a solid.
 
     rows: tips in the frame of the solid; rotation: frame_from_machine.
@@ -105,9 +50,9 @@ def room(tooling: Tooling, solid: Solid, rows: Rows, rotation: Array) -> Room:
     asked = [tooling.body(b, every, *way, rotation) for way in ways for b in range(len(NAMES))]
     asked.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))
     asked.append(tooling.ball(every, rows.start, rows.start, np.minimum(tooling.around.safe, 0.5 * slope)))
-    found = lacking(solid, asked)
-    bodies = {name: found[b : -2 : len(NAMES)].max(axis=0) for b, name in enumerate(NAMES)}
-    tip = found[-2:].max(axis=0)
+    lacks = lacking(solid, asked)
+    bodies = {name: lacks[b : -2 : len(NAMES)].max(axis=0) for b, name in enumerate(NAMES)}
+    tip = lacks[-2:].max(axis=0)
     pairs = rows.pairs()
     direct = np.zeros(0)
     if len(pairs):
@@ -115,13 +60,13 @@ def room(tooling: Tooling, solid: Solid, rows: Rows, rotation: Array) -> Room:
     return Room(bodies, tip, direct, pairs)
 
 
-def drawn_back(rows: Rows, blocked: Ints) -> Ints:
+def drawn_back(rows: TouchSequence, blocked: Ints) -> Ints:
     """Touches from which the tool must be able to draw back: both ends of blocked moves, and where a stylus changes."""
     return np.unique(np.concatenate([rows.ends(), blocked.ravel()])).astype(np.intp)
 
 
 def back_lacking(
-    tooling: Tooling, solid: Solid, reach: Array, rows: Rows, which: Ints, rotation: Array
+    tooling: Tooling, solid: Solid, reach: Array, rows: TouchSequence, which: Ints, rotation: Array
 ) -> Array:
     """(k,) mm that the tool lacks while it draws back from the start and from the retract of touches."""
     begin = np.concatenate([rows.start[which], rows.left[which]])
@@ -130,7 +75,9 @@ def back_lacking(
     return tooling.moving(solid, both, begin, end, rotation).reshape(2, -1).max(axis=0)
 
 
-def beyond(tooling: Tooling, reach: Array, rows: Rows, which: Ints, begin: Array, rotation: Array) -> Array:
+def beyond(
+    tooling: Tooling, reach: Array, rows: TouchSequence, which: Ints, begin: Array, rotation: Array
+) -> Array:
     """(k, 3): where the tip is when the whole tool, drawn back along its shaft, is `clearance` beyond the points (p, 3)."""
     out = begin.copy()
     for s, name in enumerate(rows.styli):
@@ -148,12 +95,83 @@ def beyond(tooling: Tooling, reach: Array, rows: Rows, which: Ints, begin: Array
     return out
 
 
-def _round_quill(tool: Bodies) -> Bodies:
-    """The square quill in its round, so that a turn about the axis changes nothing."""
-    edges, quill = tool.edges.copy(), NAMES.index("quill")
-    sides = np.linalg.norm(edges[quill, :2], axis=1)
-    radius = float(np.hypot(*sides))
-    edges[quill, :2] *= (radius / sides)[:, None]
-    round_ = tool.round.copy()
-    round_[quill] = radius
-    return Bodies(tool.centre, edges, tool.radius, round_)
+@dataclass(frozen=True, eq=False)
+class TableRoom:
+    """What stands on the table, workpiece axes: solid, corners of the clamps (p, 3), the room that touches and straight
+    moves have beside it, and what the part overlaps with each clamp (c,) mm.
+    """
+
+    solid: Solid
+    corners: Array
+    room: Room
+    overlap: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """Drawing back at one pose. asked (k,): touches it starts from; pairs (j, 2): the blocked moves, ends among `asked`.
+
+    zero (n, 3): the tip with all axes at zero. limits (2, 3): travels along x, y, z.
+    """
+
+    tooling: Tooling
+    rows: TouchSequence
+    pose: Pose
+    asked: Ints
+    pairs: Ints
+    zero: Array
+    limits: Array
+
+
+def moves_lacking(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -> tuple[Array, Array]:
+    """What drawing back lacks, mm: (j,) per blocked move, (n,) where a stylus comes into play or goes out of it.
+
+    reach (p, 3): points whose hull holds part and clamps on it, drawing frame. of_part (n,): what drawing back lacks of
+    the part; beyond `reach` there is none of it, so it holds for every way that ends farther out.
+    """
+    over, ends = _at_level(way, reach, of_part, table)
+    if table is not None and len(table.corners) and max(over.max(initial=0.0), ends.max()) > 0.0:
+        farther = np.concatenate([reach, way.pose.inverse().apply(table.corners)])
+        other = _at_level(way, farther, of_part, table)
+        over, ends = np.minimum(over, other[0]), np.minimum(ends, other[1])
+    return over, ends
+
+
+def _at_level(way: Way, reach: Array, of_part: Array, table: TableRoom | None) -> tuple[Array, Array]:
+    """The same for drawing back beyond `reach` only. At a change of stylus the operator chooses the way: no travels there."""
+    rows, both = way.rows, np.concatenate([way.asked, way.asked])
+    begin = np.concatenate([rows.start[way.asked], rows.left[way.asked]])
+    end = beyond(way.tooling, reach, rows, both, begin, way.pose.rotation.T)
+    begin, end = way.pose.apply(begin), way.pose.apply(end)
+    back, crossing = of_part.copy(), np.zeros(len(way.pairs))
+    if table is not None:
+        lacks = way.tooling.moving(table.solid, both, begin, end, np.eye(3))
+        back[way.asked] = np.maximum(back[way.asked], _worse(lacks))
+        crossing = _crossing(way, end, table.solid)
+    travel = np.zeros(rows.n)
+    travel[way.asked] = _worse(_beyond_travels(way, both, end))
+    a, b = way.pairs.T
+    over = np.max([back[a], back[b], travel[a], travel[b], crossing], axis=0)
+    ends = np.zeros(rows.n)
+    ends[rows.ends()] = back[rows.ends()]
+    return over, ends
+
+
+def _worse(lacks: Array) -> Array:
+    """Of drawing back from the start and from the retract of each touch."""
+    return np.asarray(lacks.reshape(2, -1).max(axis=0))
+
+
+def _crossing(way: Way, end: Array, solid: Solid) -> Array:
+    """(j,) mm that the whole tool lacks from above the retract of the first touch to above the start of the second."""
+    first, second = np.searchsorted(way.asked, way.pairs.T)
+    k = len(way.asked)
+    return way.tooling.moving(solid, way.pairs[:, 0], end[k + first], end[second], np.eye(3))
+
+
+def _beyond_travels(way: Way, which: Ints, end: Array) -> Array:
+    """(2k,) mm by which the drawn-back places leave the travels; between two that do not the crossing keeps them too."""
+    low, high = way.limits
+    wanted = end - way.zero[which]
+    over = np.maximum(low - wanted, wanted - high).max(axis=1)
+    return np.where(over > ROUNDING, over, 0.0)

@@ -1,7 +1,7 @@
 """Candidates of a plan: every place on every feature that a stylus can touch, with what errors do there.
 
 The whole grid is placed in the machine as one plan, so that the influences are those of `vcmm uncertainty`. Time stands
-still while points are chosen; what drifts is kept apart, per second, for the order (order.py).
+still while points are chosen; what drifts is kept apart, per second, for the order (plan_order.py).
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ import numpy.typing as npt
 from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Array, Pose
 from vcmm.core.run import Run
-from vcmm.measuring.plan import Plan, Step
+from vcmm.measuring.plan import Ints, Plan, Step
 from vcmm.measuring.scenario import Scenario
 from vcmm.part.part import Feature, normal
-from vcmm.placing.access import Tooling, lacking
-from vcmm.placing.design import Candidates, Ints
-from vcmm.placing.formfield import DEFAULT, form_factor, surface_grid
+from vcmm.placing.access import GRAZE, ROUNDING
+from vcmm.placing.collision import lacking
+from vcmm.placing.design import TouchCandidates
+from vcmm.placing.form_field import DEFAULT, form_factor, surface_grid
 from vcmm.placing.material import part_points, part_solid
 from vcmm.placing.motions import Motions, motions_of
-from vcmm.placing.reach import ROUNDING, Feasibility
-from vcmm.placing.solid import Box, Union
-from vcmm.placing.tool import NAMES
-from vcmm.placing.touches import rows_of
+from vcmm.placing.reach import Feasibility
+from vcmm.placing.solid import Union, cuboid
+from vcmm.placing.tool import NAMES, Tooling, touch_sequence
 from vcmm.response.influence import Influence, influences
 
 DENSE = 24  # candidates around a round feature; half as many along the side of a plane
@@ -34,7 +34,7 @@ HOUR = 3600.0
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class TouchProblem:
     """Everything that the choice of touches needs, for one choice of styli.
 
     drift (N, D) mm/s: change of the reading along the normal per second. form: columns of `shared` that are form.
@@ -42,7 +42,7 @@ class Problem:
 
     scenario: Scenario
     styli: Mapping[str, str]
-    candidates: Candidates
+    candidates: TouchCandidates
     motions: Mapping[str, Motions]
     drift: Array
     form: slice
@@ -72,18 +72,18 @@ def accessible(scenario: Scenario, feature: Feature, stylus: str, points: Array)
     plan = replace(
         scenario.plan, steps=(Step(feature.name, stylus, points, normals_at(scenario, feature, points)),)
     )
-    rows, around = rows_of(plan), scenario.surroundings
+    rows, around = touch_sequence(plan), scenario.surroundings
     one = replace(scenario, plan=plan)
     tooling = Tooling(rows, around)
-    boxes = [Box(c.pose, 0.5 * np.array(c.size)) for c in around.clamps if c.on == "part"]
+    boxes = [cuboid(c.pose, c.size) for c in around.clamps if c.on == "part"]
     back = scenario.pose.inverse()
-    boxes += [Box(back @ c.pose, 0.5 * np.array(c.size)) for c in around.clamps if c.on == "table"]
+    boxes += [cuboid(back @ c.pose, c.size) for c in around.clamps if c.on == "table"]
     solid = Union((part_solid(scenario.part, around.wall), *boxes))
     corners = part_points(scenario.part)
-    check = Feasibility(one, rows, tooling, solid, corners, corners)
+    check = Feasibility(one, rows, tooling, solid, reach=corners, corners=corners)
     rotation, every = scenario.pose.rotation, np.arange(rows.n)
     asked = [tooling.body(b, every, rows.tip, rows.start, rotation.T) for b in range(len(NAMES))]
-    asked.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -0.1)))
+    asked.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))
     asked.append(tooling.ball(every, rows.start, rows.start, np.zeros(rows.n)))
     lacks = lacking(solid, asked).max(axis=0)
     wanted, (low, high) = check.positions(Pose(rotation[None], scenario.pose.shift[None]))[0], check.limits()
@@ -107,7 +107,7 @@ def problem_of(
     places: Mapping[str, Array],
     forms: Mapping[str, float],
     drift: npt.ArrayLike = (0.0, 0.0, 0.0),
-) -> Problem:
+) -> TouchProblem:
     """Candidates with their sensitivities. drift (3,): standard uncertainty of a linear drift, mm/s, workpiece axes,
     beyond what the inputs of the scenario say. ModelLimit where a feature has too few places.
     """
@@ -143,11 +143,12 @@ def problem_of(
     seconds = np.array([_seconds(plan, places[n]) for n in names])
     jac = tuple(moving[n].rows(places[n], steps[i].normals) for i, n in enumerate(names))
     everything = np.concatenate([machine, fields], axis=1)
-    candidates = Candidates(
-        names, number, task.touches.points, task.touches.normals, jac, everything, touch, short, seconds
-    )
+    candidates = TouchCandidates(
+        names, number, task.touches.points, task.touches.normals, rows=jac, shared=everything, touch=touch,
+        short=short, seconds=seconds,
+    )  # fmt: skip
     drifting = np.concatenate(slopes, axis=1)
-    return Problem(
+    return TouchProblem(
         scenario, dict(styli), candidates, moving, drifting[:, np.abs(drifting).max(axis=0) > 0.0],
         slice(machine.shape[1], everything.shape[1]),
     )  # fmt: skip
@@ -211,7 +212,7 @@ def _seconds(plan: Plan, points: Array) -> float:
     return 2.0 * plan.touch.approach / plan.touch.speed + hop / plan.touch.positioning
 
 
-def nearest(candidates: Candidates, name: str, points: Array) -> Ints:
+def nearest(candidates: TouchCandidates, name: str, points: Array) -> Ints:
     """Numbers of the candidates at points (k, 3) of a feature; -1 where none lies within 1 um."""
     rows = candidates.of(candidates.names.index(name))
     apart = np.linalg.norm(candidates.points[rows][None] - points[:, None], axis=2)

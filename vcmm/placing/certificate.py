@@ -15,9 +15,9 @@ import numpy as np
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.evaluation.streams import key
-from vcmm.placing.objective import Objective, Spread, Uncertain
-from vcmm.placing.search import Found, differences, polished_from
-from vcmm.placing.space import Box
+from vcmm.placing.fixture_boxes import PoseBox
+from vcmm.placing.objective import Objective, PoseSpread, Uncertain
+from vcmm.placing.search import SearchOutcome, differences, polished_from
 
 SLOPES = 24  # lowest poses of the scan whose slopes are measured
 Progress = Callable[[str, float], None]
@@ -55,7 +55,7 @@ class Certificate:
 
     @property
     def text(self) -> str:
-        found = "none better" if self.better <= 0 else f"one better by {self.better:.3%}"
+        verdict = "none better" if self.better <= 0 else f"one better by {self.better:.3%}"
         before = (
             f" (a scan before this one had found one better by {self.earlier:.3%}, from where the search went on)"
             if self.earlier > 0
@@ -70,12 +70,12 @@ class Certificate:
         if self.hidden >= 1.0:
             slopes = "too coarse for the slopes measured to say what lies between them (scan more)"
         return (
-            f"{found} among {self.scanned} poses that the search never saw{before}, spacing {self.spacing:.3f} of the ranges; "
+            f"{verdict} among {self.scanned} poses that the search never saw{before}, spacing {self.spacing:.3f} of the ranges; "
             f"estimates, no bounds: {slopes}{floor}"
         )
 
 
-def scan(objective: Objective, boxes: Sequence[Box], count: int, seed: int, progress: Progress) -> Scan:
+def scan(objective: Objective, boxes: Sequence[PoseBox], count: int, seed: int, progress: Progress) -> Scan:
     """Scrambled Sobol points in all boxes, more even than independent draws, in batches."""
     units, poses, values, numbers, drawn = [], [], [], [], 0
     each = max(16, count // len(boxes))
@@ -83,16 +83,16 @@ def scan(objective: Objective, boxes: Sequence[Box], count: int, seed: int, prog
         unit = _even(box.d, each, [seed, 7, k])
         six, ok = box.poses(unit)
         drawn += len(unit)
-        found = np.full(len(unit), np.inf)
+        value = np.full(len(unit), np.inf)
         for at in range(0, len(unit), 512):
             s = slice(at, at + 512)
             if ok[s].any():
-                found[np.flatnonzero(ok[s]) + at] = objective.values(six[s][ok[s]])
+                value[np.flatnonzero(ok[s]) + at] = objective.values(six[s][ok[s]])
             progress("scanning for the certificate", (k + at / len(unit)) / len(boxes))
-        kept = np.isfinite(found)
+        kept = np.isfinite(value)
         units.append(unit[kept])
         poses.append(six[kept])
-        values.append(found[kept])
+        values.append(value[kept])
         numbers.append(k)
     total = np.concatenate(values)
     if not len(total):
@@ -114,22 +114,27 @@ def _even(d: int, count: int, seed: Sequence[int]) -> Array:
 
 
 def scan_after(
-    objective: Objective, boxes: Sequence[Box], found: Found, count: int, seed: int, progress: Progress
-) -> tuple[Found, Scan, float]:
+    objective: Objective,
+    boxes: Sequence[PoseBox],
+    outcome: SearchOutcome,
+    count: int,
+    seed: int,
+    progress: Progress,
+) -> tuple[SearchOutcome, Scan, float]:
     """The outcome of a search, a scan that neither it nor any polish has seen, and `Certificate.earlier`.
 
     Where a first scan finds a better pose, the search goes on from there, once, and a scan of other poses follows.
     """
     seen = scan(objective, boxes, count, _seed(seed, 1), progress)
-    if seen.values.min() >= found.value:
-        return found, seen, 0.0
+    if seen.values.min() >= outcome.value:
+        return outcome, seen, 0.0
     k = int(seen.values.argmin())
     sizes = np.cumsum([len(u) for u in seen.unit])
     number = int(np.searchsorted(sizes, k, side="right"))
     start = seen.unit[number][k - (sizes[number - 1] if number else 0)]
-    better = polished_from(objective, boxes[seen.box[number]], start, found)
+    better = polished_from(objective, boxes[seen.box[number]], start, outcome)
     again = scan(objective, boxes, count, _seed(seed, 2), progress)
-    return better, again, (found.value - float(seen.values[k])) / abs(found.value)
+    return better, again, (outcome.value - float(seen.values[k])) / abs(outcome.value)
 
 
 def _seed(seed: int, number: int) -> int:
@@ -138,7 +143,7 @@ def _seed(seed: int, number: int) -> int:
 
 
 def certify(
-    objective: Objective, boxes: Sequence[Box], pose: Array, best: float, seen: Scan, earlier: float = 0.0
+    objective: Objective, boxes: Sequence[PoseBox], pose: Array, best: float, seen: Scan, earlier: float = 0.0
 ) -> Certificate:
     """What a scan says about a pose (6,) with the value `best`."""
     better = max(0.0, (best - float(seen.values.min())) / abs(best)) if best else 0.0
@@ -155,7 +160,9 @@ def certify(
         )
     floor = _floor(objective, seen.poses, pose, best) if isinstance(objective, Uncertain) else None
     method = "dense scan and slopes" if floor is None else "dense scan, slopes and least influences"
-    return Certificate(method, len(seen.values), better, hidden, floor, spacing, earlier)
+    return Certificate(
+        method, len(seen.values), better, hidden, floor=floor, spacing=spacing, earlier=earlier
+    )
 
 
 def _spacing(unit: Array) -> Array:
@@ -166,7 +173,9 @@ def _spacing(unit: Array) -> Array:
     return np.asarray(cKDTree(unit).query(probes)[0])
 
 
-def _hidden(objective: Objective, box: Box, unit: Array, values: Array, best: float, reach: float) -> float:
+def _hidden(
+    objective: Objective, box: PoseBox, unit: Array, values: Array, best: float, reach: float
+) -> float:
     """Share of `best` by which a pose near the lowest of the scan could be better: value - |slope| x spacing."""
 
     def ask(at: Array) -> Array:
@@ -185,7 +194,7 @@ def _hidden(objective: Objective, box: Box, unit: Array, values: Array, best: fl
     return max(0.0, (best - least) / abs(best)) if best and np.isfinite(least) else 0.0
 
 
-def _floor(objective: Uncertain, poses: Array, found: Array, best: float) -> float | None:
+def _floor(objective: Uncertain, poses: Array, chosen: Array, best: float) -> float | None:
     """Share of `best` saved if every influence were at its least over the scan and the pose found, all at once.
 
     For mixtures of U and U/T of smooth characteristics; None for others, whose objective is no sum of influences. The
@@ -195,10 +204,10 @@ def _floor(objective: Uncertain, poses: Array, found: Array, best: float) -> flo
     counted = [i for i, c in enumerate(objective.characteristics) if objective.weights[c.name]]
     if not mixture <= {"U", "U/T"} or any(i not in objective.smooth for i in counted) or not best:
         return None
-    chosen = np.concatenate([found[None], poses[:: max(1, len(poses) // 1500)]])
-    first, second = objective.closed.variances(chosen, objective.gradient_rows)
+    tried = np.concatenate([chosen[None], poses[:: max(1, len(poses) // 1500)]])
+    first, second = objective.closed.variances(tried, objective.gradient_rows)
     u = np.sqrt(first.min(axis=0).sum(axis=1) + second.min(axis=0))[None]
-    least = Spread(u, u * objective.factors, np.zeros_like(u))
+    least = PoseSpread(u, u * objective.factors, np.zeros_like(u))
     value = sum(
         share * float(objective.part(k, least)[0]) for k, share in objective.goal.mixture.items() if share
     )

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.pose import Array
+from vcmm.measuring.plan import Ints
 from vcmm.placing.solid import Solid
 
-Ints = npt.NDArray[np.intp]
 TOLERANCE = 0.02  # mm: how well a gap near its limit is known
 EDGES = 4
 CELLS, BEAM = 3000, 50  # cells of one body at a time: while it may be clear, and once it is known not to be
@@ -99,6 +99,13 @@ def slack(solid: Solid, bodies: Bodies, need: Array, tolerance: float | Array = 
         keep = keep[_most_promising(owner[keep], low[keep], best)]
         owner, middle, half = _halved(owner[keep], middle[keep], half[keep], edges[keep])
     return np.where(best < 0.0, best, sure)
+
+
+def lacking(solid: Solid, asked: list[tuple[Bodies, Array, Array]]) -> Array:
+    """(len(asked), k) mm that bodies lack, all looked at in one go; inf where a gap cannot be told, never 0."""
+    bodies, need, known = (list(column) for column in zip(*asked))
+    room = slack(solid, joined(bodies), np.concatenate(need), np.concatenate(known))
+    return np.maximum(0.0, -room).reshape(len(asked), -1)
 
 
 def _sure(value: Array, reach: Array) -> tuple[Array, Array]:

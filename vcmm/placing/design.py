@@ -13,6 +13,7 @@ Math. Stat. 21 (1950) 124. So all candidates are judged at once; Fedorov, Theory
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -21,14 +22,15 @@ import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Array
+from vcmm.measuring.plan import Ints
 
-Ints = npt.NDArray[np.intp]
+SETTLED = 1e-9  # an exchange that lowers the objective by a smaller share is the last
 RANK = 1e-9  # h nearer to 1 than this: the touch cannot be dropped
 CRITERIA = ("U", "A", "D")
 
 
 @dataclass(frozen=True, eq=False)
-class Candidates:
+class TouchCandidates:
     """N possible touches. feature (N,): number of the feature; rows: its motions per feature, (N_f, p_f).
 
     shared (N, K) mm; touch, short (N,) mm: standard deviations; seconds (F,): what a touch on each feature takes.
@@ -64,7 +66,7 @@ class Target:
 class Design:
     """Counts of the candidates and what follows from them; changed by `add` and `drop`."""
 
-    def __init__(self, candidates: Candidates, target: Target, counts: npt.ArrayLike) -> None:
+    def __init__(self, candidates: TouchCandidates, target: Target, counts: npt.ArrayLike) -> None:
         self.c, self.target = candidates, target
         self.counts = np.array(counts, dtype=np.intp)
         ends = np.cumsum([0, *(r.shape[1] for r in candidates.rows)])
@@ -73,7 +75,11 @@ class Design:
         self.refresh()
 
     def copy(self) -> Design:
-        return Design(self.c, self.target, self.counts)
+        other = copy(self)
+        other.counts = self.counts.copy()
+        other.inverse, other.h, other.noise = list(self.inverse), list(self.h), list(self.noise)
+        other.log_dets, other.read = list(self.log_dets), list(self.read)
+        return other
 
     @property
     def n(self) -> int:
@@ -84,25 +90,33 @@ class Design:
 
     def refresh(self) -> None:
         """Everything anew from the counts. ModelLimit where a feature is not determined."""
-        self.inverse, self.h, self.noise = [], [], []
-        self.log_det = 0.0
-        for f, rows in enumerate(self.rows_of):
-            jac, w = self.c.rows[f], self.counts[rows].astype(float)
-            matrix = (jac.T * w) @ jac
-            if jac.shape[1]:
-                size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-                if np.linalg.eigvalsh(matrix / np.outer(size, size))[0] < RANK:
-                    raise ModelLimit(
-                        f'the chosen points do not determine the feature "{self.c.names[f]}"; add points'
-                    )
-                self.log_det += float(np.linalg.slogdet(matrix)[1])
-            self.inverse.append(np.linalg.inv(matrix))
-            self.h.append((jac.T * w) @ self.c.shared[rows])
-            self.noise.append((jac.T * (w * self.c.touch[rows] ** 2 + w**2 * self.c.short[rows] ** 2)) @ jac)
-        self.gain = sum(
-            (self.target.rows[:, s] @ self.inverse[f] @ self.h[f] for f, s in enumerate(self.columns)),
-            np.zeros((len(self.target.rows), self.c.shared.shape[1])),
-        )
+        count = len(self.rows_of)
+        self.inverse, self.h, self.noise, self.read = ([np.zeros((0, 0))] * count for _ in range(4))
+        self.log_dets = [0.0] * count
+        for f in range(count):
+            self._refreshed(f)
+        self._add_up()
+
+    def _refreshed(self, f: int) -> None:
+        """What the touches of one feature say."""
+        rows, jac, s = self.rows_of[f], self.c.rows[f], self.columns[f]
+        w = self.counts[rows].astype(float)
+        matrix = (jac.T * w) @ jac
+        if jac.shape[1]:
+            size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+            if np.linalg.eigvalsh(matrix / np.outer(size, size))[0] < RANK:
+                raise ModelLimit(
+                    f'the chosen points do not determine the feature "{self.c.names[f]}"; add points'
+                )
+            self.log_dets[f] = float(np.linalg.slogdet(matrix)[1])
+        self.inverse[f] = np.linalg.inv(matrix)
+        self.h[f] = (jac.T * w) @ self.c.shared[rows]
+        self.noise[f] = (jac.T * (w * self.c.touch[rows] ** 2 + w**2 * self.c.short[rows] ** 2)) @ jac
+        self.read[f] = self.target.rows[:, s] @ self.inverse[f] @ self.h[f]
+
+    def _add_up(self) -> None:
+        self.log_det = sum(self.log_dets)
+        self.gain = sum(self.read, np.zeros((len(self.target.rows), self.c.shared.shape[1])))
 
     def variances(self, rows: Array | None = None) -> Array:
         """u^2 (R,) of output rows (by default those of the target)."""
@@ -153,16 +167,17 @@ class Design:
         scatter = -2.0 * beta * (v @ wq) + beta**2 * own[:, None]
         return np.where(possible, (shared + scatter) @ self.target.weight, np.inf)
 
-    def add(self, i: int) -> None:
-        self.counts[i] += 1
-        self.refresh()
+    def add(self, i: int, count: int = 1) -> None:
+        """One touch more at a candidate; the other features stay as they are."""
+        self.counts[i] += count
+        self._refreshed(int(self.c.feature[i]))
+        self._add_up()
 
     def drop(self, i: int) -> None:
-        self.counts[i] -= 1
-        self.refresh()
+        self.add(i, -1)
 
 
-def least(c: Candidates, spare: int = 1) -> Ints:
+def least(c: TouchCandidates, spare: int = 1) -> Ints:
     """Counts (N,) of a small choice: D-optimal greedy, `spare` touches more than each fit needs (at least one)."""
     counts = np.zeros(len(c.feature), dtype=np.intp)
     for f in range(len(c.names)):
@@ -180,20 +195,20 @@ def least(c: Candidates, spare: int = 1) -> Ints:
     return counts
 
 
-def exchanged(design: Design, passes: int = 4, repeats: bool = True, floor: float = 1e-9) -> Design:
+def exchanged(design: Design, passes: int = 4) -> Design:
     """Fedorov exchange within each feature: drop a touch, add the best; repeated while the objective falls."""
     for _ in range(passes):
         before = design.value()
         for i in np.flatnonzero(design.counts):
             if design.counts[i] == 0:
                 continue
-            _swap(design, int(i), repeats)
-        if design.value() > before - floor * abs(before):
+            _swap(design, int(i))
+        if design.value() > before - SETTLED * abs(before):
             break
     return design
 
 
-def _swap(design: Design, i: int, repeats: bool) -> None:
+def _swap(design: Design, i: int) -> None:
     """Replace touch i by the best candidate of its feature, if that is better."""
     f = int(design.c.feature[i])
     rows = design.rows_of[f]
@@ -202,19 +217,16 @@ def _swap(design: Design, i: int, repeats: bool) -> None:
         return
     before = design.value()
     design.drop(i)
-    best = best_candidate(design, f, repeats)
+    best = best_candidate(design, f)
     design.add(best if best >= 0 else i)
-    if design.value() > before:
+    if best >= 0 and design.value() > before:
         design.counts[best] -= 1
-        design.counts[i] += 1
-        design.refresh()
+        design.add(i)
 
 
-def best_candidate(design: Design, f: int, repeats: bool) -> int:
+def best_candidate(design: Design, f: int) -> int:
     """Number of the candidate of a feature whose touch lowers the objective most; -1 where there is none."""
     change = design.changes(f, 1)
     rows = design.rows_of[f]
-    if not repeats:
-        change = np.where(design.counts[rows] > 0, np.inf, change)
     best = int(np.argmin(change)) if len(change) else -1
     return int(rows[best]) if best >= 0 and np.isfinite(change[best]) else -1

@@ -2,7 +2,7 @@
 
 Such a value has no gradient where the part is perfect. The inputs are taken as normal with the closed-form covariance
 of the fitted elements, and the characteristic is evaluated on the same few draws at every pose (common random numbers,
-in pairs of opposite sign). Mean and standard deviation over the draws are smooth in the pose. `vcmm.placing.confirm`
+in pairs of opposite sign). Mean and standard deviation over the draws are smooth in the pose. `vcmm.placing.confirmation`
 checks the outcome with the full Monte Carlo.
 """
 
@@ -18,14 +18,14 @@ from vcmm.core.run import Array
 from vcmm.gps import characteristics as gps
 from vcmm.part.alignment import align
 from vcmm.part.part import Characteristic
-from vcmm.placing.closed import Closed, Look
+from vcmm.placing.closed import AtPoses, Closed
 
 PAIRS = 64  # pairs of draws at least, the same at every pose
 JITTER = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Extremes:
+class ExtremeValues:
     """Mean and standard deviation of the characteristics that are extreme values."""
 
     closed: Closed
@@ -57,13 +57,16 @@ class Extremes:
         """(C,): values on a machine without errors; the known form of the part is in them."""
         return self._values(self.closed.model.q0[None, None])[0, 0]
 
-    def moments(self, look: Look) -> tuple[Array, Array]:
+    def moments(self, batch: AtPoses) -> tuple[Array, Array]:
         """Mean less the value on a perfect machine, and standard deviation, (m, C) mm each."""
         model, which = self.closed.model, self.quantities
-        factors = _factors(look.covariances(self.closed.operator[which]))
-        middle = model.q0 + look.systematic @ self.closed.operator.T
-        mean, u = np.empty((look.m, len(self.characteristics))), np.empty((look.m, len(self.characteristics)))
-        for i in range(0, look.m, 50):
+        factors = _factors(batch.covariances(self.closed.operator[which]))
+        middle = model.q0 + batch.systematic @ self.closed.operator.T
+        mean, u = (
+            np.empty((batch.m, len(self.characteristics))),
+            np.empty((batch.m, len(self.characteristics))),
+        )
+        for i in range(0, batch.m, 50):
             s = slice(i, i + 50)
             q = np.repeat(middle[s, None, :], len(self.draws), axis=1)
             q[:, :, which] += self.draws @ factors[s].swapaxes(1, 2)

@@ -19,9 +19,10 @@ from vcmm.core.pose import Array, Pose
 from vcmm.part.part import Feature, Part, frame, surface_point
 from vcmm.placing.solid import (
     Ball,
-    Box,
+    Cuboid,
     Frustum,
     Hull,
+    MeshSolid,
     Rod,
     Solid,
     Tyre,
@@ -38,8 +39,6 @@ AROUND = 64  # points on a circle for the hull
 def part_solid(part: Part, wall: float) -> Solid:
     """The material of the part, drawing frame."""
     if part.mesh is not None:
-        from vcmm.placing.meshes import MeshSolid
-
         return MeshSolid(part.mesh)
     return analytic_solid(part, wall)
 
@@ -86,7 +85,7 @@ def part_points(part: Part) -> Array:
     return np.concatenate([outline(f) for f in part.features.values() if f.kind != "mesh"])
 
 
-def _room(f: Feature) -> Box:
+def _room(f: Feature) -> Cuboid:
     """The free room in front of a plane."""
     return _slab(f, 0.0, DEEP)
 
@@ -97,11 +96,11 @@ def _layer(f: Feature, planes: list[Feature], wall: float) -> Solid:
     return Without(_slab(f, -wall, 0.0), tuple(_room(p) for p in deeper))
 
 
-def _slab(f: Feature, low: float, high: float) -> Box:
+def _slab(f: Feature, low: float, high: float) -> Cuboid:
     u, v, w = frame(f)
     middle = f.point + 0.5 * (low + high) * w
     half = np.array([0.5 * f.extent[0], 0.5 * f.extent[1], 0.5 * (high - low)])
-    return Box(Pose(np.stack([u, v, w], axis=1), middle), half)
+    return Cuboid(Pose(np.stack([u, v, w], axis=1), middle), half)
 
 
 def _sleeve(f: Feature, wall: float) -> Solid:
@@ -133,7 +132,7 @@ def _hole(f: Feature, hull: Hull | None) -> Solid:
     depth = [0.0, 0.0] if hull is None else [_way_out(hull, first, -f.axis), _way_out(hull, last, f.axis)]
     front, back = (DEEP * (d <= max(OPEN, min(depth))) for d in depth)
     if f.kind == "cone":
-        return Frustum(first, f.axis, f.sizes[0], f.sizes[1], size, front, back)
+        return Frustum(first, f.axis, f.sizes[0], f.sizes[1], size, front=front, back=back)
     return Rod(first - front * f.axis, f.axis, f.sizes[0], size + front + back)
 
 

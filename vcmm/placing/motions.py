@@ -102,35 +102,26 @@ def motions_of(feature: Feature) -> Motions:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Outputs:
-    """One characteristic as linear outputs B (r, P) of the motions of all features: u^2 = sum of the variances of the rows.
-
-    One row for a size, distance or angle. A characteristic that is 0 on the drawing (orientation, location) is the
-    length of a small vector: several rows, and u is the rms of what a perfect part would show.
-    """
-
-    name: str
-    rows: Array
-
-
 def outputs(
     characteristics: Sequence[Characteristic],
     features: Mapping[str, Feature],
     moving: Mapping[str, Motions],
     alignment: Alignment | None,
-) -> dict[str, Outputs]:
-    """Outputs of every characteristic but form, by name."""
-    found = {}
+) -> dict[str, Array]:
+    """Every characteristic but form, by name, as linear outputs B (r, P) of the motions of all features: u^2 = sum of the
+    variances of the rows.
+
+    One row for a size, distance or angle. A characteristic that is 0 on the drawing (orientation, location) is the
+    length of a small vector: several rows, and u is the rms of what a perfect part would show.
+    """
+    out = {}
     for c in characteristics:
         if c.type in gps.FORM:
             continue
         smooth = gps.is_linear(c, features)
-        rows = (
-            _gradient(c, features, moving, alignment) if smooth else _factor(c, features, moving, alignment)
-        )
-        found[c.name] = Outputs(c.name, rows)
-    return found
+        rows = _gradient if smooth else _factor
+        out[c.name] = rows(c, features, moving, alignment)
+    return out
 
 
 def _values(

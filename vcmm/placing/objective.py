@@ -22,9 +22,9 @@ from vcmm.measuring.plan import Ints
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import CORRECTED
 from vcmm.part.part import Characteristic
-from vcmm.placing.closed import Closed, Look
-from vcmm.placing.extremes import Extremes
-from vcmm.placing.risk import Wrong, guard_band, wrong
+from vcmm.placing.closed import AtPoses, Closed
+from vcmm.placing.extremes import ExtremeValues
+from vcmm.placing.risk import WrongDecisions, guard_band, wrong_decisions
 from vcmm.placing.rows import Rows
 
 
@@ -41,7 +41,7 @@ class Objective(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class PoseSpread:
     """What is found about all characteristics at m poses: u, U, bias (m, C), mm or rad."""
 
     u: Array
@@ -98,12 +98,14 @@ class Uncertain:
         return tuple(i for i, c in enumerate(self.characteristics) if gps.is_linear(c, features))
 
     @cached_property
-    def _extremes(self) -> tuple[tuple[int, ...], Extremes | None]:
+    def _extremes(self) -> tuple[tuple[int, ...], ExtremeValues | None]:
         """Extreme values that count, and how they are evaluated; those of weight 0 cost nothing."""
         which = tuple(
             i for i, c in enumerate(self.characteristics) if i not in self.smooth and self.weights[c.name] > 0
         )
-        return which, Extremes(self.closed, tuple(self.characteristics[i] for i in which)) if which else None
+        return which, ExtremeValues(
+            self.closed, tuple(self.characteristics[i] for i in which)
+        ) if which else None
 
     @cached_property
     def gradient_rows(self) -> Array:
@@ -131,27 +133,29 @@ class Uncertain:
         low, high = linear.interval(self.scenario.settings.p, self.scenario.settings.kind)
         return (high - low) / 2 / linear.u
 
-    def spread(self, poses: Array) -> Spread:
+    def spread(self, poses: Array) -> PoseSpread:
         """u, U and bias of all characteristics at poses (m, 6); extreme values of weight 0 are NaN."""
         parts = [
-            self._seen(look) for look in self.closed.looks(np.atleast_2d(np.asarray(poses, dtype=float)))
+            self._seen(batch) for batch in self.closed.batches(np.atleast_2d(np.asarray(poses, dtype=float)))
         ]
-        return Spread(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("u", "expanded", "bias")))
+        return PoseSpread(
+            *(np.concatenate([getattr(p, n) for p in parts]) for n in ("u", "expanded", "bias"))
+        )
 
-    def _seen(self, look: Look) -> Spread:
-        shape = look.m, len(self.characteristics)
+    def _seen(self, batch: AtPoses) -> PoseSpread:
+        shape = batch.m, len(self.characteristics)
         u, bias = np.full(shape, np.nan), np.zeros(shape)
         smooth = list(self.smooth)
         if smooth:
             weights = self.gradient_rows[smooth]
-            first, second = look.variances(weights)
+            first, second = batch.variances(weights)
             u[:, smooth] = np.sqrt(first.sum(axis=2) + second)
             if self.needs_bias:
-                bias[:, smooth] = look.systematic @ weights.T
+                bias[:, smooth] = batch.systematic @ weights.T
         which, extremes = self._extremes
         if extremes is not None:
-            bias[:, list(which)], u[:, list(which)] = extremes.moments(look)
-        return Spread(u, u * self.factors, bias)
+            bias[:, list(which)], u[:, list(which)] = extremes.moments(batch)
+        return PoseSpread(u, u * self.factors, bias)
 
     @property
     def needs_bias(self) -> bool:
@@ -171,30 +175,30 @@ class Uncertain:
             return np.concatenate([self.values(poses[:half]), self.values(poses[half:])])
 
     def _values(self, poses: Array) -> Array:
-        found = self.spread(poses)
+        spread = self.spread(poses)
         total = np.zeros(len(poses))
         for kind, share in self.goal.mixture.items():
             if share:
-                total += share * self.part(kind, found)
+                total += share * self.part(kind, spread)
         return total
 
-    def part(self, kind: str, found: Spread) -> Array:
+    def part(self, kind: str, spread: PoseSpread) -> Array:
         """One kind of objective (m,) from what is known of the characteristics."""
-        total = np.zeros(len(found.u))
+        total = np.zeros(len(spread.u))
         for i, c in enumerate(self.characteristics):
             weight = self.weights[c.name]
             if not weight:
                 continue
             if kind == "U":
-                total += weight * found.expanded[:, i]
+                total += weight * spread.expanded[:, i]
             elif kind == "U/T":
-                total += weight * found.expanded[:, i] / width(c)
+                total += weight * spread.expanded[:, i] / width(c)
             else:
-                judged = self.judged(i, found)
+                judged = self.judged(i, spread)
                 total += weight * (judged.total if kind == "risk" else _cost(self.goal.costs, judged))
         return total
 
-    def judged(self, i: int, found: Spread) -> Wrong:
+    def judged(self, i: int, spread: PoseSpread) -> WrongDecisions:
         """Probabilities of wrong decisions about characteristic number i."""
         c = self.characteristics[i]
         nominal = gps.nominal(c, self.scenario.part.features)
@@ -202,8 +206,10 @@ class Uncertain:
         assert limits is not None
         low, high = limits[0] - nominal, limits[1] - nominal
         low = -np.inf if gps.one_sided(c) else low
-        guard = guard_band(self.scenario.settings.rule, found.u[:, i], found.expanded[:, i])
-        return wrong(found.u[:, i], found.bias[:, i], (low, high), guard, process(c, self.goal, nominal))
+        guard = guard_band(self.scenario.settings.rule, spread.u[:, i], spread.expanded[:, i])
+        return wrong_decisions(
+            spread.u[:, i], spread.bias[:, i], (low, high), guard, process(c, self.goal, nominal)
+        )
 
 
 def _read(closed: Closed, goal: Goal) -> Ints:
@@ -255,7 +261,7 @@ def process(c: Characteristic, goal: Goal, nominal: float) -> tuple[float, float
     return (low + high) / 2 + middle, spread
 
 
-def _cost(costs: Mapping[str, float], judged: Wrong) -> Array:
+def _cost(costs: Mapping[str, float], judged: WrongDecisions) -> Array:
     total: Array = np.zeros(len(judged.undecided))
     for name, price in costs.items():
         total = total + price * getattr(judged, name)

@@ -82,11 +82,13 @@ def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:
 
 
 def _entry(point: PlanPoint, units: Mapping[str, str]) -> dict[str, Any]:
-    found = [{"name": n, f"u_{units[n]}": point.u[n], f"U_{units[n]}": point.expanded[n]} for n in point.u]
+    characteristics = [
+        {"name": n, f"u_{units[n]}": point.u[n], f"U_{units[n]}": point.expanded[n]} for n in point.u
+    ]
     return {
         "minutes": point.minutes,
         "touches": point.touches,
         "points": dict(point.per_feature),
         "objective": point.objective,
-        "characteristics": found,
+        "characteristics": characteristics,
     }

@@ -20,13 +20,12 @@ from vcmm.core.pose import Array
 from vcmm.measuring.plan import Plan
 from vcmm.measuring.scenario import Scenario
 from vcmm.part.part import normal
-from vcmm.placing.candidates import Problem, accessible, nearest, problem_of, spots
+from vcmm.placing.candidates import TouchProblem, accessible, nearest, problem_of, spots
 from vcmm.placing.design import CRITERIA, Design, exchanged, least
-from vcmm.placing.goal import Goal, goal_of
-from vcmm.placing.growing import MOST, growing
+from vcmm.placing.growing_plans import MOST, growing, standard_points
 from vcmm.placing.motions import motions_of
-from vcmm.placing.plan_of_choice import Realised, realised
-from vcmm.placing.standards import standard_points
+from vcmm.placing.plan_goal import PlanGoal, goal_of
+from vcmm.placing.plan_order import OrderedPlan, ordered_plan
 
 CHANGE_S = 20.0  # s for another stylus or head orientation, where nothing else is said
 Progress = Callable[[str, float], None]
@@ -102,7 +101,9 @@ def optimise_plan(
         )
     chosen = min(inside, key=lambda p: p[0].objective)
     pareto, plans = zip(*((p, r.plan) for p, r in front))
-    return PlanResult(pareto, chosen[0], present, chosen[1].plan, plans, styli, known, budget_s)
+    return PlanResult(
+        pareto, chosen[0], present, chosen[1].plan, plans, styli=styli, forms=known, budget_s=budget_s
+    )
 
 
 def _check(scenario: Scenario, budget_s: float, weights: Mapping[str, float] | None, criterion: str) -> None:
@@ -144,9 +145,9 @@ def standard_spots(scenario: Scenario) -> dict[str, Array]:
     out: dict[str, Array] = {}
     for name, stylus in _measured(scenario).items():
         radius = scenario.plan.styli[stylus].tip_radius
-        found = [p for _, p in standard_points(scenario.part.features[name], 25, radius)]
-        if found:
-            out[name] = np.asarray(np.unique(np.round(np.concatenate(found), 9), axis=0), dtype=np.float64)
+        points = [p for _, p in standard_points(scenario.part.features[name], 25, radius)]
+        if points:
+            out[name] = np.asarray(np.unique(np.round(np.concatenate(points), 9), axis=0), dtype=np.float64)
     return out
 
 
@@ -160,16 +161,16 @@ def _styli(
     """The stylus of each feature: the objective at a small exchanged plan, times its duration, by coordinate descent."""
     chosen = _measured(scenario)
     options = {f: [s for s in scenario.plan.styli if _reaches(scenario, f, s)] for f in chosen}
-    for name, found in options.items():
-        if not found:
+    for name, reaching in options.items():
+        if not reaching:
             problem_of(
                 scenario, {name: chosen[name]}, spots(scenario, {name: chosen[name]}), forms
             )  # says why
             raise ModelLimit(
                 f'no stylus of the plan reaches "{name}" at this pose; add one, or turn the part'
             )
-        if chosen[name] not in found:
-            chosen[name] = found[0]
+        if chosen[name] not in reaching:
+            chosen[name] = reaching[0]
     if all(len(o) == 1 for o in options.values()):
         return chosen
 
@@ -183,8 +184,8 @@ def _styli(
         return design.value() * time if criterion != "D" else design.value() + np.log(time)
 
     best = score(chosen)
-    for name, found in options.items():
-        for stylus in found:
+    for name, reaching in options.items():
+        for stylus in reaching:
             trial = {**chosen, name: stylus}
             if stylus != chosen[name] and (value := score(trial)) < best:
                 chosen, best = trial, value
@@ -193,7 +194,7 @@ def _styli(
 
 def _reaches(scenario: Scenario, feature: str, stylus: str) -> bool:
     """Whether a stylus reaches enough of a feature to determine its fit, with a touch to spare."""
-    from vcmm.placing.formfield import surface_grid
+    from vcmm.placing.form_field import surface_grid
 
     f = scenario.part.features[feature]
     present = [s.points for s in scenario.plan.steps if s.feature == feature]
@@ -206,12 +207,12 @@ def _reaches(scenario: Scenario, feature: str, stylus: str) -> bool:
     return bool(np.linalg.matrix_rank(jac, tol=1e-6) == moving.count)
 
 
-def _present(problem: Problem, goal: Goal, scenario: Scenario, change_s: float) -> PlanPoint:
+def _present(problem: TouchProblem, goal: PlanGoal, scenario: Scenario, change_s: float) -> PlanPoint:
     """The plan as given, judged by the same model."""
     counts = np.zeros(len(problem.candidates.feature), dtype=np.intp)
     for step in scenario.plan.steps:
-        found = nearest(problem.candidates, step.feature, step.points)
-        np.add.at(counts, found[found >= 0], 1)
+        known = nearest(problem.candidates, step.feature, step.points)
+        np.add.at(counts, known[known >= 0], 1)
     try:
         design = Design(problem.candidates, goal.target, counts)
     except ModelLimit:  # the present plan cannot be carried out here
@@ -220,10 +221,10 @@ def _present(problem: Problem, goal: Goal, scenario: Scenario, change_s: float) 
 
 
 def _point(
-    problem: Problem, goal: Goal, design: Design, change_s: float, seed: int
-) -> tuple[PlanPoint, Realised]:
+    problem: TouchProblem, goal: PlanGoal, design: Design, change_s: float, seed: int
+) -> tuple[PlanPoint, OrderedPlan]:
     """A design put into order and timed; drift of that order is part of u."""
-    made = realised(problem, design, goal.rows, goal.target, change_s, seed)
+    made = ordered_plan(problem, design, goal.rows, goal.target, change_s, seed)
     square = goal.variances(design)
     square = {n: v + made.drift.get(n, 0.0) for n, v in square.items()}
     u = {n: float(np.sqrt(max(v, 0.0))) for n, v in square.items()}
@@ -243,13 +244,10 @@ def _coverage_factor(p: float) -> float:
     return float(ndtri(0.5 * (1.0 + p)))
 
 
-def _front(points: list[tuple[PlanPoint, Realised]]) -> list[tuple[PlanPoint, Realised]]:
+def _front(points: list[tuple[PlanPoint, OrderedPlan]]) -> list[tuple[PlanPoint, OrderedPlan]]:
     """Those that no quicker one equals or beats, by time."""
-    out: list[tuple[PlanPoint, Realised]] = []
+    out: list[tuple[PlanPoint, OrderedPlan]] = []
     for p in sorted(points, key=lambda p: (p[0].seconds, p[0].objective)):
         if not out or p[0].objective < out[-1][0].objective:
             out.append(p)
     return out
-
-
-__all__ = ["PlanPoint", "PlanResult", "optimise_plan"]

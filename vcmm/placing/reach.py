@@ -19,16 +19,15 @@ import numpy.typing as npt
 from vcmm.core.kinematics import nominal_tip
 from vcmm.core.pose import Array, Pose
 from vcmm.core.run import Run
+from vcmm.measuring.fixture import Fixture, off_fixture
+from vcmm.measuring.plan import Ints
 from vcmm.measuring.scenario import Scenario
-from vcmm.placing.access import Room, Tooling, back_lacking, drawn_back, room
-from vcmm.placing.allowed import FixtureLike, off_fixture
+from vcmm.placing.access import ROUNDING, Room, TableRoom, Way, back_lacking, drawn_back, moves_lacking, room
 from vcmm.placing.collision import Bodies, slack
+from vcmm.placing.hindrances import Hindrance, problems
 from vcmm.placing.material import part_points, part_solid
-from vcmm.placing.retreat import ROUNDING, TableRoom, Way, moves_lacking
-from vcmm.placing.solid import Box, Solid, Union, half_space
-from vcmm.placing.tool import NAMES
-from vcmm.placing.touches import Rows, rows_of
-from vcmm.placing.wording import Problem, problems
+from vcmm.placing.solid import Solid, Union, cuboid, half_space
+from vcmm.placing.tool import NAMES, Tooling, TouchSequence, touch_sequence
 
 Bools = npt.NDArray[np.bool_]
 CONSTRAINTS = (
@@ -45,34 +44,33 @@ CONSTRAINTS = (
 )
 MAX_KEPT = 4096
 
-__all__ = ["CONSTRAINTS", "Feasibility", "Problem"]
-
 
 @dataclass(eq=False)
 class Feasibility:
     """Constraints of one scenario. poses (m, 6): shift mm, then turns rad about fixed x, y, z."""
 
     scenario: Scenario
-    rows: Rows
+    rows: TouchSequence
     tooling: Tooling
     solid: Solid
     reach: Array  # (p, 3): points whose hull holds part and clamps on the part, drawing frame
     corners: Array  # (q, 3): of the part alone
-    fixture: FixtureLike | None = None
+    fixture: Fixture | None = None
     _kept: dict[tuple[float, ...], Room] = field(default_factory=dict)
     _backs: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, scenario: Scenario, fixture: FixtureLike | None = None) -> Feasibility:
+    def of(cls, scenario: Scenario, fixture: Fixture | None = None) -> Feasibility:
         """fixture: what the clamping allows (slots, faces down, turns); None = any pose."""
-        around, rows = scenario.surroundings, rows_of(scenario.plan)
+        around, rows = scenario.surroundings, touch_sequence(scenario.plan)
         corners = part_points(scenario.part)
         carried = [c for c in around.clamps if c.on == "part"]
         solid = part_solid(scenario.part, around.wall)
-        boxes = [Box(c.pose, 0.5 * np.array(c.size)) for c in carried]
+        boxes = [cuboid(c.pose, c.size) for c in carried]
         reach = np.concatenate([corners, *(c.corners() for c in carried)])
         whole = Union((solid, *boxes)) if boxes else solid
-        return cls(scenario, rows, Tooling(rows, around), whole, reach, corners, fixture)
+        tooling = Tooling(rows, around)
+        return cls(scenario, rows, tooling, whole, reach=reach, corners=corners, fixture=fixture)
 
     def feasible(self, poses: npt.ArrayLike) -> Bools:
         """(m,): nothing is in the way."""
@@ -111,7 +109,7 @@ class Feasibility:
             out[:, column("table")] = self._sunk(pose)
         return out
 
-    def problems(self, pose: Pose) -> list[Problem]:
+    def problems(self, pose: Pose) -> list[Hindrance]:
         """Everything that is in the way at one pose, worst first within each constraint; empty = feasible."""
         return problems(self, pose)
 
@@ -184,10 +182,10 @@ class Feasibility:
         solids: dict[str, Solid] = {"the part": part_solid(self.scenario.part, around.wall)}
         for c in around.clamps:
             if c.on == "part":
-                solids[f'the clamp "{c.name}"'] = Box(c.pose, 0.5 * np.array(c.size))
+                solids[f'the clamp "{c.name}"'] = cuboid(c.pose, c.size)
         return {name: room(self.tooling, solid, self.rows, rotation.T) for name, solid in solids.items()}
 
-    def part_back(self, rotation: Array, which: npt.NDArray[np.intp]) -> Array:
+    def part_back(self, rotation: Array, which: Ints) -> Array:
         """(n,) mm that the tool lacks of the part while it draws back from `which`; inf at touches nobody asked about."""
         known = self._backs.setdefault(self.tooling.key(rotation), np.full(self.rows.n, np.inf))
         new = which[np.isinf(known[which])]
@@ -201,7 +199,7 @@ class Feasibility:
         clamps = [c for c in around.clamps if c.on == "table"]
         if not clamps and around.table is None:
             return None
-        parts: list[Solid] = [Box(c.pose, 0.5 * np.array(c.size)) for c in clamps]
+        parts: list[Solid] = [cuboid(c.pose, c.size) for c in clamps]
         if around.table is not None:
             parts.append(half_space(around.table, np.array([0.0, 0.0, 1.0])))
         solid, back = Union(tuple(parts)), pose.inverse()
@@ -210,10 +208,10 @@ class Feasibility:
             for c in clamps
         ]
         corners = np.concatenate([np.zeros((0, 3)), *(c.corners() for c in clamps)])
-        found = room(self.tooling, solid, self.machine_rows(pose), np.eye(3))
-        return TableRoom(solid, corners, found, np.maximum(0.0, -np.array(overlap).reshape(-1)))
+        beside = room(self.tooling, solid, self.machine_rows(pose), np.eye(3))
+        return TableRoom(solid, corners, beside, np.maximum(0.0, -np.array(overlap).reshape(-1)))
 
-    def machine_rows(self, pose: Pose) -> Rows:
+    def machine_rows(self, pose: Pose) -> TouchSequence:
         """The touches in workpiece axes."""
         r = self.rows
         return replace(
@@ -229,7 +227,9 @@ class Feasibility:
         direct = of_part.direct if table is None else np.maximum(of_part.direct, table.room.direct)
         pairs = of_part.pairs
         asked = drawn_back(self.rows, pairs[direct > 0.0])
-        way = Way(self.tooling, self.rows, pose, asked, pairs[direct > 0.0], self.zero, self.limits())
+        way = Way(
+            self.tooling, self.rows, pose, asked, pairs[direct > 0.0], zero=self.zero, limits=self.limits()
+        )
         over, ends = moves_lacking(way, self.reach, self.part_back(pose.rotation, asked), table)
         moves = np.zeros(len(pairs))
         moves[direct > 0.0] = np.minimum(over, direct[direct > 0.0])

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Array
+from vcmm.measuring.fixture import pose_of
 from vcmm.placing.reach import CONSTRAINTS, Feasibility
 
 STRICT = 1e3  # weight of the constraints that are kept, per mm, against the one that gives way
@@ -56,13 +57,13 @@ def relaxation(
     `polish` evaluations each; without them only the points count. amount 0 means that a pose is feasible as it is.
     """
     six = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-    found = check.amounts(six)
+    lacks = check.amounts(six)
     out = []
     for c, name in enumerate(CONSTRAINTS):
-        others = np.delete(found, c, axis=1).sum(axis=1)
-        score = found[:, c] + STRICT * others
+        others = np.delete(lacks, c, axis=1).sum(axis=1)
+        score = lacks[:, c] + STRICT * others
         best = int(np.argmin(score))
-        pose, amount, rest = six[best], float(found[best, c]), float(others[best])
+        pose, amount, rest = six[best], float(lacks[best, c]), float(others[best])
         if low is not None and high is not None and (rest > 0.0 or amount > 0.0):
             pose, amount, rest = _polished(check, c, pose, np.asarray(low), np.asarray(high), polish)
         if rest == 0.0:
@@ -100,20 +101,18 @@ def _polished(
 
 
 def no_reachable_pose(
-    found: tuple[Relaxation, ...], check: Feasibility, nearest: npt.ArrayLike
+    openings: tuple[Relaxation, ...], check: Feasibility, nearest: npt.ArrayLike
 ) -> ModelLimit:
     """The error for a search space without a feasible pose. nearest (6,): the pose with the smallest violation."""
-    from vcmm.placing.allowed import pose_from
-
-    if found:
-        one = found[0]
-        also = ", ".join(f"{r.constraint} by {r.amount:.4g} mm" for r in found[1:3])
+    if openings:
+        one = openings[0]
+        also = ", ".join(f"{r.constraint} by {r.amount:.4g} mm" for r in openings[1:3])
         text = (
             f"no reachable pose: the smallest relaxation that opens one is {one.constraint} by {one.amount:.4g} mm; "
             f"{ADVICE[one.constraint]}" + (f" (or relax {also})" if also else "")
         )
     else:
         text = "no reachable pose, and no single constraint opens one"
-    places = check.problems(pose_from(nearest))
+    places = check.problems(pose_of(np.asarray(nearest)))
     worst = "; ".join(p.text for p in places[:3])
     return ModelLimit(text + (f". At the nearest pose: {worst}" if worst else ""))

@@ -21,7 +21,7 @@ _REACH = 6.0  # standard deviations of the process that are integrated
 
 
 @dataclass(frozen=True)
-class Wrong:
+class WrongDecisions:
     """Probabilities (m,): a bad part accepted, a good part rejected, a part left undecided."""
 
     accept_bad: Array
@@ -39,9 +39,9 @@ def guard_band(rule: str, u: Array, expanded: Array) -> Array:
     return expanded if rule == GUARD_BAND else NormalDist().inv_cdf(ACCEPT) * u
 
 
-def wrong(
+def wrong_decisions(
     u: Array, bias: Array, limits: tuple[float, float], guard: Array, process: tuple[float, float]
-) -> Wrong:
+) -> WrongDecisions:
     """For standard uncertainties u (m,), biases (m,), guard bands (m,). process: mean and standard deviation.
 
     The product of two normal laws is integrated over the true value by Gauss-Legendre panels that end at the limits,
@@ -59,7 +59,9 @@ def wrong(
     kept = _between(limits[0] - guard[:, None], limits[1] + guard[:, None], indicated, size)
     rejected = 1 - kept
     undecided = kept - accepted
-    return Wrong(accepted[:, ~good] @ weight[~good], rejected[:, good] @ weight[good], undecided @ weight)
+    return WrongDecisions(
+        accepted[:, ~good] @ weight[~good], rejected[:, good] @ weight[good], undecided @ weight
+    )
 
 
 def _between(low: Array, high: Array, centre: Array, size: Array) -> Array:

@@ -18,7 +18,6 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.measuring.fixture import pose_of
 from vcmm.measuring.plan import Ints, Touches, probe_angles
-from vcmm.measuring.qualification import qualified_machine
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.task import Task
 
@@ -37,15 +36,14 @@ class Rows:
     @classmethod
     def of(cls, scenario: Scenario) -> Rows:
         """Raises UsageError where the plan itself is wrong."""
-        machine, found = qualified_machine(scenario.machine, scenario.plan, scenario.qualifications)
+        machine = scenario.informed_machine()
         axes = {
             a: replace(axis, travel=(-FAR, FAR)) if not axis.rotary else axis
             for a, axis in machine.axes.items()
         }
         bare = Machine(machine.name, machine.kind, machine.chain, axes)
         still = replace(scenario, machine=bare, inputs=(), qualifications={})
-        inputs = (*machine.inputs, *scenario.inputs, *found)
-        return cls(scenario, replace(machine, inputs=inputs), still.task())
+        return cls(scenario, machine, still.task())
 
     @property
     def placed(self) -> Touches:

@@ -1,9 +1,12 @@
 """Solids as distance functions: negative inside, positive outside, never larger than the true distance.
 
-Every function changes by at most 1 mm per mm (Lipschitz), also after `union`, `common` and `without`, so that a tool
+Every function changes by at most 1 mm per mm (Lipschitz), also after `Union` and `Without`, so that a tool
 whose sampled distances are large enough is clear for certain. Near the edge where two faces meet the value may be
 smaller than the true distance: a pose may be refused there that would just do, never the other way round.
-Boxes and cylinders after Hart, Visual Computer 12 (1996) 527: sphere tracing.
+Boxes and cylinders after Hart, Visual Computer 12 (1996) 527: sphere tracing. A mesh is the exact distance to its triangles, inside
+or outside by the winding number (Van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125; Jacobson et al., ACM
+Trans. Graph. 32 (2013) 33), which also serves meshes with small holes; an open sheet has no inside, it is touched from both
+sides.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from typing import Protocol
 import numpy as np
 
 from vcmm.core.pose import Array, Pose, dot, length
+from vcmm.part.mesh import Mesh
 
 FAR = 1e9
 
@@ -26,7 +30,7 @@ class Solid(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class Cuboid:
     """half (3,) sizes about the origin of the frame `pose` (outer_from_box)."""
 
     pose: Pose
@@ -141,19 +145,22 @@ class Without:
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
-    """A solid given in another frame: outer_from_inner."""
+class MeshSolid:
+    """A solid bounded by triangles, faces counter-clockwise seen from outside."""
 
-    inner: Solid
-    pose: Pose
+    mesh: Mesh
 
     def distance(self, points: Array) -> Array:
-        return self.inner.distance((points - self.pose.shift) @ self.pose.rotation)
+        from vcmm.placing._mesh_kernels import mesh_distance
+
+        flat = np.ascontiguousarray(points.reshape(-1, 3))
+        gap, winding = mesh_distance(flat, np.ascontiguousarray(self.mesh.triangles()))
+        return np.asarray(np.where(winding > 0.5, -gap, gap).reshape(points.shape[:-1]))
 
 
-def union(parts: Sequence[Solid]) -> Solid:
-    """One solid of several."""
-    return parts[0] if len(parts) == 1 else Union(tuple(parts))
+def cuboid(pose: Pose, size: Sequence[float]) -> Cuboid:
+    """A block of three sides (mm) about the origin of the frame `pose`."""
+    return Cuboid(pose, 0.5 * np.array(size))
 
 
 def half_space(height: float, up: Array) -> Hull:

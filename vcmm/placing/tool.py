@@ -1,4 +1,4 @@
-"""The bodies of the tool in the frame of the tip: shaft, extension, head, quill.
+"""The tool at the touches of a plan: its bodies in the frame of the tip, and the touches, one row each, in the drawing frame.
 
 The tip is the origin; a touch puts it somewhere. All along machine directions: rotary axes stay at zero.
 """
@@ -6,15 +6,18 @@ The tip is the origin; a touch puts it somewhere. All along machine directions: 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from vcmm.core.pose import Array, triad, unit
-from vcmm.measuring.obstacles import SHAFT_SHARE, Head
-from vcmm.measuring.plan import Stylus
-from vcmm.placing.collision import EDGES, Bodies, joined, rods
+from vcmm.measuring.obstacles import SHAFT_SHARE, Head, Surroundings
+from vcmm.measuring.plan import Ints, Plan, Stylus
+from vcmm.placing.collision import EDGES, Bodies, joined, lacking, rods
+from vcmm.placing.solid import Solid
 
 NAMES = ("shaft", "extension", "head", "quill")
+FINE, COARSE = 0.02, 0.5  # mm: how well the gaps of the shaft, and of head and quill, are known
 
 
 def shaft_radius(head: Head, stylus: Stylus) -> float:
@@ -61,3 +64,115 @@ def at_touches(tool: Bodies, body: int, tips: Array, rotation: Array) -> Bodies:
         np.broadcast_to(one.radius, (n,)),
         np.broadcast_to(one.round, (n,)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class TouchSequence:
+    """n touches in measuring order. tip (n, 3): centre of the tip at the touch; start: before the approach;
+    left: after the retract. stylus (n,): number among `styli`. names: "point 3 on bore".
+    """
+
+    plan: Plan
+    styli: tuple[str, ...]
+    tip: Array
+    normal: Array
+    start: Array
+    left: Array
+    radius: Array
+    offset: Array
+    stylus: Ints
+    names: tuple[str, ...]
+
+    @property
+    def n(self) -> int:
+        return len(self.tip)
+
+    def pairs(self) -> Ints:
+        """(k, 2) numbers of touches that follow one another with one stylus."""
+        first = np.flatnonzero(self.stylus[1:] == self.stylus[:-1])
+        return np.stack([first, first + 1], axis=1)
+
+    def ends(self) -> Ints:
+        """Touches at which a stylus comes into play or goes out of it."""
+        change = np.flatnonzero(self.stylus[1:] != self.stylus[:-1])
+        return np.unique(np.concatenate([[0], change, change + 1, [self.n - 1]]))
+
+
+def touch_sequence(plan: Plan) -> TouchSequence:
+    """The touches of a plan; approach, start and retract as `vcmm.measuring.plan.touches` makes them."""
+    points = np.concatenate([s.points for s in plan.steps])
+    normal = np.concatenate([s.normals for s in plan.steps])
+    approach = np.concatenate([-s.normals if s.approach is None else s.approach for s in plan.steps])
+    styli = tuple(dict.fromkeys(s.stylus for s in plan.steps))
+    stylus = np.concatenate([np.full(len(s.points), styli.index(s.stylus)) for s in plan.steps])
+    radius = np.array([plan.styli[styli[i]].tip_radius for i in stylus])
+    offset = np.array([plan.styli[styli[i]].offset for i in stylus], dtype=float)
+    tip, away = points + radius[:, None] * normal, plan.touch.approach
+    count: dict[str, int] = {}
+    names = []
+    for step in plan.steps:
+        for _ in range(len(step.points)):
+            count[step.feature] = count.get(step.feature, 0) + 1
+            names.append(f"point {count[step.feature]} on {step.feature}")
+    return TouchSequence(
+        plan=plan, styli=styli, tip=tip, normal=normal, start=tip - away * approach, left=tip + away * normal,
+        radius=radius, offset=offset, stylus=stylus, names=tuple(names),
+    )  # fmt: skip
+
+
+class Tooling:
+    """The tool of every stylus of a plan, and the gaps it must keep."""
+
+    def __init__(self, rows: TouchSequence, around: Surroundings) -> None:
+        self.rows, self.around = rows, around
+        styli = [rows.plan.styli[name] for name in rows.styli]
+        self.tools = [_round_quill(tool_bodies(around.head, s)) for s in styli]
+        shaft = np.array([shaft_radius(around.head, s) for s in styli])[rows.stylus]
+        self.shaft_need = np.minimum(around.shaft, 0.5 * (rows.radius - shaft))
+
+    def key(self, rotation: Array) -> tuple[float, ...]:
+        """Poses with one key (machine_from_part rotations) see the part from the same side: all bodies are round."""
+        up = np.array(self.around.head.up, dtype=float)
+        seen = np.vstack([up / np.linalg.norm(up), *(t.centre[0] for t in self.tools)]) @ rotation
+        return tuple((np.round(seen, 9) + 0.0).ravel().tolist())
+
+    def need(self, body: int) -> Array:
+        return self.shaft_need if body == 0 else np.full(self.rows.n, self.around.safe)
+
+    def placed(self, body: int, which: Ints, tips: Array, rotation: Array) -> Bodies:
+        """One body at the touches `which` (k,), whose tips are at (k, 3); rotation: frame_from_machine."""
+        stylus = self.rows.stylus[which]
+        groups = [np.flatnonzero(stylus == s) for s in range(len(self.tools))]
+        parts = [at_touches(self.tools[s], body, tips[g], rotation) for s, g in enumerate(groups) if len(g)]
+        order = np.argsort(np.concatenate([g for g in groups if len(g)]), kind="stable")
+        return joined(parts).take(order)
+
+    def body(
+        self, body: int, which: Ints, begin: Array, end: Array, rotation: Array
+    ) -> tuple[Bodies, Array, Array]:
+        """One body while the tip goes straight from begin (k, 3) to end (k, 3); what it must keep; how well it is known."""
+        bodies = self.placed(body, which, begin, rotation).swept(np.zeros_like(begin), end - begin)
+        return bodies, self.need(body)[which], np.full(len(which), FINE if body == 0 else COARSE)
+
+    def ball(self, which: Ints, begin: Array, end: Array, need: Array) -> tuple[Bodies, Array, Array]:
+        """The tip itself."""
+        return rods(begin, end, self.rows.radius[which]), need, np.full(len(which), FINE)
+
+    def moving(self, solid: Solid, which: Ints, begin: Array, end: Array, rotation: Array) -> Array:
+        """(k,) mm that the whole tool lacks on a straight positioning move; the tip keeps `safe`, or what it has."""
+        if not len(which):
+            return np.zeros(0)
+        keep = np.full(len(which), min(self.around.safe, 0.5 * self.rows.plan.touch.approach))
+        asked = [self.body(b, which, begin, end, rotation) for b in range(len(NAMES))]
+        return np.asarray(lacking(solid, [self.ball(which, begin, end, keep), *asked]).max(axis=0))
+
+
+def _round_quill(tool: Bodies) -> Bodies:
+    """The square quill in its round, so that a turn about the axis changes nothing."""
+    edges, quill = tool.edges.copy(), NAMES.index("quill")
+    sides = np.linalg.norm(edges[quill, :2], axis=1)
+    radius = float(np.hypot(*sides))
+    edges[quill, :2] *= (radius / sides)[:, None]
+    round_ = tool.round.copy()
+    round_[quill] = radius
+    return Bodies(tool.centre, edges, tool.radius, round_)

@@ -1,76 +1,24 @@
-"""What keeps a pose from being used: the travels of the axes and the ranges in which the machine's errors are known.
+"""The constraint that every machine has: the travels of its axes, and the ranges in which its errors are known.
 
-`Feasibility` is the interface of all constraints; `Travels` is the one that every machine has. For a given orientation
-the travels leave an interval of shifts along each axis, which `intervals` gives in closed form.
+For a given orientation the travels leave an interval of shifts along each axis, which `intervals` gives in closed form.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.declaration import KnownRange
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
-from vcmm.effects.component import ComponentSpline, ComponentTable
-from vcmm.effects.residual import CorrelatedField, ResidualField
 from vcmm.measuring.fixture import six_of
+from vcmm.placing.hindrances import Hindrance
 from vcmm.placing.rows import Rows
 
 EDGE = 1e-9  # mm of rounding
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Why a pose cannot be used. amount: mm by which the constraint is missed."""
-
-    name: str
-    constraint: str
-    point: str
-    amount: float
-
-    @property
-    def text(self) -> str:
-        where = f" at {self.point}" if self.point else ""
-        return f"{self.constraint}{where}: {self.amount:.3g} mm too far"
-
-
-class Hindrance(Protocol):
-    """What stands in the way of a pose, whichever constraint names it."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def constraint(self) -> str: ...
-    @property
-    def point(self) -> str: ...
-    @property
-    def amount(self) -> float: ...
-    @property
-    def text(self) -> str: ...
-
-
-class Feasibility(Protocol):
-    """A constraint on poses: which of (m, 6) can be used, and what is wrong with one."""
-
-    def problems(self, pose: Pose) -> Sequence[Hindrance]: ...
-
-    def feasible(self, poses: Array) -> npt.NDArray[np.bool_]: ...
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Positions along x, y or z (0, 1, 2) that one constraint allows, mm. of: "axis" positions or "tip" positions."""
-
-    what: str
-    direction: int
-    low: float
-    high: float
-    of: str = "axis"
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,18 +28,18 @@ class Travels:
     rows: Rows
 
     @cached_property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[KnownRange, ...]:
         machine = self.rows.machine
         out = [
-            Limit(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
+            KnownRange(f"travel of axis {a}", "XYZ".index(a), *machine.axes[a].travel)
             for a in machine.chain.letters
             if a in "XYZ"
         ]
         for i, letter in enumerate("XYZ"):
             if letter not in machine.chain.letters:
-                out.append(Limit(f"no axis {letter}", i, 0.0, 0.0))
+                out.append(KnownRange(f"no axis {letter}", i, 0.0, 0.0))
         for effect in machine.effects:
-            out += known_range(effect)
+            out += effect.known_range()
         return tuple(out)
 
     def intervals(self, six: Array) -> tuple[Array, Array]:
@@ -114,7 +62,7 @@ class Travels:
         shift = poses[:, :3]
         return np.asarray(((shift >= low - EDGE) & (shift <= high + EDGE)).all(axis=1))
 
-    def problems(self, pose: Pose) -> list[Problem]:
+    def problems(self, pose: Pose) -> list[Hindrance]:
         """Every limit that the pose misses, with the point that misses it most."""
         axis = self.rows.wanted(six_of(pose)[None])[0]
         both = {"axis": axis, "tip": axis + self.rows.zero}
@@ -124,27 +72,8 @@ class Travels:
             miss = np.maximum(limit.low - at, at - limit.high)
             worst = int(miss.argmax())
             if miss[worst] > EDGE:
-                label = str(self.rows.placed.run.labels["touch"][worst])
-                out.append(
-                    Problem(
-                        "travel" if limit.of == "axis" else "range", limit.what, label, float(miss[worst])
-                    )
-                )
+                point, amount = str(self.rows.placed.run.labels["touch"][worst]), float(miss[worst])
+                text = f"{limit.what} at {point}: {amount:.3g} mm too far"
+                kind = "travel" if limit.of == "axis" else "range"
+                out.append(Hindrance(kind, limit.what, point, amount, text))
         return out
-
-
-def known_range(effect: object) -> list[Limit]:
-    """Where a tabulated effect is known; outside it refuses."""
-    if isinstance(effect, ComponentTable):
-        pairs = [(a, np.asarray(g, float)) for a, g in zip(effect.arguments, effect.grids) if a in "XYZ"]
-    elif isinstance(effect, ComponentSpline) and effect.link in "XYZ":
-        pairs = [(effect.link, np.asarray(effect.nodes, float))]
-    elif isinstance(effect, ResidualField | CorrelatedField):
-        nodes = np.asarray(effect.nodes, float)
-        ends = zip(nodes.min(axis=0), nodes.max(axis=0))
-        name = f"range of {effect.name}"
-        return [Limit(name, i, float(a), float(b), "tip") for i, (a, b) in enumerate(ends)]
-    else:
-        return []
-    what = f"range of the table {effect.component}"
-    return [Limit(what, "XYZ".index(a), float(g[0]), float(g[-1])) for a, g in pairs]

@@ -1,4 +1,4 @@
-"""A placement in words and table cells; the same in the terminal and the report."""
+"""A placement in words; the same in the terminal and the report."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.measuring.fixture import shown
-from vcmm.placing.result import At, Placed
+from vcmm.placing.result import Placed
 
 UNITS = {"mm": ("um", 1e3), "rad": ("urad", 1e6)}
 
 
-def amount(value: float, found: Placed) -> str:
+def amount(value: float, placed: Placed) -> str:
     """A value of the objective with its unit."""
-    word, scale = UNITS.get(found.objective.unit, ("", 1.0))
+    word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     return f"{value * scale:.4g} {word}".strip()
 
 
@@ -40,61 +40,13 @@ def _short(value: float, digits: int) -> str:
     return "0" if text == "-0" else text
 
 
-def poses_rows(found: Placed) -> list[list[str]]:
-    """One row per pose: best of those tried, convenient, present, median, worst."""
-    flat = found.region
-    rows = [_row("found", found.best, found)]
-    if flat.convenient is not None:
-        rows.append(
-            [
-                "convenient",
-                *poses(flat.convenient),
-                amount(flat.convenient_value, found),
-                _against(flat.convenient_value, found),
-            ]
-        )
-    if found.present is not None:
-        rows.append(_row("present", found.present, found))
-    rows += [_row("median of the scan", found.median, found), _row("worst of the scan", found.worst, found)]
-    return rows
-
-
-def _row(name: str, at: At, found: Placed) -> list[str]:
-    return [name, *poses(at.pose), amount(at.value, found), _against(at.value, found)]
-
-
-def _against(value: float, found: Placed) -> str:
-    if found.present is None or not found.present.value:
-        return "–"
-    return f"{value / found.present.value - 1:+.2%}"
-
-
-def why_rows(found: Placed, most: int = 4) -> list[list[str]]:
-    """characteristic | influence | present | best | change as a share of the present u^2, largest changes first."""
-    rows: list[list[str]] = []
-    for name, unit, lines, total in changes(found):
-        word, scale = UNITS[unit]
-        for k, (what, before, after) in enumerate(lines[:most]):
-            moved = (after**2 - before**2) / total if total else 0.0
-            rows.append(
-                [
-                    name if k == 0 else "",
-                    what,
-                    f"{before * scale:.4g} {word}",
-                    f"{after * scale:.4g} {word}",
-                    f"{moved:+.1%}",
-                ]
-            )
-    return rows
-
-
-def changes(found: Placed) -> list[tuple[str, str, list[tuple[str, float, float]], float]]:
+def changes(placed: Placed) -> list[tuple[str, str, list[tuple[str, float, float]], float]]:
     """Per characteristic that counts: name, unit, (influence, u present, u best) by size of change, u^2 at present."""
     out = []
-    if found.before is None:
+    if placed.before is None:
         return []
-    for before, after in zip(found.before.characteristics, found.after.characteristics):
-        if not found.objective.weights[after.name]:
+    for before, after in zip(placed.before.characteristics, placed.after.characteristics):
+        if not placed.objective.weights[after.name]:
             continue
         old = {b.input: b.u for b in before.budget}
         lines = [(b.input, old.get(b.input, 0.0), b.u) for b in after.budget]
@@ -104,9 +56,9 @@ def changes(found: Placed) -> list[tuple[str, str, list[tuple[str, float, float]
     return out
 
 
-def region_text(found: Placed) -> str:
+def region_text(placed: Placed) -> str:
     """The region within 2 % in words."""
-    flat = found.region
+    flat = placed.region
     ranges = [f"{n} {shown(n, a)} to {shown(n, b)}" for n, (a, b) in flat.box.items()]
     whole = f"{flat.share:.1%} of the poses of the fixture lie within {flat.within:.0%} of the value found"
     if not ranges:

@@ -6,7 +6,7 @@ The names below are functions; the modules of the same name hold the rest (`from
 from __future__ import annotations
 
 from vcmm.report.bars import bars, stacked
-from vcmm.report.curve import Band, Series, curve
+from vcmm.report.curve import Band, PlotSeries, curve
 from vcmm.report.heatmap import heat_map
 from vcmm.report.histogram import histogram
 from vcmm.report.meshes import (
@@ -22,7 +22,7 @@ from vcmm.report.meshes import (
 from vcmm.report.page import columns, details, heading, note, page, paragraph, write
 from vcmm.report.polar import polar
 from vcmm.report.scene import scene
-from vcmm.report.scene_items import Arrows, Box, Ellipsoids, Label, Lines, Mesh, Points
+from vcmm.report.scene_items import Arrows, Ellipsoids, Label, Lines, Points, SceneBox, SceneMesh
 from vcmm.report.svg import standalone
 from vcmm.report.table import Cell, Raw, table
 from vcmm.report.text import escape, number, with_uncertainty
@@ -31,15 +31,15 @@ from vcmm.report.zones import zones
 __all__ = [
     "Arrows",
     "Band",
-    "Box",
     "Cell",
     "Ellipsoids",
     "Label",
     "Lines",
-    "Mesh",
+    "PlotSeries",
     "Points",
     "Raw",
-    "Series",
+    "SceneBox",
+    "SceneMesh",
     "bars",
     "box_mesh",
     "columns",

@@ -16,7 +16,7 @@ from vcmm.report.palette import SERIES
 
 
 @dataclass(frozen=True)
-class Series:
+class PlotSeries:
     """One curve: x, y (n,); `low` and `high` (n,) bound its band (for example mean - 2 u, mean + 2 u).
 
     A NaN interrupts the line. `marker` draws a dot at every point; `line=False` leaves only the dots.
@@ -43,7 +43,7 @@ class Band:
 
 
 def curve(
-    series: Sequence[Series],
+    series: Sequence[PlotSeries],
     *,
     x_label: str,
     y_label: str,
@@ -81,7 +81,7 @@ def _array(values: npt.ArrayLike | None) -> Array:
     return np.atleast_1d(np.asarray(values, dtype=np.float64))
 
 
-def _checked(s: Series) -> tuple[Array, ...]:
+def _checked(s: PlotSeries) -> tuple[Array, ...]:
     """(x, y) or (x, y, low, high), all of one length, infinities turned into gaps."""
     banded = s.low is not None and s.high is not None
     parts = [_array(v) for v in ((s.x, s.y, s.low, s.high) if banded else (s.x, s.y))]
@@ -109,7 +109,7 @@ def thin(x: Array, y: Array, buckets: int = 1200) -> tuple[Array, Array]:
     return x[index], y[index]
 
 
-def _line(s: Series, data: tuple[Array, ...], i: int, x: Scale, y: Scale) -> str:
+def _line(s: PlotSeries, data: tuple[Array, ...], i: int, x: Scale, y: Scale) -> str:
     colour, out = SERIES[i % len(SERIES)], []
     good = np.isfinite(data[0]) & np.isfinite(data[1])
     for run in runs(good) if s.line else []:
@@ -146,7 +146,7 @@ def _limit(band: Band, low: Array, high: Array, x: Scale, y: Scale) -> str:
     return fill + "".join(svg.path(svg.points(zip(px, side)), edge, band.name) for side in (low, high))
 
 
-def _legend_entries(series: Sequence[Series], bands: Sequence[Band]) -> list[tuple[str, str]]:
+def _legend_entries(series: Sequence[PlotSeries], bands: Sequence[Band]) -> list[tuple[str, str]]:
     out = []
     for i, s in enumerate(series):
         colour = SERIES[i % len(SERIES)]

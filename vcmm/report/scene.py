@@ -16,13 +16,13 @@ from vcmm.report.axes import Array
 from vcmm.report.colormap import NO_VALUE, Bands, bands, colour_legend, legend_width
 from vcmm.report.scene_items import (
     Arrows,
-    Box,
     Ellipsoids,
     Item,
     Label,
     Lines,
-    Mesh,
     Points,
+    SceneBox,
+    SceneMesh,
     array,
     face_values,
     mesh_arrays,
@@ -68,7 +68,7 @@ def scene(
 def _check_size(items: Sequence[Item]) -> None:
     if not items:
         raise DataError("A scene needs at least one item.")
-    faces = sum(len(mesh_arrays(i)[1]) for i in items if isinstance(i, Mesh))
+    faces = sum(len(mesh_arrays(i)[1]) for i in items if isinstance(i, SceneMesh))
     if faces > MOST_FACES:
         raise ModelLimit(
             f"The scene holds {faces} mesh faces, at most {MOST_FACES} can be drawn: decimate the mesh."
@@ -77,7 +77,7 @@ def _check_size(items: Sequence[Item]) -> None:
 
 def _bands(items: Sequence[Item]) -> Bands | None:
     """One colour scale for all meshes that carry values."""
-    meshes = [i for i in items if isinstance(i, Mesh) and i.values is not None]
+    meshes = [i for i in items if isinstance(i, SceneMesh) and i.values is not None]
     if not meshes:
         return None
     values = [v.ravel() for v in map(face_values, meshes) if v is not None]
@@ -126,7 +126,7 @@ def _origin(corners: Array, view: Sequence[float]) -> Array:
 
 
 def _unit(items: Sequence[Item]) -> str:
-    return next((i.unit for i in items if isinstance(i, Mesh) and i.values is not None), "")
+    return next((i.unit for i in items if isinstance(i, SceneMesh) and i.values is not None), "")
 
 
 def _reach(item: Item) -> Array:
@@ -235,12 +235,12 @@ def _legend(items: Sequence[Item]) -> list[tuple[str, str]]:
         out.append((swatch, item.name))
     missing = [
         v
-        for v in (face_values(i) for i in items if isinstance(i, Mesh))
+        for v in (face_values(i) for i in items if isinstance(i, SceneMesh))
         if v is not None and np.isnan(v).any()
     ]
     return out + ([(svg.rect(0, 0, 16, 10, svg.paint(NO_VALUE)), "not evaluated")] if missing else [])
 
 
-def _solid_swatch(item: Box | Mesh) -> str:
+def _solid_swatch(item: SceneBox | SceneMesh) -> str:
     how = svg.paint(item.colour if item.opacity > 0 else "", item.colour, 1.0)
     return svg.rect(0.5, 0.5, 15, 9, how + f' fill-opacity="{svg.px(item.opacity)}"')

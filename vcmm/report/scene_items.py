@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Box:
+class SceneBox:
     """Axis-aligned box; opacity 0 leaves the wire frame (a machine volume)."""
 
     lo: npt.ArrayLike
@@ -29,7 +29,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Mesh:
+class SceneMesh:
     """Triangles (f, 3) over vertices (v, 3). `values` (f,) or (v,) colour it in discrete bands of `unit`.
 
     A closed opaque mesh hides its back faces; `cull` forces it (True: an open bore seen from outside shows its far
@@ -100,7 +100,7 @@ class Label:
     text: str
 
 
-Item = Box | Mesh | Lines | Points | Arrows | Ellipsoids | Label
+Item = SceneBox | SceneMesh | Lines | Points | Arrows | Ellipsoids | Label
 
 
 def array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> Array:
@@ -123,18 +123,18 @@ def line_segments(lines: Lines) -> Array:
     return np.stack([path[:-1], path[1:]], axis=1)
 
 
-def mesh_arrays(mesh: Mesh) -> tuple[Array, npt.NDArray[np.int64]]:
+def mesh_arrays(mesh: SceneMesh) -> tuple[Array, npt.NDArray[np.int64]]:
     """(vertices, faces), checked. DataError: a face names a vertex that does not exist."""
-    vertices = array(mesh.vertices, (None, 3), "Mesh vertices")
-    faces = array(mesh.faces, (None, 3), "Mesh faces").astype(np.int64)
+    vertices = array(mesh.vertices, (None, 3), "SceneMesh vertices")
+    faces = array(mesh.faces, (None, 3), "SceneMesh faces").astype(np.int64)
     if faces.size and not (faces.min() >= 0 and faces.max() < len(vertices)):
         raise DataError(
-            f"Mesh faces name vertices outside 0 to {len(vertices) - 1}: check the index base (it is 0)."
+            f"SceneMesh faces name vertices outside 0 to {len(vertices) - 1}: check the index base (it is 0)."
         )
     return vertices, faces
 
 
-def face_values(mesh: Mesh) -> Array | None:
+def face_values(mesh: SceneMesh) -> Array | None:
     """Scalar per face (f,); values at vertices are averaged. NaN is allowed: "not evaluated"."""
     if mesh.values is None:
         return None
@@ -144,5 +144,5 @@ def face_values(mesh: Mesh) -> Array | None:
     if values.shape == (len(vertices),):
         return np.asarray(values[faces].mean(axis=1))
     raise DataError(
-        f"Mesh values must be one per face ({len(faces)}) or per vertex ({len(vertices)}), got {values.shape}."
+        f"SceneMesh values must be one per face ({len(faces)}) or per vertex ({len(vertices)}), got {values.shape}."
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.report.scene_pieces import Piece, cut, shortened
+from vcmm.report.scene_pieces import ScenePiece, cut, shortened
 
 Array = npt.NDArray[np.float64]
 
@@ -23,7 +23,7 @@ Array = npt.NDArray[np.float64]
 class Leaf:
     """Pieces drawn by depth; `mixed`: several solids interpenetrate here."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[ScenePiece, ...]
     mixed: bool
 
 
@@ -57,12 +57,12 @@ class _Plane:
     own: bool
 
 
-def order(pieces: Sequence[Piece], size: float) -> Node | Leaf:
+def order(pieces: Sequence[ScenePiece], size: float) -> Node | Leaf:
     """The tree for pieces of a scene of extent `size` (mm)."""
     return _divide(list(pieces), size, 0)
 
 
-def _divide(pieces: list[Piece], size: float, depth: int) -> Node | Leaf:
+def _divide(pieces: list[ScenePiece], size: float, depth: int) -> Node | Leaf:
     solids, eps = _solids(pieces), 1e-6 * size
     plane = _best_plane(solids, eps) if solids.items > 1 and depth < 200 else None
     if plane is None:
@@ -72,8 +72,8 @@ def _divide(pieces: list[Piece], size: float, depth: int) -> Node | Leaf:
     return Node(plane.axis, _divide(low, size, depth + 1), _divide(high, size, depth + 1))
 
 
-def _solids(pieces: list[Piece]) -> _Solids:
-    groups: dict[int, list[Piece]] = {}
+def _solids(pieces: list[ScenePiece]) -> _Solids:
+    groups: dict[int, list[ScenePiece]] = {}
     for piece in pieces:
         if piece.is_face:
             groups.setdefault(piece.unit, []).append(piece)
@@ -118,14 +118,14 @@ def _sides(solids: _Solids, plane: _Plane, eps: float) -> list[str]:
 
 
 def _parted(
-    pieces: list[Piece], whole: dict[int, str], plane: _Plane, eps: float, on_top: bool
-) -> tuple[list[Piece], list[Piece]]:
+    pieces: list[ScenePiece], whole: dict[int, str], plane: _Plane, eps: float, on_top: bool
+) -> tuple[list[ScenePiece], list[ScenePiece]]:
     """Units beside the plane go whole; the rest is divided piece by piece.
 
     An edge follows its faces. One that lies in the plane goes to both sides: it is drawn where a face of it shows.
     """
-    low: list[Piece] = []
-    high: list[Piece] = []
+    low: list[ScenePiece] = []
+    high: list[ScenePiece] = []
     for piece in pieces:
         units = (piece.unit,) if piece.unit >= 0 else piece.faces
         near = {whole[u] for u in units if u in whole}
@@ -149,11 +149,11 @@ def _side_of(ends: Array, at: float, eps: float) -> str:
     return ("in" if above else "low") if below else "high" if above else ""
 
 
-def _leaf(pieces: list[Piece], size: float, items: int) -> Leaf:
+def _leaf(pieces: list[ScenePiece], size: float, items: int) -> Leaf:
     mixed = items > 1
     if items == 0:
         return Leaf(tuple(pieces), False)
-    out: list[Piece] = []
+    out: list[ScenePiece] = []
     for piece in pieces:
         free = not piece.is_face and not piece.faces
         out += shortened(piece, size / 12) if mixed or free else [piece]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from vcmm.report import svg
 from vcmm.report.scene_order import Leaf, Node
-from vcmm.report.scene_pieces import Piece
+from vcmm.report.scene_pieces import ScenePiece
 
 Array = npt.NDArray[np.float64]
 Display = dict[str, Any]
@@ -57,7 +57,7 @@ class Encoder:
             return [node.axis, self.tree(node.low), self.tree(node.high)]
         return {"m": int(node.mixed), "i": [self._piece(p) for p in node.pieces]}
 
-    def _piece(self, piece: Piece) -> int:
+    def _piece(self, piece: ScenePiece) -> int:
         corners = [self.vertex(p) for p in piece.points]
         if not piece.is_face:
             self.edges.append([self.style(piece.style), *corners, *piece.faces])
@@ -230,7 +230,7 @@ def _triad(display: Display, frame: Array) -> str:
     for i, role in enumerate(("bad", "good", "accent")):
         x, y = 24 * float(frame[0, i]), -24 * float(frame[1, i])
         stroke = svg.path(f"M0 0L{svg.px(x)} {svg.px(y)}", svg.paint(stroke=role, width=1.8))
-        name = svg.text(0, 0, "XYZ"[i], role, "middle", 11, True)
+        name = svg.text(0, 0, "XYZ"[i], role=role, anchor="middle", size=11, bold=True)
         name = name.replace(
             "<text ", f'<text transform="translate({svg.px(1.4 * x)} {svg.px(1.4 * y + 4)})" '
         )

@@ -13,10 +13,10 @@ from vcmm.report.meshes import box_mesh
 from vcmm.report.palette import rgb_of
 from vcmm.report.scene_items import (
     Array,
-    Box,
     Item,
     Lines,
-    Mesh,
+    SceneBox,
+    SceneMesh,
     array,
     face_values,
     line_segments,
@@ -39,7 +39,7 @@ SHADE = 0.32  # how much darker than its colour a face turned away from the ligh
 
 
 @dataclass(frozen=True)
-class Piece:
+class ScenePiece:
     """A polygon (style: r, g, b, opacity, hidden when seen from behind, shade) or an edge (style: SVG attributes).
 
     `faces`: for a polygon the number of the face it is (a part of); for an edge the faces it borders (it is hidden
@@ -60,22 +60,22 @@ class Piece:
         return not isinstance(self.style, str)
 
 
-def pieces_of(items: Sequence[Item], scale: Bands | None) -> list[Piece]:
+def pieces_of(items: Sequence[Item], scale: Bands | None) -> list[ScenePiece]:
     """Polygons and edges of all boxes, meshes and lines; `scale` colours the meshes that carry values."""
-    out: list[Piece] = []
+    out: list[ScenePiece] = []
     for number, item in enumerate(items):
         first = max((p.faces[0] + 1 for p in out if p.is_face), default=0)
-        if isinstance(item, Box):
+        if isinstance(item, SceneBox):
             out += _box(number, item, first)
-        elif isinstance(item, Mesh):
+        elif isinstance(item, SceneMesh):
             out += _mesh(number, item, first, scale)
         elif isinstance(item, Lines):
             how = svg.paint(stroke=item.colour, width=item.width, dash="5 4" if item.dashed else "")
-            out += [Piece(number, -1, segment, how) for segment in line_segments(item)]
+            out += [ScenePiece(number, -1, segment, how) for segment in line_segments(item)]
     return out
 
 
-def _box(number: int, box: Box, first: int) -> list[Piece]:
+def _box(number: int, box: SceneBox, first: int) -> list[ScenePiece]:
     lo, hi = array(box.lo, (3,), "A box corner"), array(box.hi, (3,), "A box corner")
     vertices, triangles = box_mesh(lo, hi)
     quads = np.concatenate([triangles[:6], triangles[6:, 2:]], axis=1)
@@ -83,12 +83,12 @@ def _box(number: int, box: Box, first: int) -> list[Piece]:
     style = (*rgb_of(box.colour), box.opacity, float(box.opacity >= 1), SHADE)
     shown = enumerate(quads) if solid else ()
     facing = [(0, 0, -1), (0, 0, 1), (0, -1, 0), (0, 1, 0), (-1, 0, 0), (1, 0, 0)]  # order of box_mesh
-    out = [Piece(number, first + i, vertices[q], style, (first + i,), facing[i]) for i, q in shown]
+    out = [ScenePiece(number, first + i, vertices[q], style, (first + i,), facing[i]) for i, q in shown]
     how = _edge_style(box.colour, box.opacity)
     for a in range(8):
         for b in [a | bit for bit in (1, 2, 4) if not a & bit] if box.wire else []:
             near = tuple(first + i for i, q in enumerate(quads) if a in q and b in q) if solid else ()
-            out.append(Piece(number, -1, vertices[[a, b]], how, near))
+            out.append(ScenePiece(number, -1, vertices[[a, b]], how, near))
     return out
 
 
@@ -100,7 +100,7 @@ def _edge_style(colour: str, opacity: float) -> str:
     return svg.paint(stroke=dark, width=0.8)
 
 
-def _mesh(number: int, mesh: Mesh, first: int, scale: Bands | None) -> list[Piece]:
+def _mesh(number: int, mesh: SceneMesh, first: int, scale: Bands | None) -> list[ScenePiece]:
     vertices, faces = mesh_arrays(mesh)
     if not len(faces):
         return []
@@ -114,7 +114,7 @@ def _mesh(number: int, mesh: Mesh, first: int, scale: Bands | None) -> list[Piec
     parts = _polygons(mesh, vertices, faces, edge, pair, scale)
     owner = {f: k for k, (group, _) in enumerate(parts) for f in group}
     out = [
-        Piece(
+        ScenePiece(
             number,
             first + owner[0],
             points,
@@ -127,7 +127,7 @@ def _mesh(number: int, mesh: Mesh, first: int, scale: Bands | None) -> list[Piec
     how = _edge_style(mesh.colour, mesh.opacity)
     for k in _sharp(vertices, faces, pair) if mesh.edges else []:
         near = tuple(first + owner[int(f)] for f in pair[k] if f >= 0) if mesh.opacity > 0 else ()
-        out.append(Piece(number, first + owner[0] if near else -1, vertices[edge[k]], how, near))
+        out.append(ScenePiece(number, first + owner[0] if near else -1, vertices[edge[k]], how, near))
     return out
 
 
@@ -142,7 +142,7 @@ Part = tuple[list[int], list[tuple[Array, str]]]
 
 
 def _polygons(
-    mesh: Mesh, vertices: Array, faces: Ints, edge: Ints, pair: Ints, scale: Bands | None
+    mesh: SceneMesh, vertices: Array, faces: Ints, edge: Ints, pair: Ints, scale: Bands | None
 ) -> list[Part]:
     """Groups of triangles with the coloured polygons that show them."""
     values = face_values(mesh)
@@ -166,7 +166,7 @@ def _polygons(
     ]
 
 
-def cut(piece: Piece, axis: int, at: float) -> tuple[Piece | None, Piece | None]:
+def cut(piece: ScenePiece, axis: int, at: float) -> tuple[ScenePiece | None, ScenePiece | None]:
     """The parts below and above the plane coordinate[axis] = at."""
     sides = split(piece.points, piece.points[:, axis] - at, closed=piece.is_face)
     least = 3 if piece.is_face else 2
@@ -174,7 +174,7 @@ def cut(piece: Piece, axis: int, at: float) -> tuple[Piece | None, Piece | None]
     return low, high
 
 
-def shortened(piece: Piece, limit: float) -> list[Piece]:
+def shortened(piece: ScenePiece, limit: float) -> list[ScenePiece]:
     """The piece cut in halves until no part is longer than `limit` along an axis."""
     low, high = piece.points.min(axis=0), piece.points.max(axis=0)
     axis = int(np.argmax(high - low))

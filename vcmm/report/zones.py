@@ -137,4 +137,9 @@ def _marker(value: float, expanded: float, unit: str, scale: Scale, width: float
     half = 1.1 * text_width(words, svg.SIZE + 1) / 2  # bold is wider
     centre = min(max(x, half), width - half)
     leader = svg.line(x, _TOP - 18, x, y - 6, svg.paint(stroke="faint", width=0.8))
-    return leader + bar + diamond + svg.text(centre, _TOP - 24, words, "ink", "middle", svg.SIZE + 1, True)
+    return (
+        leader
+        + bar
+        + diamond
+        + svg.text(centre, _TOP - 24, words, role="ink", anchor="middle", size=svg.SIZE + 1, bold=True)
+    )

@@ -35,7 +35,7 @@ NOTHING = 1e-10  # a column below this, in units of its arm, changes nothing
 
 
 @dataclass(frozen=True, eq=False)
-class _Group:
+class _LabelGroup:
     """The observations (g,) of one value of a label; run prepared."""
 
     recording: Recording
@@ -77,7 +77,7 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
     for word, label in recording.nuisance.items():
         values, codes = recording.groups(label)
         for code, value in enumerate(values):
-            group = _Group(recording, run, np.flatnonzero(codes == code), machine)
+            group = _LabelGroup(recording, run, np.flatnonzero(codes == code), machine)
             where = f"[{label}={value}]" if value else ""
             for part, values_here in _columns(word, group):
                 full = np.zeros(recording.m)
@@ -88,7 +88,7 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
     return matrix, tuple(names)
 
 
-def _columns(word: str, group: _Group) -> Columns:
+def _columns(word: str, group: _LabelGroup) -> Columns:
     """(name ending, (g,)) of one nuisance for one group."""
     if word in ("rigid", "alignment"):
         return _rigid(group)
@@ -106,14 +106,14 @@ def _columns(word: str, group: _Group) -> Columns:
     return [("", _slope(group) if word == "slope" else _dead_path(group))]
 
 
-def _shift(group: _Group) -> Columns:
+def _shift(group: _LabelGroup) -> Columns:
     if group.recording.kind == "angle":
         return []
     seen = group.across_ends(np.broadcast_to(np.eye(3), (group.run.n, 3, 3)))
     return [(f".shift_{c}", seen[:, i]) for i, c in enumerate("xyz") if np.abs(seen[:, i]).max() > NOTHING]
 
 
-def _moved(group: _Group, links: Mapping[str, tuple[str, int]]) -> Columns:
+def _moved(group: _LabelGroup, links: Mapping[str, tuple[str, int]]) -> Columns:
     """What the observations do when a link moves by one unit of one of its six error motions; what does nothing is left out."""
     out = []
     chain, axes, sign = group.machine.chain, group.machine.axes, group.recording.sign
@@ -128,7 +128,7 @@ def _moved(group: _Group, links: Mapping[str, tuple[str, int]]) -> Columns:
     return out
 
 
-def _rigid(group: _Group) -> Columns:
+def _rigid(group: _LabelGroup) -> Columns:
     """Shift, and w x (p - centroid) for a small turn w; an angle sees the turn itself."""
     tip = group.run.tip
     arm = tip - tip[group.row].mean(axis=0)
@@ -141,7 +141,7 @@ def _rigid(group: _Group) -> Columns:
     return _shift(group) + [(f".turn_{'xyz'[i]}", seen[:, i]) for i in kept]
 
 
-def _radius(group: _Group) -> Array:
+def _radius(group: _LabelGroup) -> Array:
     if group.recording.kind == "length":
         return np.ones(len(group.which))
     if not all(f"n{c}" in group.run.columns for c in "xyz"):
@@ -149,7 +149,7 @@ def _radius(group: _Group) -> Array:
     return np.asarray((group.direction * group.run.normal[group.row]).sum(axis=1))
 
 
-def _slope(group: _Group) -> Array:
+def _slope(group: _LabelGroup) -> Array:
     """Distance (g,) from the centroid along the line of the points; the length; or the time from its mean."""
     place = group.run.tip[group.row]
     other = group.recording.other[group.which]
@@ -170,7 +170,7 @@ def _slope(group: _Group) -> Array:
     return time - time.mean()
 
 
-def _dead_path(group: _Group) -> Array:
+def _dead_path(group: _LabelGroup) -> Array:
     present = [name for name in INDEX_PER if name in group.run.columns]
     change = np.ones(len(group.which))
     if present:

@@ -8,12 +8,12 @@
     r = +1, but -1 for actual - commanded of a displacement or length: there the instrument is the reference, and a
         reading that lets it indicate less makes the machine appear to go too far
 
-Readings (indicated - true) are those of vcmm.core.effect, mm. `Observer` keeps how each link of the machine shows in the
-observations, so that thousands of candidate effects cost one small product each.
+Readings (indicated - true) are those of vcmm.core.effect, mm.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -23,11 +23,12 @@ import numpy.typing as npt
 from vcmm.core.effect import Effect, basis
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
-from vcmm.core.kinematics import Motion, tip_motion
+from vcmm.core.knowledge import targets
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples, row_factor
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.response.influence import STEP, shifted, targets
+from vcmm.effects import has_role
+from vcmm.response.carrier import Carrier, Sight, responses
 from vcmm.response.logs import with_logs
 from vcmm.response.nuisance import nuisance_columns
 from vcmm.response.recording import Recording
@@ -44,80 +45,42 @@ def observe(recording: Recording, motion: Array, reading: Array) -> Array:
     motion: actual - nominal, workpiece axes, mm and rad (tip sense); reading: indicated - true, mm. Signs: see the
     head of this file.
     """
-    first, second = _ends(recording, motion, reading)
-    return first if second is None else first - second
+    return _less_second([sight.of(motion, reading) for sight in sights(recording)])
 
 
-def _ends(recording: Recording, motion: Array, reading: Array) -> tuple[Array, Array | None]:
-    """The two ends (m, k) of every observation; None where no observation has a second end."""
-    moved = motion[:, 3:] if recording.kind == "angle" else motion[:, :3]
-    seen = recording.sign * moved + _reading_sign(recording) * reading
-    first = np.einsum("mi,mik->mk", recording.direction, seen[recording.row])
+def sights(recording: Recording) -> tuple[Sight, ...]:
+    """Of the first end of every observation, and of the second where some have one: with s, r and n of the head of this file."""
+    angle = recording.kind == "angle"
+    # readings are lengths, so an angle has none
+    r = 0.0 if angle else -recording.sign if recording.kind in INSTRUMENT_KINDS else 1.0
+    first = Sight(recording.direction, recording.row, recording.sign, r, angle)
     has = recording.other >= 0
     if not has.any():
-        return first, None
-    second = np.zeros_like(first)
-    second[has] = np.einsum("mi,mik->mk", recording.direction[has], seen[recording.other[has]])
-    return first, second
-
-
-def _reading_sign(recording: Recording) -> float:
-    """r of the head of this file; readings are lengths, so an angle has none."""
-    if recording.kind == "angle":
-        return 0.0
-    return -recording.sign if recording.kind in INSTRUMENT_KINDS else 1.0
+        return (first,)
+    return first, replace(first, direction=recording.direction * has[:, None], rows=recording.other)
 
 
 class Observer:
     """A recording seen through a machine's kinematics: any effect to its observations.
 
-    run: the recording's run, prepared by the machine.   Raises ModelLimit for rows outside the travels.
+    run: the recording's run, prepared by the machine.   ends: a carrier for the first end of the observations, and for the
+    second where there is one.   Raises ModelLimit for rows outside the travels.
     """
 
     def __init__(self, recording: Recording, machine: Machine) -> None:
         recording = replace(recording, run=with_logs(recording.run))
         self.recording, self.machine = recording, machine
         self.run = _counted(recording, machine.prepare(recording.run))
-        self._seen: dict[tuple[str, str], tuple[Array, Array | None]] = {}
-
-    def of_effect(self, effect: Effect) -> Array:
-        """What an effect with its present numbers adds to the observations (m,), mm or rad."""
-        return self.through(effect, self.machine.asked(effect, self.run)[:, :, None])[:, 0]
+        self.ends = tuple(Carrier(machine, self.run, sight) for sight in sights(recording))
 
     def of_parameter(self, effect: Effect, name: str) -> Array:
         """Derivative (m, k) of the observations with respect to each element of a parameter of an effect."""
-        self.machine.asked(effect, self.run)
+        self.machine.check_columns(effect, self.run)
         return self.through(effect, basis(effect, name, self.run))
 
-    def ends_of(self, effect: Effect, six: Array) -> tuple[Array, Array | None]:
-        """Both ends (m, k) of the observations by error motions (n, 6, k) of the effect's link."""
-        maps, sign = self._maps(effect), self.machine.sign(effect)
-        row, other = self.recording.row, self.recording.other
-        first = sign * np.einsum("mj,mjk->mk", maps[0], six[row])
-        if maps[1] is None:
-            return first, None
-        return first, sign * np.einsum(
-            "mj,mjk->mk", maps[1], six[other]
-        )  # rows of maps without that end are 0
-
     def through(self, effect: Effect, six: Array) -> Array:
-        """Change of the observations (m, k) by error motions (n, 6, k) of the effect's link: one end less the other."""
-        first, second = self.ends_of(effect, six)
-        return first if second is None else first - second
-
-    def _maps(self, effect: Effect) -> tuple[Array, Array | None]:
-        """(m, 6) of each end: the observation by a unit motion of the link; made once per link and place."""
-        key = (effect.link, effect.place if effect.link != "reading" else "")
-        if key not in self._seen:
-            motion, reading = np.zeros((self.run.n, 6, 6)), np.zeros((self.run.n, 3, 6))
-            if effect.link == "reading":
-                reading[:, :, :3] = np.eye(3)
-            else:
-                unit = [Motion(*key, np.broadcast_to(np.eye(6)[j], (self.run.n, 6))) for j in range(6)]
-                chain, axes = self.machine.chain, self.machine.axes
-                motion = np.stack([tip_motion(chain, axes, self.run, [m]) for m in unit], axis=2)
-            self._seen[key] = _ends(self.recording, motion, reading)
-        return self._seen[key]
+        """Change (m,) or (m, k) of the observations by error motions (n, 6) or (n, 6, k) of the effect's link."""
+        return _less_second([end.through(effect, six) for end in self.ends])
 
     @cached_property
     def usable(self) -> Machine:
@@ -125,65 +88,40 @@ class Observer:
         kept = tuple(e for e in self.machine.effects if not lacking(e, self.run))
         return replace(self.machine, effects=kept)
 
-    def baseline(self, run: Run | None = None) -> Array:
-        """Observations (m,) predicted from the machine's own effects; run: another run of the same rows."""
-        first, second = self.baseline_ends(run)
-        return first[:, 0] if second is None else (first - second)[:, 0]
-
-    def baseline_ends(self, run: Run | None = None) -> tuple[Array, Array | None]:
-        """The two ends (m, 1) of `baseline`."""
-        run = self.run if run is None else run
-        motion, reading = self.usable.tip_motion(run), self.usable.reading(run)
-        return _ends(self.recording, motion[:, :, None], reading[:, :, None])
+    def baseline(self) -> Array:
+        """Observations (m,) predicted from the machine's own effects."""
+        motion, reading = self.usable.tip_motion(self.run), self.usable.reading(self.run)
+        return observe(self.recording, motion[:, :, None], reading[:, :, None])[:, 0]
 
     def calibration(self) -> list[tuple[str, Array]]:
         """See `calibration_columns`."""
         out = []
         for one in self.machine.inputs:
-            ends = None if one.effect == "scatter" else self._input_ends(one)
-            if ends is not None:
-                columns = self._coded(one, *ends)
+            effects = () if has_role(one.effect, "repeatability") else self._acted_on(one)
+            if effects:
+                columns = self._coded(one, responses(self.ends, one, effects))
                 used = np.abs(columns).max(axis=0, initial=0.0) > 0
                 if used.any():
                     out.append((one.id, columns[:, used]))
         return out
 
-    def _input_ends(self, one: Input) -> tuple[Array, Array | None] | None:
-        """Response (m, k) of both ends per unit of the Input; None where the recording lacks its columns."""
+    def _acted_on(self, one: Input) -> tuple[Effect, ...]:
+        """The effects through which an Input shows; none where the recording lacks its columns."""
         if one.is_channel:
-            return self._channel_ends(one.parameter)
-        found = [e for e in targets(self.machine, one) if not lacking(e, self.run)]
-        if not found:
-            return None
-        ends = [self.ends_of(e, basis(e, one.parameter, self.run)) for e in found]
-        first = np.sum([f for f, _ in ends], axis=0)
-        second = [s for _, s in ends if s is not None]
-        return first, np.sum(second, axis=0) if second else None
+            return self.usable.effects if one.parameter in self.run.columns else ()
+        return tuple(e for e in targets(self.machine, one) if not lacking(e, self.run))
 
-    def _channel_ends(self, channel: str) -> tuple[Array, Array | None] | None:
-        """Central difference of the baseline in a column; None where the recording has no such column."""
-        if channel not in self.run.columns:
-            return None
-        step = next((s for ending, s in STEP.items() if channel.endswith(ending)), 1e-3)
-        high, low = (
-            self.baseline_ends(shifted(self.run, channel, np.full(self.run.n, h))) for h in (step, -step)
-        )
-        first = (high[0] - low[0]) / (2 * step)
-        second = None if high[1] is None or low[1] is None else (high[1] - low[1]) / (2 * step)
-        return first, second
-
-    def _coded(self, one: Input, first: Array, second: Array | None) -> Array:
-        """Columns (m, r): the response times the factor of the law, one block per independent copy."""
-        factor = _unit_factor(one, first.shape[1])
+    def _coded(self, one: Input, ends: Sequence[Array]) -> Array:
+        """Columns (m, r): the response (m, k) of each end times the factor of the law, one block per independent copy."""
+        factor = _unit_factor(one, ends[0].shape[1])
         labels, codes = self._copies(one.redraw)
-        first, rec = first @ factor, self.recording
+        ends = [end @ factor for end in ends]
         if len(labels) == 1:
-            return first if second is None else first - second @ factor
+            return _less_second(ends)
+        rows = (self.recording.row, self.recording.other)  # a second end that is none has a response of zero
         blocks = []
         for copy in range(len(labels)):
-            block = first * (codes[rec.row] == copy)[:, None]
-            if second is not None:
-                block -= (second @ factor) * ((codes[rec.other] == copy) & (rec.other >= 0))[:, None]
+            block = _less_second([end * (codes[row] == copy)[:, None] for end, row in zip(ends, rows)])
             blocks.append(_shortened(block))
         return np.concatenate(blocks, axis=1)
 
@@ -192,6 +130,11 @@ class Observer:
         if label in ("machine", "setup", "run", "touch") or label in self.run.labels:
             return self.run.copies(label)
         return [""], np.zeros(self.run.n, dtype=np.intp)
+
+
+def _less_second(ends: Sequence[Array]) -> Array:
+    """The first end of every observation, less the second where there is one."""
+    return ends[0] if len(ends) == 1 else ends[0] - ends[1]
 
 
 def _counted(recording: Recording, run: Run) -> Run:
@@ -239,8 +182,8 @@ def lacking(effect: Effect, run: Run) -> tuple[str, ...]:
 def left_out(recording: Recording, machine: Machine) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """(effect id, missing columns) of the machine's own effects that the recording cannot show; `baseline` is without them."""
     run = machine.prepare(recording.run)
-    found = ((e.id, lacking(e, run)) for e in machine.effects if e.name != "scatter")
-    return tuple((name, columns) for name, columns in found if columns)
+    needs = ((e.id, lacking(e, run)) for e in machine.effects if not e.random)
+    return tuple((name, columns) for name, columns in needs if columns)
 
 
 def baseline(recording: Recording, machine: Machine) -> Array:
@@ -271,7 +214,7 @@ def noise_u(recording: Recording, machine: Machine) -> Array:
         return np.full(recording.m, _finite_u(recording.noise.u, "[noise]"))
     if recording.u is not None:
         return recording.u
-    scatter = [i for i in machine.inputs if i.effect == "scatter"]
+    scatter = [i for i in machine.inputs if has_role(i.effect, "repeatability")]
     if recording.kind == "angle" or not scatter:
         why = "an angle has no repeatability in mm" if scatter else "the machine file has no [repeatability]"
         raise ModelLimit(

@@ -44,7 +44,8 @@ def pointing_observations(run: Run, machine: Machine, sign: float) -> tuple[Arra
     if len(far):
         raise ModelLimit(
             f"row {int(far[0]) + 1}: the tool points {np.degrees(np.arctan2(sine, cosine))[far[0]]:.0f} deg off ({len(far)} of "
-            f"{run.n} rows beyond 90 deg); check the structure, the senses of the axes and the frame of pointed_x ..."
+            f"{run.n} rows beyond 90 deg); check the structure, the senses of the axes and the frame of pointed_x ...",
+            row=int(far[0]),
         )
     turn = cross * (np.arctan2(sine, cosine) / np.where(sine > 0, sine, 1.0))[:, None]
     about = _across(run, machine, nominal)

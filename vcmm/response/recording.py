@@ -78,9 +78,9 @@ class Recording:
         }
         if self.u is not None:
             shapes["u"] = (self.u.shape, (m,))
-        for name, (found, due) in shapes.items():
-            if found != due:
-                raise UsageError(f"recording {self.name}: {name} has shape {found}, {due} is due")
+        for name, (given, due) in shapes.items():
+            if given != due:
+                raise UsageError(f"recording {self.name}: {name} has shape {given}, {due} is due")
 
     def _check_numbers(self) -> None:
         finite = np.isfinite(self.value).all() and np.isfinite(self.direction).all()

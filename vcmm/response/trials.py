@@ -12,7 +12,8 @@ from vcmm.core.inputs import EVERY
 from vcmm.core.kinematics import Motion, exact_tip_error
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.response.influence import Influence, shifted
+from vcmm.response.carrier import shifted
+from vcmm.response.influence import Influence
 
 DIRECT = 4  # parameters with at most this many elements are put into the effect itself, so that nothing is linearised
 

@@ -22,7 +22,7 @@ class Diagonal:
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class ErrorField:
     """tip_error (n, 3) mm at the rows of `run`; the four body diagonals (empty without three linear axes)."""
 
     run: Run
@@ -35,11 +35,11 @@ class Field:
         return np.linalg.norm(self.tip_error, axis=1)
 
 
-def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> Field:
+def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> ErrorField:
     """Tip errors at the rows of a run, or on a grid of nodes^3 over the travels (rotary axes at zero)."""
     run = grid(machine, nodes) if run is None else run
     run = with_defaults(machine, run)
-    return Field(run, machine.tip_error(run, exact), exact, diagonals(machine, exact))
+    return ErrorField(run, machine.tip_error(run, exact), exact, diagonals(machine, exact))
 
 
 def linear_axes(machine: Machine) -> list[str]:
@@ -77,7 +77,7 @@ def not_mapped(machine: Machine, run: Run) -> tuple[tuple[str, tuple[str, ...]],
     """
     out: list[tuple[str, tuple[str, ...]]] = []
     for e in machine.effects:
-        if e.name == "scatter":
+        if e.random:
             continue
         if e.link == "reading":
             out.append((e.id, ("a touch",)))

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
-from vcmm.core.errors import ModelLimit
-from vcmm.nc.moves import PLANES, Move, Point
-from vcmm.nc.offsetting import Vec, along, left, minus, tangent
-from vcmm.nc.recorder import NO_SIDE, Side
-from vcmm.nc.rounding import in_space, piece_of, planar
+from vcmm.nc.faults import refuse
+from vcmm.nc.moves import PLANES, Move, Point, Source
+from vcmm.nc.offsetting import Vec, along, in_space, left, minus, piece_of, planar, tangent
+from vcmm.nc.radius import RadiusCompensation
+from vcmm.nc.recorder import Sides
 
 KINDS = ("LT", "LN", "CT", "LCT")
 
@@ -43,12 +43,12 @@ class Said(NamedTuple):
 
 
 def resolve(
-    moves: Sequence[Move], sides: Sequence[Side], said: Sequence[Said], file: str
-) -> tuple[list[Move], list[Side]]:
+    moves: Sequence[Move], sides: Sequence[RadiusCompensation | None], said: Sequence[Said], file: str
+) -> tuple[list[Move], Sides]:
     """Replaces the placeholders of kind "approach" (from PS to PA) by their moves. `seconds` of a placeholder is its
     number in `said`."""
     out: list[Move] = []
-    kept: list[Side] = []
+    kept: Sides = []
     for k, move in enumerate(moves):
         if move.kind != "approach":
             out.append(move)
@@ -56,80 +56,74 @@ def resolve(
             continue
         first = next((m for m in moves[k + 1 :] if planar(m)), None)
         if first is None or first.plane != move.plane:
-            _refuse(
+            refuse(
                 file,
-                move,
+                move.source,
                 "APPR is not followed by a contour element in its plane",
                 "program the first element (L, C, CR ...) after it",
             )
         words = said[round(move.seconds)]
-        for made, side in _approach(move._replace(seconds=0.0), first, sides[k], words, file):
+        side = sides[k]
+        assert side is not None
+        for made, beside in _approach(move._replace(seconds=0.0), first, side, words, file):
             out.append(made)
-            kept.append(side)
+            kept.append(beside)
     return out, kept
 
 
-def _approach(move: Move, first: Move, side: Side, said: Said, file: str) -> list[tuple[Move, Side]]:
-    one, two, normal = PLANES[move.plane]
-    approach = said.approach
-    piece = piece_of(first)
-    contour = piece.start
-    t = tangent(piece, contour)
+def _approach(
+    move: Move, first: Move, side: RadiusCompensation, said: Said, file: str
+) -> list[tuple[Move, RadiusCompensation | None]]:
+    """PS to PH in the plane, down at PH, PH to PA; with what is in force on each."""
+    approach, piece = said.approach, piece_of(first)
+    t = tangent(piece, piece.start)
     n = left(t) if side.side == "left" else (t[1], -t[0])
-    start = (move.start[one], move.start[two])
-    arc: tuple[Vec, bool] | None = None
-    outside = NO_SIDE
-    target = contour
     if approach.kind == "LT":
-        help_point, outside = along(contour, t, -approach.length), side
-    elif approach.kind == "LN":
-        help_point = along(contour, n, approach.length + side.radius)
+        line = _to_help_point(move, along(piece.start, t, -approach.length), said)
+        return [*((m, side) for m in line), (_last(move, line, piece.start), side)]
+    if approach.kind == "LN":
+        line = _to_help_point(move, along(piece.start, n, approach.length + side.radius), said)
+        return [*((m, None) for m in line), (_last(move, line, piece.start), side)]
+    target = along(piece.start, n, side.radius)
+    centre = along(target, n, approach.radius)
+    ccw = (side.side == "left") == (approach.radius > 0)
+    if approach.kind == "CT":
+        help_point = _turned(target, centre, -approach.angle if ccw else approach.angle)
     else:
-        target = along(contour, n, side.radius)
-        centre = along(target, n, approach.radius)
-        ccw = (side.side == "left") == (approach.radius > 0)
-        arc = centre, not ccw
-        if approach.kind == "CT":
-            help_point = _turned(target, centre, -approach.angle if ccw else approach.angle)
-        else:
-            help_point = _touching(start, centre, abs(approach.radius), ccw, move, file)
-    return _moves(move, help_point, target, arc, said, outside, side, normal)
+        one, two, _ = PLANES[move.plane]
+        start = (move.start[one], move.start[two])
+        help_point = _touching(start, centre, abs(approach.radius), ccw, (file, move.source))
+    line = _to_help_point(move, help_point, said)
+    height = move.end[PLANES[move.plane][2]]
+    arc = _last(move, line, target)._replace(
+        kind="arc", centre=in_space(move.plane, centre, height), clockwise=not ccw
+    )
+    return [*((m, None) for m in line), (arc, None)]
 
 
-def _moves(
-    move: Move,
-    help_point: Vec,
-    target: Vec,
-    arc: tuple[Vec, bool] | None,
-    said: Said,
-    outside: Side,
-    side: Side,
-    normal: int,
-) -> list[tuple[Move, Side]]:
-    """PS to PH in the plane, down at PH, PH to PA."""
-    plane = move.plane
+def _to_help_point(move: Move, help_point: Vec, said: Said) -> list[Move]:
+    """PS to PH in the plane, and down at PH."""
+    plane, normal = move.plane, PLANES[move.plane][2]
     feed = said.feed if said.feed is not None else move.feed
     line = move._replace(kind="rapid", feed=None) if said.rapid else move._replace(kind="line", feed=feed)
-    ph = in_space(plane, help_point, move.start[normal])
-    low = in_space(plane, help_point, move.end[normal])
-    end = in_space(plane, target, move.end[normal])
-    made = [(line._replace(end=ph), outside)]
-    if low != ph:
-        made.append((line._replace(start=ph, end=low), outside))
-    if arc is None:
-        made.append((move._replace(kind="line", start=low, end=end), side))
-    else:
-        centre = in_space(plane, arc[0], move.end[normal])
-        made.append((move._replace(kind="arc", start=low, end=end, centre=centre, clockwise=arc[1]), outside))
-    return made
+    ph, low = (in_space(plane, help_point, p[normal]) for p in (move.start, move.end))
+    return [line._replace(end=ph), *([line._replace(start=ph, end=low)] if low != ph else [])]
+
+
+def _last(move: Move, before: Sequence[Move], target: Vec) -> Move:
+    """A line from PH to PA."""
+    end = in_space(move.plane, target, move.end[PLANES[move.plane][2]])
+    return move._replace(kind="line", start=before[-1].end, end=end)
 
 
 def depart(
-    last: Move, side: Side, departure: Approach, to: Vec | None, file: str, where: Move
-) -> list[tuple[str, Point, Point, Point | None, bool]]:
-    """Moves (kind, start, end, centre, clockwise) of the centre from the end of the contour, in its plane. to: PN of LCT."""
-    normal = PLANES[last.plane][2]
-    height = last.end[normal]
+    last: Move, side: RadiusCompensation, departure: Approach, to: Vec, where: tuple[str, Source]
+) -> list[tuple[Point, Point, Point | None, bool | None]]:
+    """Moves (start, end, centre and sense of an arc) of the tool centre from the end of the contour, in its plane.
+
+    to: PN of LCT. where: file and block, for messages.
+    """
+    height = last.end[PLANES[last.plane][2]]
     piece = piece_of(last)
     t = tangent(piece, piece.end)
     n = left(t) if side.side == "left" else (t[1], -t[0])
@@ -140,18 +134,14 @@ def depart(
 
     if departure.kind in ("LT", "LN"):
         end = along(leave, t if departure.kind == "LT" else n, departure.length)
-        return [("line", space(leave), space(end), None, False)]
+        return [(space(leave), space(end), None, None)]
     centre = along(leave, n, departure.radius)
     ccw = (side.side == "left") == (departure.radius > 0)
     if departure.kind == "CT":
         end = _turned(leave, centre, departure.angle if ccw else -departure.angle)
-        return [("arc", space(leave), space(end), space(centre), not ccw)]
-    assert to is not None
-    end = _touching(to, centre, abs(departure.radius), not ccw, where, file)
-    return [
-        ("arc", space(leave), space(end), space(centre), not ccw),
-        ("line", space(end), space(to), None, False),
-    ]
+        return [(space(leave), space(end), space(centre), not ccw)]
+    end = _touching(to, centre, abs(departure.radius), not ccw, where)
+    return [(space(leave), space(end), space(centre), not ccw), (space(end), space(to), None, None)]
 
 
 def _turned(point: Vec, centre: Vec, angle: float) -> Vec:
@@ -160,13 +150,12 @@ def _turned(point: Vec, centre: Vec, angle: float) -> Vec:
     return centre[0] + a * c - b * s, centre[1] + a * s + b * c
 
 
-def _touching(start: Vec, centre: Vec, radius: float, ccw: bool, move: Move, file: str) -> Vec:
+def _touching(start: Vec, centre: Vec, radius: float, ccw: bool, where: tuple[str, Source]) -> Vec:
     """Where a line from `start` touches a circle so that it runs on in the given direction."""
     distance = math.dist(start, centre)
     if distance <= radius:
-        _refuse(
-            file,
-            move,
+        refuse(
+            *where,
             f"the start or end point lies within the arc of radius {radius:g} mm of LCT",
             "move it away or make R smaller",
         )
@@ -174,7 +163,3 @@ def _touching(start: Vec, centre: Vec, radius: float, ccw: bool, move: Move, fil
     half = math.acos(radius / distance)
     turned = angle + half if ccw else angle - half
     return centre[0] + radius * math.cos(turned), centre[1] + radius * math.sin(turned)
-
-
-def _refuse(file: str, move: Move, what: str, fix: str) -> NoReturn:
-    raise ModelLimit(f"{file}:{move.source.line}:{move.source.first}: {what}; {fix}.")

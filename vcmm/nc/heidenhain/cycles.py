@@ -10,8 +10,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from vcmm.nc.frames import Frame, rotation, stretched, translation
-from vcmm.nc.heidenhain.text import Reader
+from vcmm.nc.drilling import Hole
+from vcmm.nc.frames import AffineMap, rotation, stretched, translation
+from vcmm.nc.heidenhain.text import KlartextReader
 from vcmm.nc.heidenhain.traces import words_of
 from vcmm.nc.moves import PLANES, Point
 from vcmm.nc.recorder import Recorder
@@ -21,11 +22,10 @@ AXES = "XYZ"
 
 
 @dataclass(eq=False)
-class Cycles:
+class KlartextCycles:
     """Transformations and the machining cycle that are defined."""
 
     recorder: Recorder
-    unit: float = 1.0
     shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     mirrored: frozenset[int] = frozenset()
     turn: float = 0.0  # deg
@@ -34,7 +34,7 @@ class Cycles:
     name: str = ""
     words: Mapping[str, WordAt] = field(default_factory=dict)  # of the definition, where traces are kept
 
-    def define(self, reader: Reader, parameters: dict[str, float]) -> None:
+    def define(self, reader: KlartextReader, parameters: dict[str, float]) -> None:
         """One CYCL DEF block."""
         token = reader.peek()
         if token is None or token.kind != "number":
@@ -64,9 +64,9 @@ class Cycles:
             return
         handler(self, reader)
 
-    def q_values(self, reader: Reader, parameters: dict[str, float]) -> dict[str, float]:
+    def q_values(self, reader: KlartextReader, parameters: dict[str, float]) -> dict[str, float]:
         """The Q200=... of a cycle; they are parameters like any other."""
-        found: dict[str, float] = {}
+        given: dict[str, float] = {}
         while not reader.done:
             if not reader.is_parameter() or reader.upper(2) != "=":
                 reader.at += 1  # the name of the cycle
@@ -74,9 +74,9 @@ class Cycles:
             name = reader.parameter()
             reader.expect("=", f"after {name}")
             begin = reader.at
-            found[name] = parameters[name] = reader.value(name)
+            given[name] = parameters[name] = reader.value(name)
             reader.spans[name] = (begin - 3, begin, reader.at)
-        return found
+        return given
 
     def rebuild(self) -> None:
         made = translation((self.shift[0], self.shift[1], self.shift[2]))
@@ -85,10 +85,10 @@ class Cycles:
         made = made.then(rotation(PLANES[self.recorder.plane][2], math.radians(self.turn)))
         if self.scale != 1.0:
             made = made.then(stretched((self.scale, self.scale, self.scale)))
-        self.recorder.set_frame(made if made != Frame() else Frame())
+        self.recorder.set_frame(made if made != AffineMap() else AffineMap())
 
     # -- classic cycles --
-    def datum(self, reader: Reader) -> None:
+    def datum(self, reader: KlartextReader) -> None:
         """7: X Y Z, absolute from the preset or incremental."""
         if reader.upper() == "#":
             raise reader.fault("a datum shift from a datum table (#) is not understood; write its X Y Z")
@@ -99,7 +99,7 @@ class Cycles:
                 raise reader.fault(f'a datum shift takes X, Y, Z, "{reader.upper()}" stands there')
             column = reader.column
             reader.at += 1
-            value = reader.value(name) * self.unit
+            value = reader.value(name) * self.recorder.unit
             value = self.shift[axis] + value if name[0] == "I" else value
             if (
                 value != self.shift[axis]
@@ -113,7 +113,7 @@ class Cycles:
             self.shift[axis] = value
         self.rebuild()
 
-    def mirror(self, reader: Reader) -> None:
+    def mirror(self, reader: KlartextReader) -> None:
         """8: the axes that are mirrored; none ends it."""
         axes = reader.rest().upper()
         if any(a not in AXES for a in axes):
@@ -123,7 +123,7 @@ class Cycles:
         self.mirrored = frozenset(AXES.index(a) for a in axes)
         self.rebuild()
 
-    def rotate(self, reader: Reader) -> None:
+    def rotate(self, reader: KlartextReader) -> None:
         """10: ROT, absolute or incremental, deg."""
         incremental = reader.accept("IROT")
         if not incremental:
@@ -134,7 +134,7 @@ class Cycles:
             raise reader.fault("mirror and rotation together are not understood; use one of them")
         self.rebuild()
 
-    def enlarge(self, reader: Reader) -> None:
+    def enlarge(self, reader: KlartextReader) -> None:
         """11: SCL."""
         reader.expect("SCL", "of the scaling, as in CYCL DEF 11.1 SCL 0.99")
         value = reader.value("SCL")
@@ -143,19 +143,19 @@ class Cycles:
         self.scale = value
         self.rebuild()
 
-    def wait(self, reader: Reader) -> None:
+    def wait(self, reader: KlartextReader) -> None:
         """9: DWELL in seconds; acts at once."""
         for word in ("DWELL", "V", ".", "ZEIT", "TIME"):
             reader.accept(word)
         self.recorder.dwell(reader.value("DWELL"))
 
-    def tolerance(self, reader: Reader) -> None:
+    def tolerance(self, reader: KlartextReader) -> None:
         """32: T in mm; HSC mode and TA are passed over."""
         if reader.accept("T"):
-            self.recorder.tolerance = reader.value("T") * self.unit
+            self.recorder.tolerance = reader.value("T") * self.recorder.unit
         reader.rest()
 
-    def nothing(self, reader: Reader) -> None:
+    def nothing(self, reader: KlartextReader) -> None:
         reader.rest()
 
     # -- cycles with Q parameters --
@@ -188,39 +188,30 @@ class Cycles:
         q, r = self.drilling, self.recorder
         if q is None:
             r.fault("a cycle is called, but none is defined; add CYCL DEF 200 before")
-        surface, clear = q["Q203"] * self.unit, q["Q200"] * self.unit
-        final, step = surface + q["Q201"] * self.unit, q["Q202"] * self.unit
+        surface, clear = q["Q203"] * r.unit, q["Q200"] * r.unit
+        final, step = surface + q["Q201"] * r.unit, q["Q202"] * r.unit
+        depths = [max(surface - step, final)]
+        while depths[-1] > final + 1e-9:
+            depths.append(max(depths[-1] - step, final))
         r.marker = "CYCL DEF 200"
         if r.tracer is not None:
             r.tracer.cycle = self.words
-        feed, r.feed = r.feed, q["Q206"] * (2.54 if self.unit > 1.0 else 1.0)
+        feed, r.feed = r.feed, q["Q206"] * (2.54 if r.unit > 1.0 else 1.0)
         mode, r.feed_mode = r.feed_mode, "G94"
-        r.line(self.at(surface + clear), True)
-        depth = surface
-        while depth > final + 1e-9:
-            depth = max(depth - step, final)
-            r.line(self.at(depth), False)
-            if depth > final + 1e-9:
-                r.line(self.at(surface + clear), True)
-                if q.get("Q210"):
-                    r.dwell(q["Q210"])
-                r.line(self.at(min(depth + clear, surface + clear)), True)
-        if q.get("Q211"):
-            r.dwell(q["Q211"])
-        r.line(self.at(surface + max(clear, q.get("Q204", 0.0) * self.unit)), True)
+        retract = surface + max(clear, q.get("Q204", 0.0) * r.unit)
+        hole = Hole(r, surface + clear, final, retract, idle=True)
+        hole.to(hole.clearance, True)
+        hole.pecks(depths, lambda depth: min(depth + clear, hole.clearance), pause=q.get("Q210", 0.0))
+        hole.wait(q.get("Q211", 0.0))
+        hole.leave()
         r.feed, r.feed_mode, r.marker = feed, mode, ""
-
-    def at(self, height: float) -> Point:
-        point = list(self.recorder.p)
-        point[PLANES[self.recorder.plane][2]] = height
-        return _three(point)
 
 
 def _three(values: list[float]) -> Point:
     return values[0], values[1], values[2]
 
 
-_CLASSIC: dict[str, Callable[[Cycles, Reader], None]] = {
-    "7": Cycles.datum, "8": Cycles.mirror, "9": Cycles.wait, "10": Cycles.rotate, "11": Cycles.enlarge, "13": Cycles.nothing,
-    "32": Cycles.tolerance,
+_CLASSIC: dict[str, Callable[[KlartextCycles, KlartextReader], None]] = {
+    "7": KlartextCycles.datum, "8": KlartextCycles.mirror, "9": KlartextCycles.wait, "10": KlartextCycles.rotate, "11": KlartextCycles.enlarge, "13": KlartextCycles.nothing,
+    "32": KlartextCycles.tolerance,
 }  # fmt: skip

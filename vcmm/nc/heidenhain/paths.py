@@ -9,27 +9,51 @@ import math
 from dataclasses import dataclass, field
 
 from vcmm.nc.heidenhain.approach import KINDS, Approach, Said, depart, resolve
-from vcmm.nc.heidenhain.cycles import Cycles
-from vcmm.nc.heidenhain.text import Reader
-from vcmm.nc.heidenhain.words import AXES, ROTARY, Words, read_words
+from vcmm.nc.heidenhain.cycles import KlartextCycles
+from vcmm.nc.heidenhain.text import KlartextReader
+from vcmm.nc.heidenhain.words import AXES, ROTARY, KlartextWords, read_words
 from vcmm.nc.moves import PLANES, Move, Point
-from vcmm.nc.offsetting import Vec
+from vcmm.nc.offsetting import Vec, planar
 from vcmm.nc.radius import HEIDENHAIN
-from vcmm.nc.recorder import NO_SIDE, Recorder, Side, radius_centre
-from vcmm.nc.rounding import planar
+from vcmm.nc.recorder import Recorder, Sides, radius_centre
 from vcmm.nc.setup import Tool
 
 IDLE_M = (0, 1, 2, 6, 7, 8, 9, 30, 10, 11, 19, 25, 26, 27, 40, 41, 42, 43)
+PATH_M = (
+    90,
+    92,
+    94,
+    97,
+    98,
+    101,
+    107,
+    108,
+    109,
+    110,
+    111,
+    116,
+    118,
+    120,
+    126,
+    127,
+    128,
+    129,
+    130,
+    136,
+    137,
+    138,
+    140,
+    144,
+)
 POLAR = ("PR", "PA", "IPR", "IPA")
 
 
 @dataclass(eq=False)
-class Paths:
+class KlartextPaths:
     """State of the path functions."""
 
     r: Recorder
-    cycles: Cycles
-    unit: float = 1.0
+    cycles: KlartextCycles
     pole: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     tangent: Vec | None = None  # direction of the last element at its end, as programmed
     last_rapid: bool = False
@@ -40,7 +64,7 @@ class Paths:
     defined: dict[int, Tool] = field(default_factory=dict)  # by TOOL DEF
 
     # -- what precedes a motion --
-    def technology(self, words: Words) -> bool:
+    def technology(self, words: KlartextWords) -> bool:
         """Feed, side and M functions that act before the motion. True where the motion is at rapid."""
         if words.feed_kind == "AUTO":
             if self.auto_feed is None:
@@ -58,32 +82,7 @@ class Paths:
                 self.r.sense = 1 if m in (3, 13) else -1
             elif m in (5, 89, 91, 99, *IDLE_M):
                 continue
-            elif m in (
-                90,
-                94,
-                97,
-                98,
-                92,
-                101,
-                107,
-                108,
-                109,
-                110,
-                111,
-                116,
-                118,
-                120,
-                126,
-                127,
-                128,
-                129,
-                130,
-                136,
-                137,
-                138,
-                140,
-                144,
-            ):
+            elif m in PATH_M:
                 self.r.fault(
                     f"M{m} is not understood; it may change the path or the feed, remove it or program what it does",
                     words.columns[f"M{m}"],
@@ -97,11 +96,11 @@ class Paths:
 
     def feed_of(self, value: float, kind: str) -> float:
         """mm/min or mm per turn. In INCH programs F counts 0.1 inch/min, FU inch per turn."""
-        if self.unit > 1.0 and kind == "F":
+        if self.r.unit > 1.0 and kind == "F":
             self.r.remark("F in an INCH program is read as 0.1 inch/min, as TNC controls do")
-        return value * ((2.54 if kind == "F" else 25.4) if self.unit > 1.0 else 1.0)
+        return value * ((2.54 if kind == "F" else 25.4) if self.r.unit > 1.0 else 1.0)
 
-    def after(self, words: Words) -> bool:
+    def after(self, words: KlartextWords) -> bool:
         """M functions that act after the motion. True at the end of the program."""
         if 89 in words.m:
             self.modal_call = True
@@ -114,17 +113,17 @@ class Paths:
         return 2 in words.m or 30 in words.m
 
     # -- end points --
-    def target(self, words: Words) -> Point:
+    def target(self, words: KlartextWords) -> Point:
         point = list(self.r.p)
         for k, name in enumerate(AXES):
             absolute, relative = words.take(name), words.take(f"I{name}")
             if absolute is not None:
-                point[k] = absolute * self.unit
+                point[k] = absolute * self.r.unit
             if relative is not None:
-                point[k] = self.r.p[k] + relative * self.unit
+                point[k] = self.r.p[k] + relative * self.r.unit
         return _three(point)
 
-    def turning(self, words: Words) -> Point | None:
+    def turning(self, words: KlartextWords) -> Point | None:
         if not words.has(*ROTARY, *(f"I{a}" for a in ROTARY)):
             return None
         angles = list(self.r.rotary)
@@ -135,16 +134,16 @@ class Paths:
             )
         return _three(angles)
 
-    def polar(self, words: Words) -> tuple[Point, float]:
+    def polar(self, words: KlartextWords) -> tuple[Point, float]:
         """End point from PR and PA about the pole, and the angle travelled (IPA) in rad, 0 where PA is absolute."""
         one, two, _ = PLANES[self.r.plane]
         a, b = self.r.p[one] - self.pole[one], self.r.p[two] - self.pole[two]
         radius, angle, swept = math.hypot(a, b), math.atan2(b, a), 0.0
         if words.has("PR", "IPR"):
             radius = (
-                (words.take("PR") or 0.0) * self.unit
+                (words.take("PR") or 0.0) * self.r.unit
                 + (radius if words.has("IPR") else 0.0)
-                + (words.take("IPR") or 0.0) * self.unit
+                + (words.take("IPR") or 0.0) * self.r.unit
             )
         if words.has("PA"):
             angle = math.radians(words.take("PA") or 0.0)
@@ -157,7 +156,7 @@ class Paths:
         return _three(point), swept
 
     # -- path functions --
-    def straight(self, reader: Reader) -> bool:
+    def straight(self, reader: KlartextReader) -> bool:
         """L."""
         words = read_words(reader, ())
         rapid = self.technology(words)
@@ -171,7 +170,7 @@ class Paths:
 
     def line(self, end: Point, rapid: bool, turned: Point | None = None) -> None:
         self.note_line(end)
-        self.r.line(end, rapid, turned)
+        self.r.straight(end, rapid, turned)
         self.last_rapid = rapid
 
     def note_line(self, end: Point) -> None:
@@ -181,20 +180,20 @@ class Paths:
         length = math.hypot(a, b)
         self.tangent = (a / length, b / length) if length > 1e-9 else self.tangent
 
-    def machine_move(self, words: Words, rapid: bool) -> None:
+    def machine_move(self, words: KlartextWords, rapid: bool) -> None:
         """M91: coordinates of the axes; the tool length is not counted."""
         q = list(self.r.q)
         for k, name in enumerate(AXES):
             value = words.take(name)
             if value is not None:
-                q[k] = value * self.unit
+                q[k] = value * self.r.unit
             if words.has(f"I{name}"):
                 self.r.fault("M91 takes absolute coordinates; write the machine position")
         o = self.r.tool_offset
         self.r.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid)
         self.last_rapid = rapid
 
-    def polar_line(self, reader: Reader) -> bool:
+    def polar_line(self, reader: KlartextReader) -> bool:
         """LP."""
         words = read_words(reader, POLAR)
         rapid = self.technology(words)
@@ -202,7 +201,7 @@ class Paths:
         words.has_moved = True
         return self.after(words)
 
-    def circle(self, reader: Reader, name: str) -> bool:
+    def circle(self, reader: KlartextReader, name: str) -> bool:
         """C CR CT CP CTP."""
         words = read_words(reader, POLAR if name in ("CP", "CTP") else ("R",) if name == "CR" else ())
         if self.technology(words):
@@ -213,10 +212,10 @@ class Paths:
         if name == "CR":
             radius = words.take("R")
             end = self.target(words)
-            found = radius_centre(self.r.p, end, (radius or 0.0) * self.unit, clockwise, self.r.plane)
-            if not radius or found is None:
+            middle = radius_centre(self.r.p, end, (radius or 0.0) * self.r.unit, clockwise, self.r.plane)
+            if not radius or middle is None:
                 self.r.fault("CR needs R, and R must reach the end point; correct R or the end point")
-            centre = found
+            centre = middle
         elif name in ("CT", "CTP"):
             end = self.target(words) if name == "CT" else self.polar(words)[0]
             centre, clockwise = self.tangential(end)
@@ -252,7 +251,7 @@ class Paths:
         centre[two] += k * n[1]
         return _three(centre), k < 0
 
-    def set_pole(self, reader: Reader) -> None:
+    def set_pole(self, reader: KlartextReader) -> None:
         """CC: coordinates, or the present position where there are none."""
         words = read_words(reader, ())
         if not words.values:
@@ -261,11 +260,11 @@ class Paths:
         for k, name in enumerate(AXES):
             absolute, relative = words.take(name), words.take(f"I{name}")
             if absolute is not None:
-                self.pole[k] = absolute * self.unit
+                self.pole[k] = absolute * self.r.unit
             if relative is not None:
-                self.pole[k] = self.r.p[k] + relative * self.unit
+                self.pole[k] = self.r.p[k] + relative * self.r.unit
 
-    def corner(self, reader: Reader, kind: str) -> None:
+    def corner(self, reader: KlartextReader, kind: str) -> None:
         """RND R5, CHF 5; F acts on the rounding only."""
         words = read_words(reader, ("R",) if kind == "round" else (), bare="R")
         size = words.take("R")
@@ -274,27 +273,27 @@ class Paths:
         if self.r.moves and self.r.moves[-1].kind == "approach":
             self.r.fault("RND or CHF directly after APPR is not understood; place it after the first element")
         feed = None if words.feed is None else self.feed_of(words.feed, words.feed_kind)
-        self.r.corner(size * self.unit, kind, feed)
+        self.r.corner(size * self.r.unit, kind, feed)
 
     # -- approach and departure --
-    def approach(self, reader: Reader) -> bool:
+    def approach(self, reader: KlartextReader) -> bool:
         """APPR LT LN CT LCT."""
         kind = self.kind(reader, "APPR")
         before = self.r.feed if self.r.feed_mode == "G94" else None
         words = read_words(reader, ("LEN", "R", "CCA"))
         self.r.free("APPR")
         self.technology(words)
-        if self.r.side.side is None:
+        if self.r.compensation is None:
             self.r.fault("APPR needs the side of the tool; add RL or RR")
         data = self.data(kind, words)
         direct = kind == "LCT"  # PS to PH at the feed of the block
         self.said.append(Said(data, self.last_rapid and not direct, None if direct else before))
-        self.r.line(self.target(words), False)
+        self.r.straight(self.target(words), False)
         self.r.moves[-1] = self.r.moves[-1]._replace(kind="approach", seconds=float(len(self.said) - 1))
         self.tangent, self.last_rapid = None, False
         return self.after(words)
 
-    def kind(self, reader: Reader, what: str) -> str:
+    def kind(self, reader: KlartextReader, what: str) -> str:
         kind = reader.upper()
         if kind not in KINDS:
             raise reader.fault(
@@ -303,7 +302,7 @@ class Paths:
         reader.at += 1
         return kind
 
-    def data(self, kind: str, words: Words) -> Approach:
+    def data(self, kind: str, words: KlartextWords) -> Approach:
         length, radius, angle = words.take("LEN"), words.take("R"), words.take("CCA")
         if kind in ("LT", "LN") and (length is None or length <= 0):
             self.r.fault(f"{kind} needs LEN above zero, as in LEN10")
@@ -312,55 +311,42 @@ class Paths:
         if kind == "CT" and (angle is None or not 0 < angle <= 360):
             self.r.fault("CT needs the angle CCA, above 0 up to 360 deg")
         return Approach(
-            kind, (length or 0.0) * self.unit, (radius or 0.0) * self.unit, math.radians(angle or 0.0)
+            kind, (length or 0.0) * self.r.unit, (radius or 0.0) * self.r.unit, math.radians(angle or 0.0)
         )
 
-    def departure(self, reader: Reader) -> bool:
+    def departure(self, reader: KlartextReader) -> bool:
         """DEP LT LN CT LCT; the tool ends without radius compensation."""
         kind = self.kind(reader, "DEP")
         words = read_words(reader, ("LEN", "R", "CCA"))
         last = next(
             ((m, s) for m, s in zip(reversed(self.r.moves), reversed(self.r.sides)) if planar(m)), None
         )
-        if last is None or last[1].side is None:
+        if last is None or last[1] is None:
             self.r.fault("DEP needs a contour with RL or RR before it")
         words.sided, words.side = False, None
         self.technology(words)
         data, r = self.data(kind, words), self.r
         goal = self.target(words)
-        tip = r.whole().apply(goal)
+        tip = r.world.apply(goal)
         one, two, normal = PLANES[r.plane]
-        r.side = NO_SIDE
-        steps = depart(
-            last[0]._replace(end=self.r.tip()),
-            last[1],
-            data,
-            (tip[one], tip[two]),
-            r.file,
-            r.moves[-1]._replace(source=r.source),
+        r.compensation = None
+        way_out = depart(
+            last[0]._replace(end=r.tip()), last[1], data, (tip[one], tip[two]), (r.file, r.source)
         )
-        for step, start, end, centre, clockwise in steps:
+        for start, end, centre, clockwise in way_out:
             rate = r.rate(1.0, r.spindle(start, end))
-            r.emit(
-                step,
-                start,
-                end,
-                rate,
-                r.spindle(start, end),
-                r.rotary,
-                centre=centre,
-                clockwise=clockwise if centre else None,
-            )
+            kind = "line" if centre is None else "arc"
+            r.emit(kind, end, start=start, feed=rate, centre=centre, clockwise=clockwise)
         low = r.tip()
         if abs(tip[normal] - low[normal]) > 1e-12:
             up = list(low)
             up[normal] = tip[normal]
-            r.emit("line", low, _three(up), r.rate(1.0, r.spindle(low, low)), r.spindle(low, low), r.rotary)
+            r.emit("line", _three(up), feed=r.rate(1.0, r.spindle(low, low)))
         r.refresh()
         self.tangent, self.last_rapid = None, False
         return self.after(words)
 
-    def finish(self, moves: list[Move], sides: list[Side]) -> tuple[list[Move], list[Side]]:
+    def finish(self, moves: list[Move], sides: Sides) -> tuple[list[Move], Sides]:
         """Works the approaches in, once the elements after them are known."""
         return resolve(moves, sides, self.said, self.r.file)
 

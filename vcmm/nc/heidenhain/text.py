@@ -14,8 +14,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from vcmm.core.errors import choose_from
-from vcmm.nc.cursor import Cursor
-from vcmm.nc.faults import BlockFault
+from vcmm.nc.expressions import (
+    TIGHT,
+    Computed,
+    ExpressionReader,
+    Grammar,
+    Value,
+    called,
+    in_degrees,
+    number,
+    power,
+    to_degrees,
+)
 from vcmm.nc.tokens import Token, matched
 
 _TOKEN = re.compile(
@@ -30,7 +40,7 @@ _TOKEN = re.compile(
 )
 
 
-class Line(NamedTuple):
+class KlartextBlock(NamedTuple):
     """A block: its tokens without blanks, comments and block number; where it stands."""
 
     tokens: tuple[Token, ...]
@@ -44,15 +54,15 @@ def tokenize(text: str) -> Iterator[Token]:
     return matched(_TOKEN, text)
 
 
-def blocks_of(text: str) -> list[Line]:
+def blocks_of(text: str) -> list[KlartextBlock]:
     """The blocks; a line that ends with ~ goes on in the next one."""
-    found: list[Line] = []
+    blocks: list[KlartextBlock] = []
     row: list[Token] = []
     goes_on = False
     for token in [*tokenize(text), Token("end", "", 0, 0)]:
         if token.kind == "end":
             if not goes_on and row:
-                found.append(_line(row))
+                blocks.append(_line(row))
                 row = []
             goes_on = False
         elif token.kind == "comment":
@@ -62,20 +72,46 @@ def blocks_of(text: str) -> list[Line]:
         elif token.kind != "space":
             row.append(token)
     if row:
-        found.append(_line(row))
-    return [line for line in found if line.tokens]  # not: a block number with nothing but a comment
+        blocks.append(_line(row))
+    return [line for line in blocks if line.tokens]  # not: a block number with nothing but a comment
 
 
-def _line(row: list[Token]) -> Line:
+def _line(row: list[Token]) -> KlartextBlock:
     first, last = row[0], row[-1]
     tokens = row[1:] if first.kind == "number" else row
     same = [t for t in row if t.line == first.line]
     last = same[-1]
-    return Line(tuple(tokens), first.line, first.column, last.column + len(last.text))
+    return KlartextBlock(tuple(tokens), first.line, first.column, last.column + len(last.text))
 
 
-class Reader(Cursor):
-    """Reads the tokens of one block and evaluates as it reads. `parameters`: Q1, QL3, QR5 -> value."""
+def _raised(a: float, b: float) -> float:
+    result = power(a, b) if a or b > 0 else math.nan
+    if math.isnan(result):
+        raise ValueError
+    return result
+
+
+FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
+    "SIN": (1, in_degrees(math.sin)), "COS": (1, in_degrees(math.cos)), "TAN": (1, in_degrees(math.tan)),
+    "ASIN": (1, to_degrees(math.asin)), "ACOS": (1, to_degrees(math.acos)), "ATAN": (1, to_degrees(math.atan)), "SQRT": (1, math.sqrt),
+    "SQ": (1, lambda x: x * x), "LN": (1, math.log), "LOG": (1, math.log10), "EXP": (1, math.exp), "NEG": (1, lambda x: -x),
+    "INT": (1, math.trunc), "ABS": (1, abs), "FRAC": (1, lambda x: x - math.trunc(x)), "SGN": (1, lambda x: float(x > 0) - float(x < 0)),
+}  # fmt: skip
+GRAMMAR = Grammar(
+    levels={"^": 3, "*": 2, "/": 2, "%": 2, "+": 1, "-": 1},
+    operations={
+        "^": _raised, "*": lambda a, b: a * b, "/": lambda a, b: a / b, "%": math.fmod, "+": lambda a, b: a + b,
+        "-": lambda a, b: a - b,
+    },
+    prefixes={"-": (2, lambda x: -x), "+": (TIGHT, lambda x: x)},
+    functions=FUNCTIONS, dividing=("/", "%"), call="{name} {arguments}",
+)  # fmt: skip
+
+
+class KlartextReader(ExpressionReader):
+    """Reads the tokens of one block and works its values out as it reads. `parameters`: Q1, QL3, QR5 -> value."""
+
+    grammar = GRAMMAR
 
     def __init__(
         self, tokens: Sequence[Token], parameters: Mapping[str, float], unset: Callable[[str], None]
@@ -105,9 +141,9 @@ class Reader(Cursor):
             self.at += 1
             return sign * float(token.text.replace(",", "."))
         if token is not None and self.is_parameter():
-            found = sign * self.read(self.parameter())
-            self.computed.append((begin, self.at, found))
-            return found
+            value = sign * self.read(self.parameter())
+            self.computed.append((begin, self.at, value))
+            return value
         raise self.fault(
             f"{what} needs a number or a Q parameter{f', {token.text} stands there' if token else ''}; write for example {what}+12.5"
         )
@@ -136,67 +172,27 @@ class Reader(Cursor):
         return self.parameters.get(name, 0.0)
 
     # -- formulas --
-    def formula(self, lowest: int = 0) -> float:
+    def formula(self) -> float:
         """+ - * / % ^ with brackets and functions; ^ binds strongest, equal ones from the left."""
-        left = self.operand()
-        while (operator := self.upper()) in _LEVELS and _LEVELS[operator] > lowest:
-            column = self.column
-            self.at += 1
-            left = _operate(operator, left, self.formula(_LEVELS[operator]), column)
-        return left
+        return number(self.expression(), self)
 
-    def operand(self) -> float:
-        if self.accept("-"):
-            return -self.formula(2)
-        if self.accept("+"):
-            return self.operand()
-        if self.accept("("):
-            inside = self.formula()
-            self.expect(")", "after the expression")
-            return inside
+    def kept(self, value: Computed) -> float:
+        """Worked out at once."""
+        return number(value, self)
+
+    def single(self) -> float:
+        """One value of a formula."""
+        return number(self.operand(), self)
+
+    def atom(self) -> Value:
+        """A number, a Q parameter, PI, or a function, whose argument needs no brackets."""
         if self.accept("PI"):
             return math.pi
         token = self.peek()
-        if token is not None and token.kind == "name" and not self.is_parameter():
-            return self.function(token)
-        return self.value("the formula")
-
-    def function(self, token: Token) -> float:
+        if token is None or token.kind != "name" or self.is_parameter():
+            return self.value("the formula")
         name = token.text.upper()
         if name not in FUNCTIONS:
             raise self.fault(f"{token.text} is no function of a formula.{choose_from(name, FUNCTIONS)}")
         self.at += 1
-        argument = self.operand()
-        try:
-            return float(FUNCTIONS[name](argument))
-        except (ValueError, OverflowError):
-            raise BlockFault(
-                token.column, f"{name} {argument:g} has no real value; check the parameters"
-            ) from None
-
-
-_LEVELS = {"^": 3, "*": 2, "/": 2, "%": 2, "+": 1, "-": 1}
-FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "SIN": lambda x: math.sin(math.radians(x)), "COS": lambda x: math.cos(math.radians(x)), "TAN": lambda x: math.tan(math.radians(x)),
-    "ASIN": lambda x: math.degrees(math.asin(x)), "ACOS": lambda x: math.degrees(math.acos(x)),
-    "ATAN": lambda x: math.degrees(math.atan(x)), "SQRT": math.sqrt, "SQ": lambda x: x * x, "LN": math.log, "LOG": math.log10,
-    "EXP": math.exp, "NEG": lambda x: -x, "INT": math.trunc, "ABS": abs, "FRAC": lambda x: x - math.trunc(x),
-    "SGN": lambda x: float(x > 0) - float(x < 0),
-}  # fmt: skip
-
-
-def _operate(operator: str, a: float, b: float, column: int) -> float:
-    if operator in ("/", "%") and b == 0.0:
-        raise BlockFault(column, "division by zero; check the parameters used here")
-    if operator == "^":
-        power = a**b if a or b > 0 else math.nan
-        if isinstance(power, complex) or not math.isfinite(power):
-            raise BlockFault(column, f"{a:g} ^ {b:g} has no real value; check the parameters")
-        return float(power)
-    return (
-        {"+": a + b, "-": a - b, "*": a * b}[operator]
-        if operator in "+-*"
-        else a / b
-        if operator == "/"
-        else math.fmod(a, b)
-    )
+        return self.kept(called(GRAMMAR, name, [self.operand()], token.column))

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from vcmm.nc.heidenhain.paths import Paths
-from vcmm.nc.heidenhain.text import Reader
+from vcmm.nc.heidenhain.paths import KlartextPaths
+from vcmm.nc.heidenhain.text import KlartextReader
 from vcmm.nc.heidenhain.words import read_words
 from vcmm.nc.setup import Tool
 
 PLANE_OF_AXIS = {"Z": "XY", "Y": "ZX", "X": "YZ"}
 
 
-def call_tool(p: Paths, reader: Reader) -> None:
+def call_tool(p: KlartextPaths, reader: KlartextReader) -> None:
     """TOOL CALL number or name, axis, S, F, DL, DR; without a tool: new speed or oversize only."""
-    token, tool, called = reader.peek(), p.r.data, p.r.tools.get(p.r.tool, "")
+    token, tool, called = reader.peek(), p.r.tool_data, p.r.called.get(p.r.tool, "")
     new = token is not None and (token.kind in ("number", "string") or reader.is_parameter())
     if new:
         tool, called = _find(p, reader)
@@ -31,11 +31,11 @@ def call_tool(p: Paths, reader: Reader) -> None:
         p.auto_feed = p.r.feed = p.feed_of(words.feed, words.feed_kind)
         p.r.feed_mode = "G94"
     if new or dl is not None or dr is not None:
-        p.extra_radius = (dr or 0.0) * p.unit
-        p.r.change_tool(replace(tool, length=tool.length + (dl or 0.0) * p.unit), called)
+        p.extra_radius = (dr or 0.0) * p.r.unit
+        p.r.change_tool(replace(tool, length=tool.length + (dl or 0.0) * p.r.unit), called)
 
 
-def _find(p: Paths, reader: Reader) -> tuple[Tool, str]:
+def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
     token = reader.peek()
     assert token is not None
     tools = p.r.setup.tools
@@ -51,11 +51,11 @@ def _find(p: Paths, reader: Reader) -> tuple[Tool, str]:
     if named is not None:
         return named, name
     p.r.remark(f'no tool of the set-up has the name "{name}"; its length is taken as zero')
-    again = {n: k for k, n in p.r.tools.items()}
-    return Tool(again.get(name, max([*tools, *p.r.tools, 0]) + 1), name=name), name
+    again = {n: k for k, n in p.r.called.items()}
+    return Tool(again.get(name, max([*tools, *p.r.called, 0]) + 1), name=name), name
 
 
-def define_tool(p: Paths, reader: Reader) -> None:
+def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:
     """TOOL DEF number L R."""
     number = round(reader.value("TOOL DEF"))
     words = read_words(reader, ("L", "R"))
@@ -66,6 +66,6 @@ def define_tool(p: Paths, reader: Reader) -> None:
         return  # preparation of a tool from the table
     base = p.r.setup.tools.get(number, Tool(number))
     p.defined[number] = replace(
-        base, length=base.length if length is None else length * p.unit,
-        diameter=base.diameter if radius is None else 2 * radius * p.unit,
+        base, length=base.length if length is None else length * p.r.unit,
+        diameter=base.diameter if radius is None else 2 * radius * p.r.unit,
     )  # fmt: skip

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from vcmm.nc.heidenhain.text import Reader
-from vcmm.nc.trace import Cut, Tracing, WordAt
-from vcmm.nc.tracing import word_at, written_out
+from vcmm.nc.heidenhain.text import KlartextReader
+from vcmm.nc.trace import TextCut, Tracing, WordAt
+from vcmm.nc.tracer import word_at, written_out
 
 FLOW = ("LBL", "CALL", "FN")
 
 
-def words_of(reader: Reader, tracer: Tracing) -> dict[str, WordAt]:
-    """Words by address: IX is "X" with the mode IC; "path" is the word that the block begins with."""
+def words_of(reader: KlartextReader, tracer: Tracing) -> dict[str, WordAt]:
+    """KlartextWords by address: IX is "X" with the mode IC; "path" is the word that the block begins with."""
     out: dict[str, WordAt] = {}
     if not reader.tokens:
         return out
@@ -30,17 +30,19 @@ def words_of(reader: Reader, tracer: Tracing) -> dict[str, WordAt]:
     return out
 
 
-def cuts_of(reader: Reader) -> list[Cut]:
+def cuts_of(reader: KlartextReader) -> list[TextCut]:
     """What changes when the block is written out where it is executed."""
     tokens = reader.tokens
     word = tokens[0].text.upper() if tokens else ""
     assigned = len(tokens) > 2 and word in ("Q", "QL", "QR") and tokens[2].text == "="
     if word in FLOW or assigned or (word[:2] == "FN" and word != "FN"):
         last = tokens[-1]
-        return [Cut(tokens[0].line, tokens[0].column, last.column + len(last.text), "")]
+        return [TextCut(tokens[0].line, tokens[0].column, last.column + len(last.text), "")]
     out = []
     for begin, end, value in reader.computed:
         first, last = tokens[begin], tokens[end - 1]
         signed = first.text in ("+", "-") or word not in ("TOOL",)
-        out.append(Cut(first.line, first.column, last.column + len(last.text), written_out(value, signed)))
+        out.append(
+            TextCut(first.line, first.column, last.column + len(last.text), written_out(value, signed))
+        )
     return out

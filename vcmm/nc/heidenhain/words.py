@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from vcmm.nc.heidenhain.text import Reader
+from vcmm.nc.heidenhain.text import KlartextReader
 
 AXES, ROTARY = "XYZ", "ABC"
 SIDES = {"R0": None, "RL": "left", "RR": "right"}
 
 
 @dataclass
-class Words:
+class KlartextWords:
     """What a block says. Coordinates as programmed; keys with I before the axis are incremental."""
 
     values: dict[str, float] = field(default_factory=dict)
@@ -32,9 +32,9 @@ class Words:
         return self.values.pop(name, None)
 
 
-def read_words(reader: Reader, addresses: tuple[str, ...], bare: str = "") -> Words:
+def read_words(reader: KlartextReader, addresses: tuple[str, ...], bare: str = "") -> KlartextWords:
     """All words to the end of the block. addresses: besides axes; bare: the address that a plain number stands for."""
-    words = Words()
+    words = KlartextWords()
     names = (*AXES, *ROTARY, *(f"I{a}" for a in (*AXES, *ROTARY)), *addresses)
     while not reader.done:
         name, column = reader.upper(), reader.column
@@ -64,7 +64,7 @@ def read_words(reader: Reader, addresses: tuple[str, ...], bare: str = "") -> Wo
     return words
 
 
-def _modal(reader: Reader, words: Words, name: str) -> bool:
+def _modal(reader: KlartextReader, words: KlartextWords, name: str) -> bool:
     """R0 RL RR, DR+ DR-, F, M; True where one of them was read."""
     if name in ("RL", "RR"):
         reader.at += 1
@@ -98,13 +98,13 @@ def _modal(reader: Reader, words: Words, name: str) -> bool:
     return False
 
 
-def _oversize(reader: Reader) -> bool:
+def _oversize(reader: KlartextReader) -> bool:
     """DR+0.1 of TOOL CALL, not the sense of rotation DR+."""
     token = reader.peek(2)
     return token is not None and (token.kind == "number" or reader.is_parameter(2))
 
 
-def _feed(reader: Reader, words: Words, name: str) -> None:
+def _feed(reader: KlartextReader, words: KlartextWords, name: str) -> None:
     if name == "FZ":
         raise reader.fault(
             "FZ (feed per tooth) is not understood; the number of teeth is not known here, write F in mm/min"

@@ -1,4 +1,4 @@
-"""One line of a G-code program as a Block: words, assignments, flow control. Read once, executed as often as need be."""
+"""One line of a G-code program as a IsoBlock: words, assignments, flow control. Read once, executed as often as need be."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from vcmm.nc.dialects import Dialect
-from vcmm.nc.expressions import Reader, Value
+from vcmm.nc.expressions import Computed, Value
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.iso.expressions import LineReader
 
 O_WORDS = (
     "endsub", "sub", "call", "return", "elseif", "endif", "else", "if", "endwhile", "while", "do", "endrepeat", "repeat",
@@ -26,7 +27,7 @@ class Word(NamedTuple):
     """A letter and its value; columns from 1: of the letter, one past the last character. `text` is the value as written."""
 
     letter: str
-    value: float | Value
+    value: Value
     first: int
     last: int
     text: str
@@ -40,42 +41,42 @@ class Word(NamedTuple):
 class Assign(NamedTuple):
     """#target = value."""
 
-    target: str | float | Value
-    value: float | Value
+    target: str | Value
+    value: Value
     column: int
 
 
-class Flow(NamedTuple):
-    """Flow control. kind: an O-word, or of macro B: goto, if-goto, if-then, while, end, program.
+class IsoFlow(NamedTuple):
+    """IsoFlow control. kind: an O-word, or of macro B: goto, if-goto, if-then, while, end, program.
 
     label: of an O-word (a name, a number as text, or a function that gives the number); else the number of DO or END.
     """
 
     kind: str
-    label: str | Value
+    label: str | Computed
     column: int
-    values: tuple[float | Value, ...] = ()
+    values: tuple[Value, ...] = ()
     then: tuple[Assign, ...] = ()
 
 
 @dataclass(slots=True)
-class Block:
+class IsoBlock:
     """A line that has been read. `n` is its N number."""
 
     line: int
     text: str
     words: list[Word] = field(default_factory=list)
     assigns: list[Assign] = field(default_factory=list)
-    flow: Flow | None = None
+    flow: IsoFlow | None = None
     n: int | None = None
     percent: bool = False
     deleted: bool = False
     spaced: int = 0  # column of a number with blanks inside
 
 
-def parse_block(text: str, line: int, dialect: Dialect) -> Block:
+def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
     """Read one line. Raises BlockFault with the column."""
-    block = Block(line, text)
+    block = IsoBlock(line, text)
     plain = _PLAIN.match(text)
     if plain is not None:  # most lines: nothing but letters with numbers
         _plain_words(block, plain)
@@ -85,7 +86,7 @@ def parse_block(text: str, line: int, dialect: Dialect) -> Block:
     if clean.strip() == "%":
         block.percent = True
         return block
-    reader = Reader(clean, dialect.words)
+    reader = LineReader(clean, dialect.words)
     if reader.accept("/"):
         block.deleted = True
         if clean[reader.at : reader.at + 1].isdigit():  # /2: one of nine switches
@@ -95,7 +96,7 @@ def parse_block(text: str, line: int, dialect: Dialect) -> Block:
     return block
 
 
-def _plain_words(block: Block, plain: re.Match[str]) -> None:
+def _plain_words(block: IsoBlock, plain: re.Match[str]) -> None:
     begin = 0
     if plain[1] is not None:
         block.n, begin = int(plain[1]), plain.end(1)
@@ -166,7 +167,7 @@ def _check_characters(clean: str) -> None:
             )
 
 
-def _item(reader: Reader, block: Block, dialect: Dialect) -> None:
+def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
     """One word, assignment or piece of flow control."""
     here = reader.skip()
     if here == "#":
@@ -189,7 +190,7 @@ def _item(reader: Reader, block: Block, dialect: Dialect) -> None:
     _word(reader, block)
 
 
-def _word(reader: Reader, block: Block) -> None:
+def _word(reader: LineReader, block: IsoBlock) -> None:
     first = reader.at
     letter = reader.text[first].upper()
     reader.at += 1
@@ -215,15 +216,15 @@ def _word(reader: Reader, block: Block) -> None:
     block.words.append(Word(letter, value, first + 1, last, text))
 
 
-def _assignment(reader: Reader) -> Assign:
+def _assignment(reader: LineReader) -> Assign:
     column = reader.at + 1
     target = reader.target()
     reader.expect("=", "after the parameter to be set")
-    value = reader.value() if reader.words == "o" else reader.expression(0)
+    value = reader.value() if reader.words == "o" else reader.expression()
     return Assign(target, value, column)
 
 
-def _o_word(reader: Reader, block: Block, dialect: Dialect) -> None:
+def _o_word(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
     column = reader.at + 1
     reader.at += 1
     label = _label(reader, column)
@@ -237,10 +238,10 @@ def _o_word(reader: Reader, block: Block, dialect: Dialect) -> None:
         return
     if callable(label):
         raise BlockFault(column, "the number of a program must be a plain number")
-    block.flow = Flow("program", label, column)
+    block.flow = IsoFlow("program", label, column)
 
 
-def _label(reader: Reader, column: int) -> str | Value:
+def _label(reader: LineReader, column: int) -> str | Computed:
     here = reader.skip()
     if here == "<":
         end = reader.text.find(">", reader.at)
@@ -260,8 +261,8 @@ def _label(reader: Reader, column: int) -> str | Value:
     return value
 
 
-def _o_flow(reader: Reader, kind: str, label: str | Value, column: int) -> Flow:
-    values: list[float | Value] = []
+def _o_flow(reader: LineReader, kind: str, label: str | Computed, column: int) -> IsoFlow:
+    values: list[Value] = []
     while reader.skip() == "[":
         values.append(reader.bracket())
     if reader.skip():
@@ -270,31 +271,31 @@ def _o_flow(reader: Reader, kind: str, label: str | Value, column: int) -> Flow:
         )
     if kind in ("if", "elseif", "while", "repeat") and len(values) != 1:
         raise BlockFault(column, f"{kind} takes one expression; write for example o100 {kind} [#1 GT 0]")
-    return Flow(kind, label, column, tuple(values))
+    return IsoFlow(kind, label, column, tuple(values))
 
 
-def _macro(reader: Reader, word: str, block: Block) -> Flow:
+def _macro(reader: LineReader, word: str, block: IsoBlock) -> IsoFlow:
     column = reader.at + 1
     reader.at += len(word)
     if word == "GOTO":
-        return Flow("goto", "", column, (reader.value(),))
+        return IsoFlow("goto", "", column, (reader.value(),))
     if word in ("END", "DO"):
         kind = "end" if word == "END" else "do"
-        return Flow(kind, _loop_number(reader, word), column)
+        return IsoFlow(kind, _loop_number(reader, word), column)
     condition = reader.bracket()
     if word == "WHILE":
         reader.expect("DO", "after WHILE[...]; write WHILE[#1 LT 5] DO1")
-        return Flow("while", _loop_number(reader, "DO"), column, (condition,))
+        return IsoFlow("while", _loop_number(reader, "DO"), column, (condition,))
     if reader.accept("GOTO"):
-        return Flow("if-goto", "", column, (condition, reader.value()))
+        return IsoFlow("if-goto", "", column, (condition, reader.value()))
     reader.expect("THEN", "after IF[...]; write IF[...] GOTO 10 or IF[...] THEN #1=2")
     then = [_assignment(reader)]
     while reader.skip() == "#":
         then.append(_assignment(reader))
-    return Flow("if-then", "", column, (condition,), tuple(then))
+    return IsoFlow("if-then", "", column, (condition,), tuple(then))
 
 
-def _loop_number(reader: Reader, word: str) -> str:
+def _loop_number(reader: LineReader, word: str) -> str:
     here = reader.skip()
     if here not in ("1", "2", "3"):
         raise reader.fault(f"{word} takes the number 1, 2 or 3, as in {word}1")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from vcmm.core.errors import did_you_mean
-from vcmm.nc.control import Control
 from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.iso.blocks import Block, Word
+from vcmm.nc.iso.blocks import IsoBlock, Word
+from vcmm.nc.iso.control import IsoControl
 
 _GROUPS = {
     "motion": "G0 G1 G2 G3 G33 G33.1 G73 G74 G76 G80 G81 G82 G83 G84 G85 G86 G87 G88 G89",
@@ -75,9 +75,9 @@ TABLES = {"linuxcnc": _table(_LINUXCNC), "fanuc": _table(_FANUC), "fanuc-lathe":
 LATHE_TURNING_CYCLES = ("G90", "G92", "G94")
 
 
-def groups_of(c: Control) -> dict[str, str]:
+def groups_of(c: IsoControl) -> dict[str, str]:
     """Code -> group of the dialect."""
-    return TABLES[c.dialect.name] | dict.fromkeys(c.dialect.unit_codes, "unit")
+    return TABLES[c.language.name] | dict.fromkeys(c.language.unit_codes, "unit")
 
 
 def code_text(number: float) -> str:
@@ -85,10 +85,10 @@ def code_text(number: float) -> str:
     return f"G{round(number, 3):g}"
 
 
-class Words:
+class IsoWords:
     """The words of a block with their numbers now. `take` hands one out and notes that it has been used."""
 
-    def __init__(self, c: Control, block: Block) -> None:
+    def __init__(self, c: IsoControl, block: IsoBlock) -> None:
         self.block = block
         self.g: dict[str, str] = {}  # group -> code
         self.g_columns: dict[str, int] = {}
@@ -118,13 +118,13 @@ class Words:
             )
         self.values[word.letter], self.words[word.letter] = number, word
 
-    def _add_g(self, c: Control, groups: dict[str, str], number: float, column: int) -> None:
+    def _add_g(self, c: IsoControl, groups: dict[str, str], number: float, column: int) -> None:
         code = code_text(number)
         group = groups.get(code)
         if group is None:
             raise BlockFault(column, unknown_code(c, code, groups))
         if group == "harmless":
-            c.remark(f"{code} changes no path here and is passed over", column, once=code)
+            c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R"}
             return
         if group in self.g:
@@ -132,12 +132,12 @@ class Words:
             raise BlockFault(column, f"{both} belong to one group and exclude each other; keep one of them")
         self.g[group], self.g_columns[group] = code, column
 
-    def _add_m(self, c: Control, number: float, column: int) -> None:
+    def _add_m(self, c: IsoControl, number: float, column: int) -> None:
         if number != int(number) or number < 0:
             raise BlockFault(column, f"M{number:g} does not exist; M codes are whole numbers")
         code = int(number)
         group = _M_OF.get(code)
-        family = "linuxcnc" if c.dialect.words == "o" else "fanuc"
+        family = "linuxcnc" if c.language.words == "o" else "fanuc"
         if (family == "linuxcnc" and (code in (13, 14))) or (
             family == "fanuc" and code in (61, 70, 71, 72, 73)
         ):
@@ -145,7 +145,7 @@ class Words:
         if group is None and code not in HARMLESS_M[family]:
             user = ", a code of the machine builder or user: what it does is not known" if code >= 100 else ""
             raise BlockFault(
-                column, f"M{code} is unknown in {c.dialect.name}{user}; remove it, or expand what it does"
+                column, f"M{code} is unknown in {c.language.name}{user}; remove it, or expand what it does"
             )
         if group is None:
             self.used |= (
@@ -196,7 +196,7 @@ class Words:
         return any(a in self.values for a in "XYZABC")
 
 
-def number_of(c: Control, word: Word) -> float | None:
+def number_of(c: IsoControl, word: Word) -> float | None:
     """The number of a word now; complaints of expressions get a column."""
     if not callable(word.value):
         return word.value
@@ -206,10 +206,10 @@ def number_of(c: Control, word: Word) -> float | None:
         raise BlockFault(fault.column or word.first, fault.text) from None
 
 
-def unknown_code(c: Control, code: str, groups: dict[str, str]) -> str:
+def unknown_code(c: IsoControl, code: str, groups: dict[str, str]) -> str:
     """Why a G code is refused."""
-    if c.dialect.lathe and code in LATHE_TURNING_CYCLES:
+    if c.language.lathe and code in LATHE_TURNING_CYCLES:
         return f"{code} is a turning cycle of G-code system A and is not expanded; program its moves with G0, G1 and G32"
     if code in REFUSED:
         return f"{code} ({REFUSED[code]}) is not understood by vcmm; have the program posted without it"
-    return f"{code} is unknown in the dialect {c.dialect.name}.{did_you_mean(code, groups)} Correct it, or name the dialect with --dialect"
+    return f"{code} is unknown in the dialect {c.language.name}.{did_you_mean(code, groups)} Correct it, or name the dialect with --dialect"

@@ -6,13 +6,14 @@ distance mode, retract level, data and reference moves, motion, stop (order of R
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from vcmm.nc.control import Control
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.iso.codes import Words
+from vcmm.nc.iso.codes import IsoWords
+from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, rigid_tap
-from vcmm.nc.iso.motion import arc, dwell, length, straight, thread
+from vcmm.nc.iso.motion import arc, length, line, thread
 from vcmm.nc.iso.offsets import (
     coordinate_turn,
     go_home,
@@ -32,10 +33,10 @@ PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
 MOST_TOOL = 99_999_999
 
 
-def execute(c: Control, w: Words) -> None:
+def execute(c: IsoControl, w: IsoWords) -> None:
     """All codes and words of a block. Raises BlockFault."""
     words = w.block.words
-    c.exact_once = False
+    c.exact_once, c.column = False, 0
     c.source = (
         Source(c.line, words[0].first, words[-1].last) if words else Source(c.line, 1, len(w.block.text) + 1)
     )
@@ -43,7 +44,7 @@ def execute(c: Control, w: Words) -> None:
         c.remark(
             "blanks inside a number are passed over, as controls do; check that one number is meant",
             w.block.spaced,
-            once="blanks",
+            kind="blanks",
         )
     _feed_and_speed(c, w)
     _tools_and_spindle(c, w)
@@ -51,17 +52,19 @@ def execute(c: Control, w: Words) -> None:
     _shifts(c, w)
     _motion(c, w)
     _unused(c, w)
+    if c.feed_mode == "G93":
+        c.feed = None  # inverse time is that of each block
     _stop(c, w)
 
 
-def _column(w: Words, group: str) -> int:
+def _column(w: IsoWords, group: str) -> int:
     return w.g_columns.get(group, 1)
 
 
-def _feed_and_speed(c: Control, w: Words) -> None:
+def _feed_and_speed(c: IsoControl, w: IsoWords) -> None:
     mode = w.g.get("feed")
     if mode:
-        new = {"G98": "G94", "G99": "G95"}.get(mode, mode) if c.dialect.lathe else mode
+        new = {"G98": "G94", "G99": "G95"}.get(mode, mode) if c.language.lathe else mode
         if new != c.feed_mode:
             c.feed = None  # a feed per minute is none per turn
         c.feed_mode = new
@@ -74,7 +77,9 @@ def _feed_and_speed(c: Control, w: Words) -> None:
         if number < 0:
             raise BlockFault(w.column("F"), f"F{number:g}: a feed cannot be negative; correct it")
         c.feed = number
-    w.used.add("F")  # inverse time: read where the length of the move is known
+    elif c.feed_mode == "G93":
+        c.feed = w.take("F")
+    w.used.add("F")
     speed = w.take("S")
     if speed is not None and w.g.get("other") not in ("G50", "G92"):
         if speed < 0:
@@ -85,40 +90,41 @@ def _feed_and_speed(c: Control, w: Words) -> None:
         c.speed = speed
 
 
-def _threading(c: Control, w: Words) -> bool:
+def _threading(c: IsoControl, w: IsoWords) -> bool:
     """Fanuc: F of a thread is its lead, not a feed."""
-    return c.dialect.words == "macro" and w.g.get("motion", c.motion) in ("G32", "G33")
+    return c.language.words == "macro" and w.g.get("motion", c.motion) in ("G32", "G33")
 
 
-def _unit(c: Control, w: Words) -> None:
+def _unit(c: IsoControl, w: IsoWords) -> None:
     code = w.g.get("unit")
     if code is None:
         return
-    new = c.dialect.unit_codes[code]
+    new = c.language.unit_codes[code]
     if new != c.unit:
         if c.moves:
-            c.remark(f"the unit changes within the program ({code})", _column(w, "unit"))
+            c.remark(f"the unit changes within the program ({code})", _column(w, "unit"), every=True)
         if c.feed is not None and not w.has("F") and c.feed_mode != "G93":
             c.feed *= c.unit / new  # the feed in force stays what it is
-        c.unit = new
+        c.set_unit(new)
 
 
-def _spindle_mode(c: Control, w: Words) -> None:
-    c.spindle_mode = w.g["spindle"]
-    if c.spindle_mode == "G96":
-        if c.dialect.words == "o":
-            c.speed_limit = w.take("D")
+def _spindle_mode(c: IsoControl, w: IsoWords) -> None:
+    c.surface = w.g["spindle"] == "G96"
+    if c.surface:
+        if c.language.words == "o":
+            limit = w.take("D")
+            c.speed_limit = math.inf if limit is None else limit
         if w.has("R"):
             w.take("R")
 
 
-def _tools_and_spindle(c: Control, w: Words) -> None:
+def _tools_and_spindle(c: IsoControl, w: IsoWords) -> None:
     if w.has("T"):
         _select_tool(c, w)
     change = w.m.get("tool")
     if change == 6:
         c.tool = c.next_tool
-        if c.dialect.words == "o" and c.tool:
+        if c.language.words == "o" and c.tool:
             tool_of(c, c.tool, w.m_columns["tool"], "T")
         if c.tool:
             c.called.setdefault(c.tool, f"T{c.tool}")
@@ -136,31 +142,31 @@ def _tools_and_spindle(c: Control, w: Words) -> None:
     if spindle is not None:
         c.sense = {3: 1, 4: -1, 13: 1, 14: -1}.get(spindle, 0)
         w.used |= {"P", "R", "Q"} if spindle == 19 else set()
-    if c.dialect.words == "o" and spindle in (3, 4, 5):
+    if c.language.words == "o" and spindle in (3, 4, 5):
         w.used.add("$")
 
 
-def _select_tool(c: Control, w: Words) -> None:
+def _select_tool(c: IsoControl, w: IsoWords) -> None:
     number = w.whole("T", 1)
     assert number is not None
     if number > MOST_TOOL:
         raise BlockFault(w.column("T"), f"T{number} is no tool number")
-    if c.dialect.lathe:  # T0101: tool and offset register; the turret turns at once
+    if c.language.lathe:  # T0101: tool and offset register; the turret turns at once
         c.tool, register = divmod(number, 100) if number > 99 else (number, 0)
         c.next_tool = c.tool
         if c.tool:
             c.called.setdefault(c.tool, f"T{number:04d}")
         tool = tool_of(c, register, w.column("T"), "T") if register else None
         c.tool_offset = tool.offset if tool else (0.0, 0.0, 0.0)
-        c.recompute()
+        c.locate()
         return
     c.next_tool = number
 
 
-def _modes(c: Control, w: Words) -> None:
+def _modes(c: IsoControl, w: IsoWords) -> None:
     g = w.g
     if "diameter" in g:
-        c.diameter = g["diameter"] == "G7"
+        c.diameter = "always" if g["diameter"] == "G7" else ""
     if "plane" in g:
         if c.compensation is not None and PLANES[g["plane"]] != c.plane:
             raise BlockFault(
@@ -168,7 +174,7 @@ def _modes(c: Control, w: Words) -> None:
                 "the plane changes while cutter radius compensation is on; cancel it with G40 before",
             )
         if (
-            PLANES[g["plane"]] != c.plane and c.dialect.words == "macro"
+            PLANES[g["plane"]] != c.plane and c.language.words == "macro"
         ):  # LinuxCNC keeps the level of the series
             c.cycle_level = None
         c.plane = PLANES[g["plane"]]
@@ -185,11 +191,11 @@ def _modes(c: Control, w: Words) -> None:
         _saved_state(c, w.m["state"])
 
 
-def _path(c: Control, w: Words) -> None:
+def _path(c: IsoControl, w: IsoWords) -> None:
     code = w.g["path"]
-    c.exact = code in ("G61", "G61.1")
+    c.exact_stop = code in ("G61", "G61.1")
     c.tolerance = None
-    if code == "G64" and c.dialect.words == "o":
+    if code == "G64" and c.language.words == "o":
         blend = w.take("P")
         w.take("Q")
         if blend is not None:
@@ -199,12 +205,12 @@ def _path(c: Control, w: Words) -> None:
 
 
 _STATE = (
-    "plane", "unit", "absolute", "arc_absolute", "feed_mode", "feed", "spindle_mode", "speed", "retract", "exact", "tolerance",
-    "diameter", "motion",
+    "plane", "unit", "feed_scale", "absolute", "arc_absolute", "feed_mode", "feed", "surface", "speed", "retract", "exact_stop",
+    "tolerance", "diameter", "motion",
 )  # fmt: skip
 
 
-def _saved_state(c: Control, code: int) -> None:
+def _saved_state(c: IsoControl, code: int) -> None:
     """M70 to M72 of LinuxCNC: save, forget, restore the modal state."""
     if code in (70, 73):
         c.saved = tuple(getattr(c, name) for name in _STATE)
@@ -215,20 +221,20 @@ def _saved_state(c: Control, code: int) -> None:
             setattr(c, name, value)
 
 
-def _shifts(c: Control, w: Words) -> None:
+def _shifts(c: IsoControl, w: IsoWords) -> None:
     """Dwell, compensation, tool length, offsets, reference moves."""
     g = w.g
     if "dwell" in g:
         _dwell(c, w)
     if "compensation" in g:
         radius_compensation(c, w, g["compensation"], _column(w, "compensation"))
-    elif w.has("D") and c.compensation is not None and c.dialect.words == "macro":
+    elif w.has("D") and c.compensation is not None and c.language.words == "macro":
         radius_compensation(c, w, "G41" if c.compensation.side == "left" else "G42", w.column("D"))
     if "length" in g:
         tool_length(c, w, g["length"], _column(w, "length"))
-    elif w.has("H") and c.dialect.words == "macro" and any(c.tool_offset):
+    elif w.has("H") and c.language.words == "macro" and any(c.tool_offset):
         tool_length(c, w, "G43", w.column("H"))
-    elif w.has("H") and c.dialect.words == "macro":
+    elif w.has("H") and c.language.words == "macro":
         w.take("H")
     if "offset" in g:
         select_offset(c, w, g["offset"], _column(w, "offset"))
@@ -238,25 +244,26 @@ def _shifts(c: Control, w: Words) -> None:
         _other(c, w, g["other"], _column(w, "other"))
 
 
-def _dwell(c: Control, w: Words) -> None:
+def _dwell(c: IsoControl, w: IsoWords) -> None:
     column = _column(w, "dwell")
-    if c.dialect.words == "o":
+    if c.language.words == "o":
         seconds: float = w.need("P", "the time of G4 in seconds, as in G4 P0.5", column)
     else:
         seconds = 0.0
         if w.has("P"):
-            seconds = (w.take("P") or 0.0) * c.dialect.dwell
+            seconds = (w.take("P") or 0.0) * c.language.dwell
         for letter in "XU":
             if w.has(letter):
                 seconds = w.take(letter) or 0.0
-                if c.dialect.decimal_point == "increment" and not w.words[letter].pointed:
+                if c.language.decimal_point == "increment" and not w.words[letter].pointed:
                     seconds *= 0.001
-    dwell(c, seconds, column)
+    c.column = column
+    c.dwell(seconds)
 
 
-def _other(c: Control, w: Words, code: str, column: int) -> None:
+def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     motion = w.g.get("motion")
-    if motion is not None and w.any_axis and motion != "G80" and not c.dialect.sharing:
+    if motion is not None and w.any_axis and motion != "G80" and not c.language.sharing:
         raise BlockFault(
             column, f"{motion} and {code} both want the axis words of this block; write them in two blocks"
         )
@@ -269,14 +276,14 @@ def _other(c: Control, w: Words, code: str, column: int) -> None:
         actions[code]()
     elif code == "G50":  # lathe, system A: what G92 is elsewhere
         if w.has("S") and not w.any_axis:
-            c.speed_limit = w.take("S")
+            c.speed_limit = w.need("S", "the highest speed of the spindle", column)
         else:
             preset(c, w, "G92", column)
     else:
         preset(c, w, code, column)
 
 
-def _motion(c: Control, w: Words) -> None:
+def _motion(c: IsoControl, w: IsoWords) -> None:
     code, column = w.g.get("motion"), w.g_columns.get("motion", 0)
     if code is not None and code != c.motion:
         if code not in CYCLES or c.motion not in CYCLES:
@@ -295,76 +302,76 @@ def _motion(c: Control, w: Words) -> None:
     _move(c, w, c.motion, column)
 
 
-def _axis_left(c: Control, w: Words) -> bool:
-    letters = "XYZABCUVW" if c.dialect.lathe else "XYZABC"
+def _axis_left(c: IsoControl, w: IsoWords) -> bool:
+    letters = "XYZABCUVW" if c.language.lathe else "XYZABC"
     return any(a in w.values and a not in w.used for a in letters)
 
 
-def _bare(c: Control, w: Words, code: str | None) -> bool:
+def _bare(c: IsoControl, w: IsoWords, code: str | None) -> bool:
     """A block that moves without an axis word: an arc with a centre (full circle)."""
     mode = code or c.motion
     centre = any(k in w.values for k in "IJK")
     if mode in ("G2", "G3"):
         return centre or (code is not None and "R" in w.values)
-    if mode == "G76" and c.dialect.words == "o":
+    if mode == "G76" and c.language.words == "o":
         return code is not None
-    return mode in CYCLES and code is not None and c.dialect.words == "o"
+    return mode in CYCLES and code is not None and c.language.words == "o"
 
 
-def _move(c: Control, w: Words, mode: str | None, column: int) -> None:
+def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
     if mode is None or mode == "G80":
         raise BlockFault(
             column, "axis words without a motion code in force; write G0, G1, G2 or G3 before them"
         )
+    c.column = column
     if mode in ("G0", "G1"):
-        straight(c, w, mode == "G0", column)
+        line(c, w, mode == "G0")
     elif mode in ("G2", "G3"):
-        arc(c, w, mode == "G2", column)
+        arc(c, w, mode == "G2")
     elif mode in ("G32", "G33"):
-        thread(c, w, column, _lead(c, w, column))
+        thread(c, w, _lead(c, w, column))
     elif mode == "G33.1":
-        rigid_tap(c, w, column, _lead(c, w, column))
-    elif mode == "G76" and c.dialect.words == "o":
-        from vcmm.nc.iso.threading_cycle import thread_cycle
-
-        c.marker = mode
-        thread_cycle(c, w, column)
-        c.marker = ""
+        rigid_tap(c, w, _lead(c, w, column))
     else:
         c.marker = mode
-        drill(c, w, mode, column)
+        if mode == "G76" and c.language.words == "o":
+            from vcmm.nc.iso.threading_cycle import thread_cycle
+
+            thread_cycle(c, w)
+        else:
+            drill(c, w, mode)
         c.marker = ""
 
 
-def _lead(c: Control, w: Words, column: int) -> float:
-    letter = "K" if c.dialect.words == "o" else "F"
+def _lead(c: IsoControl, w: IsoWords, column: int) -> float:
+    letter = "K" if c.language.words == "o" else "F"
     number = w.take(letter)
     if number is None:
         number = c.cycle.get("lead")
         if number is None:
             raise BlockFault(column, f"the thread has no lead; add {letter}, as in {letter}1.5")
         return number
-    c.cycle["lead"] = length(c, w, letter, number) if c.dialect.words == "o" else number * c.unit
+    c.cycle["lead"] = length(c, w, letter, number) if c.language.words == "o" else number * c.unit
     return c.cycle["lead"]
 
 
 _HARMLESS_WORDS = frozenset("NOS")
 
 
-def _unused(c: Control, w: Words) -> None:
-    """Words that nothing in the block uses."""
+def _unused(c: IsoControl, w: IsoWords) -> None:
+    """IsoWords that nothing in the block uses."""
     left = [letter for letter in w.values if letter not in w.used and letter not in _HARMLESS_WORDS]
     if not left:
         return
     letter = min(left, key=w.column)
-    if letter in "UVW" and not c.dialect.lathe:
+    if letter in "UVW" and not c.language.lathe:
         raise BlockFault(w.column(letter), f"the axis {letter} is not modelled; vcmm knows X Y Z A B C")
     text = f'nothing in this block uses the word "{letter}"'
-    if c.dialect.unused == "refuse" or letter in "XYZABC":
+    if c.language.unused == "refuse" or letter in "XYZABC":
         raise BlockFault(w.column(letter), f"{text}; remove it, or add the code that it belongs to")
-    c.remark(f"{text}; it is passed over", w.column(letter), once=f"unused {letter}")
+    c.remark(f"{text}; it is passed over", w.column(letter), f"unused {letter}")
 
 
-def _stop(c: Control, w: Words) -> None:
+def _stop(c: IsoControl, w: IsoWords) -> None:
     if w.m.get("stop") in (2, 30):
         c.ended = True

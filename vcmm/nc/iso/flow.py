@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from vcmm.nc.control import Control
 from vcmm.nc.expressions import Value, evaluate, whole
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.iso.blocks import Assign, Flow
+from vcmm.nc.iso.blocks import Assign, IsoFlow
+from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.parameters import ParameterTable
 from vcmm.nc.iso.texts import Text, find_file
-from vcmm.nc.trace import Step
 
 DEEPEST = 50
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
@@ -19,7 +18,7 @@ MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
 
 
 @dataclass(slots=True)
-class Frame:
+class ActiveCall:
     """A subprogram under way: where to go on, and how often it still has to be run."""
 
     text: Text
@@ -31,19 +30,18 @@ class Frame:
     own: bool = False  # has parameters of its own
 
 
-class Runner:
+class IsoRunner:
     """Where the program stands. `at` is the index of the next line."""
 
-    def __init__(self, c: Control, table: ParameterTable, text: Text, folder: Path | None) -> None:
+    def __init__(self, c: IsoControl, table: ParameterTable, text: Text, folder: Path | None) -> None:
         self.c, self.table, self.text, self.folder = c, table, text, folder
         self.main = text
         self.at = 0
-        self.frames: list[Frame] = []
+        self.calls: list[ActiveCall] = []
         self.counters: dict[tuple[int, str], int] = {}
         self.others: dict[str, Text] = {}
         self.idle, self.moves_seen, self.repeated = 0, 0, 0
         self.modal_macro: tuple[int, list[tuple[str, float]]] | None = None
-        self.steps: list[Step] | None = None  # executed blocks, where traces are kept
 
     # -- jumps ----------------------------------------------------------------------------------------------------
     def jump(self, index: int, here: int, column: int) -> None:
@@ -70,11 +68,11 @@ class Runner:
                 text = f"loops and subprograms have executed more than {MOST_REPEATED} blocks again; check their conditions"
                 raise BlockFault(1, text)
 
-    def truth(self, value: float | Value, column: int) -> bool:
+    def truth(self, value: Value, column: int) -> bool:
         number = self.compute(value, column)
         return bool(number)
 
-    def compute(self, value: float | Value, column: int) -> float | None:
+    def compute(self, value: Value, column: int) -> float | None:
         try:
             return evaluate(value, self.table)
         except BlockFault as fault:
@@ -98,35 +96,35 @@ class Runner:
                 raise BlockFault(fault.column or column, fault.text) from None
 
     # -- calls ----------------------------------------------------------------------------------------------------
-    def push(self, frame: Frame, arguments: dict[int, float] | None, column: int) -> None:
-        if len(self.frames) >= DEEPEST:
+    def push(self, call: ActiveCall, arguments: dict[int, float] | None, column: int) -> None:
+        if len(self.calls) >= DEEPEST:
             raise BlockFault(
                 column,
-                f"subprograms call one another more than {DEEPEST} deep; {frame.label} seems to call itself",
+                f"subprograms call one another more than {DEEPEST} deep; {call.label} seems to call itself",
             )
         if arguments is not None:
             self.table.locals.append(arguments)
             self.table.named_locals.append({})
-            frame.own = True
-        self.frames.append(frame)
+            call.own = True
+        self.calls.append(call)
 
     def pop(self) -> None:
         """The end of a subprogram: again from its start, or back."""
-        frame = self.frames[-1]
-        if frame.left > 1:
-            frame.left -= 1
-            self.at = frame.start
+        call = self.calls[-1]
+        if call.left > 1:
+            call.left -= 1
+            self.at = call.start
             return
-        self.frames.pop()
-        if frame.own:
+        self.calls.pop()
+        if call.own:
             self.table.locals.pop()
             self.table.named_locals.pop()
-        self.text, self.at = frame.text, frame.back
-        self.c.name = self.text.name
+        self.text, self.at = call.text, call.back
+        self.c.file = self.text.name
 
     def enter(self, text: Text, start: int) -> None:
         self.text, self.at = text, start
-        self.c.name = text.name
+        self.c.file = text.name
 
     def load(self, names: list[str]) -> Text | None:
         """A subprogram in a file of its own."""
@@ -141,7 +139,7 @@ class Runner:
 
 
 # -- O-words --------------------------------------------------------------------------------------------------------------
-def o_word(r: Runner, flow: Flow, here: int) -> None:
+def o_word(r: IsoRunner, flow: IsoFlow, here: int) -> None:
     """Execute an O-word that stands on line `here` (an index)."""
     label = (
         flow.label
@@ -151,11 +149,11 @@ def o_word(r: Runner, flow: Flow, here: int) -> None:
     _O_WORDS[flow.kind](r, flow, label, here)
 
 
-def _sub(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _sub(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     r.at = r.text.next_o(label, ("endsub",), here, flow.column) + 1
 
 
-def _call(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _call(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     arguments = {i: r.compute(v, flow.column) or 0.0 for i, v in enumerate(flow.values, 1)}
     text, start = r.text, r.text.subprogram(label)
     if start is None:
@@ -169,13 +167,13 @@ def _call(r: Runner, flow: Flow, label: str, here: int) -> None:
             flow.column,
             f"the subprogram o<{label}> is neither in this program nor in a file {label}.ngc beside it",
         )
-    r.push(Frame(r.text, here + 1, "o", f"o<{label}>", start + 1), arguments, flow.column)
+    r.push(ActiveCall(r.text, here + 1, "o", f"o<{label}>", start + 1), arguments, flow.column)
     r.enter(text, start + 1)
 
 
-def _return(r: Runner, flow: Flow, label: str, here: int) -> None:
-    if not r.frames or r.frames[-1].kind != "o":
-        if flow.kind == "return" and not r.frames:
+def _return(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
+    if not r.calls or r.calls[-1].kind != "o":
+        if flow.kind == "return" and not r.calls:
             raise BlockFault(flow.column, "return outside a subprogram; remove it")
         raise BlockFault(
             flow.column, f"o{label} {flow.kind} without a call that led here; add o{label} sub before it"
@@ -186,7 +184,7 @@ def _return(r: Runner, flow: Flow, label: str, here: int) -> None:
     r.table.named_common["_value_returned"] = 1.0 if flow.values else 0.0
 
 
-def _if(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _if(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     if r.truth(flow.values[0], flow.column):
         return
     index = here
@@ -199,16 +197,16 @@ def _if(r: Runner, flow: Flow, label: str, here: int) -> None:
             return
 
 
-def _else(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _else(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     r.text.last_o(label, ("if",), here, flow.column)
     r.at = r.text.next_o(label, ("endif",), here, flow.column) + 1
 
 
-def _endif(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _endif(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     r.text.last_o(label, ("if",), here, flow.column)
 
 
-def _while(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _while(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     start = _do_of(r, label, here)
     if start is not None:  # the end of do ... while
         if r.truth(flow.values[0], flow.column):
@@ -219,7 +217,7 @@ def _while(r: Runner, flow: Flow, label: str, here: int) -> None:
         r.at = end + 1
 
 
-def _do_of(r: Runner, label: str, here: int) -> int | None:
+def _do_of(r: IsoRunner, label: str, here: int) -> int | None:
     """The `do` that a `while` closes: the nearest word of that label before it."""
     before = [
         (i, kind)
@@ -229,41 +227,41 @@ def _do_of(r: Runner, label: str, here: int) -> int | None:
     return before[-1][0] if before and before[-1][1] == "do" else None
 
 
-def _endwhile(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _endwhile(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     r.jump(r.text.last_o(label, ("while",), here, flow.column), here, flow.column)
 
 
-def _do(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _do(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     r.text.next_o(label, ("while",), here, flow.column)
 
 
-def _repeat(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _repeat(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     count = r.compute(flow.values[0], flow.column) or 0.0
     if count < 1:
         r.at = r.text.next_o(label, ("endrepeat",), here, flow.column) + 1
         return
     r.text.next_o(label, ("endrepeat",), here, flow.column)
-    r.counters[(len(r.frames), label)] = int(count)
+    r.counters[(len(r.calls), label)] = int(count)
 
 
-def _endrepeat(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _endrepeat(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     start = r.text.last_o(label, ("repeat",), here, flow.column)
-    key = (len(r.frames), label)
+    key = (len(r.calls), label)
     left = r.counters.get(key, 0) - 1
     r.counters[key] = left
     if left > 0:
         r.jump(start + 1, here, flow.column)
 
 
-def _break(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _break(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     r.at = _loop_end(r, flow, label, here) + 1
 
 
-def _continue(r: Runner, flow: Flow, label: str, here: int) -> None:
+def _continue(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
     r.at = _loop_end(r, flow, label, here)
 
 
-def _loop_end(r: Runner, flow: Flow, label: str, here: int) -> int:
+def _loop_end(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> int:
     return r.text.next_o(label, ("endwhile", "endrepeat", "while"), here, flow.column)
 
 

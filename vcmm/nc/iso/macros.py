@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from vcmm.nc.expressions import Value, whole
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.iso.blocks import Flow
-from vcmm.nc.iso.codes import Words
-from vcmm.nc.iso.flow import Frame, Runner
+from vcmm.nc.iso.blocks import IsoFlow
+from vcmm.nc.iso.codes import IsoWords
+from vcmm.nc.iso.flow import ActiveCall, IsoRunner
 from vcmm.nc.iso.texts import Text
 
 ARGUMENTS = dict(
@@ -14,7 +16,7 @@ ARGUMENTS = dict(
 )
 
 
-def macro(r: Runner, flow: Flow, here: int) -> None:
+def macro(r: IsoRunner, flow: IsoFlow, here: int) -> None:
     """GOTO, IF, WHILE, END."""
     if flow.kind == "goto":
         _goto(r, flow.values[0], flow.column, here)
@@ -37,7 +39,7 @@ def macro(r: Runner, flow: Flow, here: int) -> None:
         r.jump(start, here, flow.column)
 
 
-def _goto(r: Runner, value: float | Value, column: int, here: int) -> None:
+def _goto(r: IsoRunner, value: Value, column: int, here: int) -> None:
     number = whole(r.compute(value, column), "the block number of GOTO")
     index = r.text.number(number, here)
     if index is None:
@@ -45,7 +47,7 @@ def _goto(r: Runner, value: float | Value, column: int, here: int) -> None:
     r.jump(index, here, column)
 
 
-def call_program(r: Runner, w: Words, here: int, column: int) -> None:
+def call_program(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
     """M98 Pn Lm, or P with the repeats before four digits (P50012: five times O12)."""
     number = w.whole("P", column)
     times = w.whole("L", column)
@@ -53,13 +55,22 @@ def call_program(r: Runner, w: Words, here: int, column: int) -> None:
         raise BlockFault(column, "M98 needs P, the number of the subprogram, as in M98 P100 L3")
     if times is None and number > 9999 and number not in r.text.programs:
         times, number = divmod(number, 10000)
-    _start_program(r, number, 1 if times is None else times, None, here, column, "M98")
+    start_program(r, ProgramCall("M98", number, 1 if times is None else times), here, column)
 
 
-def _start_program(
-    r: Runner, number: int, times: int, arguments: dict[int, float] | None, here: int, column: int, kind: str
-) -> None:
-    if times == 0:
+class ProgramCall(NamedTuple):
+    """What is called: M98 or G65, the number of the program, how often, and its local variables."""
+
+    code: str
+    number: int
+    times: int = 1
+    arguments: dict[int, float] | None = None
+
+
+def start_program(r: IsoRunner, call: ProgramCall, here: int, column: int) -> None:
+    """Go on in a program of this file or of one beside it."""
+    number = call.number
+    if call.times == 0:
         return
     text, start = r.text, r.text.programs.get(number)
     if start is None:
@@ -74,7 +85,8 @@ def _start_program(
             f"the subprogram O{number} is neither in this file nor in a file O{number:04d}.nc beside it; add it",
         )
     first = start + 1 if text.programs.get(number) == start and not _more_on_line(text, start) else start
-    r.push(Frame(r.text, here + 1, kind, f"O{number}", first, times), arguments, column)
+    under_way = ActiveCall(r.text, here + 1, call.code, f"O{number}", first, call.times)
+    r.push(under_way, call.arguments, column)
     r.enter(text, first)
 
 
@@ -82,15 +94,14 @@ def _more_on_line(text: Text, index: int) -> bool:
     return bool(text.block(index).words)
 
 
-def end_program(r: Runner, w: Words, column: int, here: int) -> None:
+def end_program(r: IsoRunner, w: IsoWords, column: int, here: int) -> None:
     """M99: back to the caller, to its block P if given; in the main program: the program would start again."""
     number = w.whole("P", column)
-    if not r.frames:
+    if not r.calls:
         r.c.remark("M99 in the main program starts it again for ever; it is read once", column)
         r.c.ended = True
         return
-    frame = r.frames[-1]
-    again = frame.left > 1
+    again = r.calls[-1].left > 1
     r.pop()
     if number is not None and not again:
         index = r.text.number(number, r.at - 1)
@@ -99,7 +110,7 @@ def end_program(r: Runner, w: Words, column: int, here: int) -> None:
         r.jump(index, r.at, column)
 
 
-def macro_call(r: Runner, w: Words, here: int) -> None:
+def macro_call(r: IsoRunner, w: IsoWords, here: int) -> None:
     """G65 (once), G66 (after every motion), G67 (no longer)."""
     code, column = w.g["macro"], w.g_columns["macro"]
     if code == "G67":
@@ -114,14 +125,16 @@ def macro_call(r: Runner, w: Words, here: int) -> None:
     if code == "G66":
         r.modal_macro = (number, given)
         return
-    _start_program(r, number, 1 if times is None else times, arguments_of(given), here, column, "G65")
+    start_program(
+        r, ProgramCall("G65", number, 1 if times is None else times, arguments_of(given)), here, column
+    )
 
 
-def modal_call(r: Runner, here: int) -> None:
+def modal_call(r: IsoRunner, here: int) -> None:
     """The macro of G66 after a block that has moved."""
-    if r.modal_macro is not None and not any(f.kind == "G65" for f in r.frames):
+    if r.modal_macro is not None and not any(f.kind == "G65" for f in r.calls):
         number, given = r.modal_macro
-        _start_program(r, number, 1, arguments_of(given), r.at - 1, 1, "G65")
+        start_program(r, ProgramCall("G65", number, 1, arguments_of(given)), r.at - 1, 1)
 
 
 def arguments_of(given: list[tuple[str, float]]) -> dict[int, float]:

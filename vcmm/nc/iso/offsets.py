@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from vcmm.nc.control import AXES, Compensation, Control
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.iso.codes import Words
-from vcmm.nc.iso.motion import feed_rate, length, make, target
-from vcmm.nc.moves import NO_ROTARY, PLANES, Point
-from vcmm.nc.setup import Tool
+from vcmm.nc.iso.codes import IsoWords
+from vcmm.nc.iso.control import AXES, IsoControl
+from vcmm.nc.iso.motion import length, target
+from vcmm.nc.moves import ORIGIN, PLANES, Point
+from vcmm.nc.radius import FANUC_B, LINUXCNC, RadiusCompensation
+from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
 
 OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 MOST_FURTHER = 300  # G54.1 P1 .. P300
 
 
-def select_offset(c: Control, w: Words, code: str, column: int) -> None:
+def select_offset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G54 ... G59.3, G54.1 Pn: nothing moves, the programmed point is worked out anew."""
     if code == "G54.1":
         number = w.whole("P", column, 1)
@@ -32,7 +33,7 @@ def further(number: int) -> str:
     return f"G54.1 P{number}"
 
 
-def set_data(c: Control, w: Words, column: int) -> None:
+def set_data(c: IsoControl, w: IsoWords, column: int) -> None:
     """G10: L2 and L20 work offsets; L1, L10 to L13 tool data."""
     kind = w.whole("L", column)
     if kind in (2, 20):
@@ -44,30 +45,30 @@ def set_data(c: Control, w: Words, column: int) -> None:
         raise BlockFault(column, f"G10 {shown} is not understood; known are L1, L2, L10 to L13 and L20")
 
 
-def _offset_name(c: Control, w: Words, column: int) -> str:
+def _offset_name(c: IsoControl, w: IsoWords, column: int) -> str:
     number = w.whole("P", column)
-    most = 9 if c.dialect.words == "o" else 6
+    most = 9 if c.language.words == "o" else 6
     if number is None or number > most:
         raise BlockFault(column, f"G10 L2 needs P0 to P{most}; P1 is G54")
     if number == 0:
-        return c.offset if c.dialect.words == "o" else ""
+        return c.offset if c.language.words == "o" else ""
     return OFFSETS[number - 1]
 
 
-def _set_offset(c: Control, w: Words, kind: int, column: int) -> None:
+def _set_offset(c: IsoControl, w: IsoWords, kind: int, column: int) -> None:
     name = _offset_name(c, w, column)
-    old = list(c.offsets.get(name, NO_ROTARY) if name else c.common)
+    old = list(c.offsets.get(name, ORIGIN) if name else c.common)
     named: dict[int, float] = {}
     angle = w.take("R")
-    if angle is not None and kind == 2 and c.dialect.words == "o":
+    if angle is not None and kind == 2 and c.language.words == "o":
         c.rotations[name] = math.radians(angle)
     for i, axis in enumerate(AXES):
         number = w.take(axis)
         if number is None:
             continue
-        value = length(c, w, axis, number) / (2.0 if axis == "X" and c.diameter else 1.0)
+        value = length(c, w, axis, number) / (2.0 if axis == "X" and c.diametral() else 1.0)
         named[i] = value
-        old[i] = value if c.absolute or c.dialect.words == "o" else old[i] + value
+        old[i] = value if c.absolute or c.language.words == "o" else old[i] + value
     if kind == 20:
         old = _reading(c, name, named)
     _no_rotary(w, column)
@@ -79,17 +80,17 @@ def _set_offset(c: Control, w: Words, kind: int, column: int) -> None:
     c.rebuild()
 
 
-def _reading(c: Control, name: str, named: dict[int, float]) -> list[float]:
+def _reading(c: IsoControl, name: str, named: dict[int, float]) -> list[float]:
     """The offset with which the present position reads the named values, the other axes what they read now."""
     kept, c.offset = c.offset, name or c.offset
     c.rebuild()
-    here, wanted = c.to_tip(c.p), [named.get(i, c.p[i]) for i in range(3)]
-    there, base = c.to_tip(wanted), c.offsets.get(c.offset, NO_ROTARY)
+    here, wanted = c.world.apply(c.p), [named.get(i, c.p[i]) for i in range(3)]
+    there, base = c.world.apply((wanted[0], wanted[1], wanted[2])), c.offsets.get(c.offset, ORIGIN)
     c.offset = kept
     return [base[i] + here[i] - there[i] for i in range(3)]
 
 
-def _no_rotary(w: Words, column: int) -> None:
+def _no_rotary(w: IsoWords, column: int) -> None:
     for axis in "ABC":
         if w.take(axis):
             raise BlockFault(
@@ -97,13 +98,13 @@ def _no_rotary(w: Words, column: int) -> None:
             )
 
 
-def _set_tool(c: Control, w: Words, kind: int, column: int) -> None:
+def _set_tool(c: IsoControl, w: IsoWords, kind: int, column: int) -> None:
     number = w.whole("P", column, 1)
     if number is None:
         raise BlockFault(column, f"G10 L{kind} needs P, the number of the tool or register")
     old = c.tools.get(number, Tool(number))
     radius = w.take("R")
-    if c.dialect.words == "o":
+    if c.language.words == "o":
         c.tools[number] = _entered_tool(c, w, old, kind, column)
         return
     if radius is None:
@@ -117,13 +118,13 @@ def _set_tool(c: Control, w: Words, kind: int, column: int) -> None:
         c.radii[number] = base + value
 
 
-def _entered_tool(c: Control, w: Words, old: Tool, kind: int, column: int) -> Tool:
+def _entered_tool(c: IsoControl, w: IsoWords, old: Tool, kind: int, column: int) -> Tool:
     """G10 L1: offsets as given. L10: so that the present position reads X Y Z; L11: the same in the ninth offset, G59.3."""
     if kind not in (1, 10, 11):
         raise BlockFault(
-            column, f"G10 L{kind} is not known in {c.dialect.name}; known are L1, L2, L10, L11 and L20"
+            column, f"G10 L{kind} is not known in {c.language.name}; known are L1, L2, L10, L11 and L20"
         )
-    origin = c.offsets.get("G59.3", NO_ROTARY) if kind == 11 else c.shift
+    origin = c.offsets.get("G59.3", ORIGIN) if kind == 11 else c.world.shift
     new = list(old.offset)
     for i, axis in enumerate(AXES):
         number = w.take(axis)
@@ -138,49 +139,49 @@ def _entered_tool(c: Control, w: Words, old: Tool, kind: int, column: int) -> To
     )  # fmt: skip
 
 
-def preset(c: Control, w: Words, code: str, column: int) -> None:
+def preset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G92: the present position gets the programmed values; G92.1 to G92.3 cancel, suspend and restore."""
     if code == "G92":
-        if not w.any_axis and not (c.dialect.words == "macro" and w.has("S")):
+        if not w.any_axis and not (c.language.words == "macro" and w.has("S")):
             raise BlockFault(column, "G92 needs at least one axis word, as in G92 X0 Y0")
         if not w.any_axis:
-            c.speed_limit = w.take("S")
+            c.speed_limit = w.need("S", "the highest speed of the spindle", column)
             return
         _no_rotary(w, column)
         shift = list(c.g92)
         for i, axis in enumerate(AXES):
             number = w.take(axis)
             if number is not None:
-                value = length(c, w, axis, number) / (2.0 if axis == "X" and c.diameter else 1.0)
+                value = length(c, w, axis, number) / (2.0 if axis == "X" and c.diametral() else 1.0)
                 shift[i] += c.p[i] - value
         c.g92 = c.g92_kept = (shift[0], shift[1], shift[2])
     elif code == "G92.3":
         c.g92 = c.g92_kept
     else:
-        c.g92 = NO_ROTARY
-        c.g92_kept = NO_ROTARY if code == "G92.1" else c.g92_kept
+        c.g92 = ORIGIN
+        c.g92_kept = ORIGIN if code == "G92.1" else c.g92_kept
     c.rebuild()
 
 
-def local_shift(c: Control, w: Words, column: int) -> None:
+def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
     """G52: a shift of all work offsets (Fanuc); in LinuxCNC it is kept with the shift of G92."""
-    shift = list(c.g52 if c.dialect.words == "macro" else c.g92)
+    shift = list(c.g52 if c.language.words == "macro" else c.g92)
     if not w.any_axis:
         raise BlockFault(column, "G52 needs at least one axis word; G52 X0 Y0 Z0 cancels it")
     for i, axis in enumerate(AXES):
         number = w.take(axis)
         if number is not None:
-            shift[i] = length(c, w, axis, number) / (2.0 if axis == "X" and c.diameter else 1.0)
+            shift[i] = length(c, w, axis, number) / (2.0 if axis == "X" and c.diametral() else 1.0)
     _no_rotary(w, column)
     new = (shift[0], shift[1], shift[2])
-    if c.dialect.words == "macro":
+    if c.language.words == "macro":
         c.g52 = new
     else:
         c.g92 = c.g92_kept = new
     c.rebuild()
 
 
-def coordinate_turn(c: Control, w: Words, code: str, column: int) -> None:
+def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G68: turn the programmed points about a centre, in the plane; G69 ends it."""
     if code == "G69":
         c.turn = None
@@ -200,7 +201,7 @@ def coordinate_turn(c: Control, w: Words, code: str, column: int) -> None:
 
 
 # -- tools ----------------------------------------------------------------------------------------------------------
-def tool_of(c: Control, number: int, column: int, letter: str) -> Tool | None:
+def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None:
     """The tool of a register; None without a tool table. Raises BlockFault: the table is there and lacks it."""
     tool = c.tools.get(number)
     if tool is None and c.tools and number:
@@ -212,18 +213,18 @@ def tool_of(c: Control, number: int, column: int, letter: str) -> Tool | None:
     return tool
 
 
-def tool_length(c: Control, w: Words, code: str, column: int) -> None:
+def tool_length(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G43, G44, G43.1, G43.2, G49."""
     offset = _offset_of(c, w, code, column)
-    follows = c.dialect.length_follows and w.has("Z")
+    follows = c.language.length_follows and w.has("Z")
     c.tool_offset = offset
     if not follows:
-        c.recompute()
+        c.locate()
 
 
-def _offset_of(c: Control, w: Words, code: str, column: int) -> Point:
+def _offset_of(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
     if code == "G49":
-        return NO_ROTARY
+        return ORIGIN
     if code == "G43.1":
         old = list(c.tool_offset)
         for i, axis in enumerate(AXES):
@@ -233,10 +234,10 @@ def _offset_of(c: Control, w: Words, code: str, column: int) -> Point:
         return (old[0], old[1], old[2])
     number = w.whole("H", column)
     if number is None:
-        number = c.tool if c.dialect.words == "o" else c.length_word
+        number = c.tool if c.language.words == "o" else c.length_word
     c.length_word = number
-    if number == 0 and c.dialect.words == "macro":
-        return NO_ROTARY
+    if number == 0 and c.language.words == "macro":
+        return ORIGIN
     offset = _register(c, number, column)
     sign = -1.0 if code == "G44" else 1.0
     if code == "G43.2":
@@ -245,7 +246,7 @@ def _offset_of(c: Control, w: Words, code: str, column: int) -> Point:
     return (sign * offset[0], sign * offset[1], sign * offset[2])
 
 
-def _register(c: Control, number: int, column: int) -> Point:
+def _register(c: IsoControl, number: int, column: int) -> Point:
     if number in c.lengths:
         return (0.0, 0.0, c.lengths[number])
     tool = tool_of(c, number, column, "H")
@@ -254,39 +255,52 @@ def _register(c: Control, number: int, column: int) -> Point:
             c.remark(
                 f"the length of tool {number} is not known and taken as 0 mm; give the tools with --setup",
                 column,
-                once="no tools",
+                "no tools",
             )
-        return NO_ROTARY
+        return ORIGIN
     return tool.offset
 
 
-def radius_compensation(c: Control, w: Words, code: str, column: int) -> None:
+def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G40, G41, G42, G41.1, G42.1: side and radius in force."""
     if code == "G40":
         c.compensation = None
         return
-    if c.compensation is not None and c.dialect.words == "o":
+    if c.compensation is not None and c.language.words == "o":
         raise BlockFault(column, "cutter radius compensation is on already; end it with G40 before")
     side = "left" if code.startswith("G41") else "right"
     if code.endswith(".1"):
         diameter = w.need("D", f"the diameter of the cutter, as in {code} D10", column)
         orientation = w.whole("L", column) or 0
-        c.compensation = Compensation(side, diameter * c.unit / 2.0, orientation)
+        c.compensation = _compensation(c, side, (diameter * c.unit / 2.0, orientation), column)
         return
     number = w.whole("D", column)
-    if number is None:
-        number = c.tool
-    c.compensation = _compensation(c, side, number, column)
+    tool = _radius_of(c, c.tool if number is None else number, column)
+    c.compensation = _compensation(c, side, tool, column)
 
 
-def _compensation(c: Control, side: str, number: int, column: int) -> Compensation:
+def _compensation(c: IsoControl, side: str, tool: tuple[float, int], column: int) -> RadiusCompensation:
+    """With the way from the centre of the nose to the imaginary tip that the offsets of a turning tool are measured at."""
+    style, tips = (LINUXCNC, LINUXCNC_TIPS) if c.language.words == "o" else (FANUC_B, FANUC_TIPS)
+    radius, orientation = tool
+    if orientation and orientation not in tips:
+        raise BlockFault(column, f"{orientation} is no orientation of a turning tool; they are 0 to 9")
+    nose = ORIGIN
+    if orientation and c.plane == "ZX":
+        x, z = tips[orientation]
+        nose = (x * abs(radius), 0.0, z * abs(radius))
+    return RadiusCompensation(side, radius, style, nose)
+
+
+def _radius_of(c: IsoControl, number: int, column: int) -> tuple[float, int]:
+    """Radius and orientation of a register, else of its tool."""
     if number in c.radii:
-        return Compensation(side, c.radii[number])
-    if number == 0 and c.dialect.words == "macro":
-        return Compensation(side, 0.0)
+        return c.radii[number], 0
+    if number == 0 and c.language.words == "macro":
+        return 0.0, 0
     tool = tool_of(c, number, column, "D")
     if number == 0 and tool is None:
-        return Compensation(side, 0.0)
+        return 0.0, 0
     if tool is None:
         raise BlockFault(
             column,
@@ -299,16 +313,16 @@ def _compensation(c: Control, side: str, number: int, column: int) -> Compensati
             column,
             f'radius compensation needs the {key.replace("_", " ")} of tool {number}: add {key} = "{size}" to [tools.{number}] of the set-up',
         )
-    return Compensation(side, tool.radius, tool.orientation)
+    return tool.radius, tool.orientation
 
 
 # -- moves in machine coordinates -------------------------------------------------------------------------------------
-def machine_move(c: Control, w: Words, column: int) -> None:
+def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     """G53: one block whose words are positions of the axes in machine coordinates."""
-    rapid = c.motion != "G1" or c.dialect.words == "macro"
-    if c.dialect.words == "o" and c.motion not in ("G0", "G1"):
+    rapid = c.motion != "G1" or c.language.words == "macro"
+    if c.language.words == "o" and c.motion not in ("G0", "G1"):
         raise BlockFault(column, "G53 needs G0 or G1 in force; write G53 G0 Z0")
-    if not c.absolute and c.dialect.words == "o":
+    if not c.absolute and c.language.words == "o":
         raise BlockFault(column, "G53 needs absolute coordinates; write G90 before")
     if c.compensation is not None:
         raise BlockFault(column, "G53 while cutter radius compensation is on; cancel it with G40 before")
@@ -316,59 +330,54 @@ def machine_move(c: Control, w: Words, column: int) -> None:
     for i, axis in enumerate(AXES):
         number = w.take(axis)
         if number is not None:
-            q[i] = length(c, w, axis, number) / (2.0 if axis == "X" and c.diameter else 1.0)
+            q[i] = length(c, w, axis, number) / (2.0 if axis == "X" and c.diametral() else 1.0)
     for i, axis in enumerate("ABC"):
         number = w.take(axis)
         if number is not None:
             rotary[i] = math.radians(number)
-    go_to_axes(c, w, (q[0], q[1], q[2]), rapid, column, (rotary[0], rotary[1], rotary[2]))
+    c.column = column
+    go_to_axes(c, (q[0], q[1], q[2]), rapid, (rotary[0], rotary[1], rotary[2]))
 
 
-def go_to_axes(c: Control, w: Words, q: Point, rapid: bool, column: int, rotary: Point | None = None) -> None:
+def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
     """A straight move of the axes to a machine position; never rewritten."""
     o = c.tool_offset
-    start, end = c.tip(), (q[0] - o[0], q[1] - o[1], q[2] - o[2])
-    rotary = c.rotary if rotary is None else rotary
-    feed = None if rapid else feed_rate(c, w, math.dist(start, end), column)
-    c.emit(make(c, "rapid" if rapid else "line", start, end, rotary, feed, rewritable=False))
-    c.rotary = rotary
-    c.q = list(q)
-    c.recompute()
+    c.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid, rotary)
+    c.q = q
+    c.locate()
 
 
-def go_home(c: Control, w: Words, second: bool, column: int) -> None:
+def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:
     """G28, G30: by way of the programmed point to the reference point, only the axes that are named (LinuxCNC: or all)."""
     if c.compensation is not None:
         raise BlockFault(
             column, "a reference move while cutter radius compensation is on; cancel it with G40 before"
         )
-    named = [axis for axis in AXES if w.has(axis) or (c.dialect.lathe and w.has("UVW"[AXES.index(axis)]))]
+    named = [axis for axis in AXES if w.has(axis) or (c.language.lathe and w.has("UVW"[AXES.index(axis)]))]
     turned = [axis for axis in "ABC" if w.has(axis)]
-    if second and c.dialect.words == "macro":
+    if second and c.language.words == "macro":
         number = w.whole("P", column)
         if number not in (None, 2):
             raise BlockFault(
                 column,
                 f"G30 P{number} is not known: the set-up file holds the first and the second reference point only",
             )
-    everything = not named and not turned and c.dialect.words == "o"
+    everything = not named and not turned and c.language.words == "o"
     if named or turned:
         p, rotary = target(c, w)
-        start, end = c.tip(), c.to_tip(p)
+        start, end = c.tip(), c.world.apply(p)
         if start != end or rotary != c.rotary:
-            c.emit(make(c, "rapid", start, end, rotary, None, rewritable=False))
-            c.rotary = rotary
-            c.arrive(p, end)
+            c.emit("rapid", end, rotary=rotary, rewritable=False)
+            c.p = p
     home = c.home2 if second else c.home
     q = [home[i] if everything or AXES[i] in named else c.q[i] for i in range(3)]
-    rotary = tuple(0.0 if everything or "ABC"[i] in turned else c.rotary[i] for i in range(3))  # type: ignore[assignment]
-    go_to_axes(c, w, (q[0], q[1], q[2]), True, column, rotary)
+    turning = [0.0 if everything or "ABC"[i] in turned else c.rotary[i] for i in range(3)]
+    go_to_axes(c, (q[0], q[1], q[2]), True, (turning[0], turning[1], turning[2]))
 
 
-def store_home(c: Control, second: bool) -> None:
+def store_home(c: IsoControl, second: bool) -> None:
     """G28.1, G30.1: the present position of the axes becomes the reference point."""
-    here = (c.q[0], c.q[1], c.q[2])
     if second:
-        c.home2 = here
+        c.home2 = c.q
     else:
-        c.home = here
+        c.home = c.q

@@ -11,11 +11,11 @@ import math
 from collections.abc import Callable
 
 from vcmm.core.errors import did_you_mean
-from vcmm.nc.control import Control
 from vcmm.nc.expressions import whole
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.offsets import OFFSETS, further
-from vcmm.nc.moves import NO_ROTARY
+from vcmm.nc.moves import ORIGIN
 
 PLANE_CODES = {"XY": 17, "ZX": 18, "YZ": 19}
 
@@ -23,9 +23,9 @@ PLANE_CODES = {"XY": 17, "ZX": 18, "YZ": 19}
 class ParameterTable:
     """All parameters of one run. `locals` is the stack of the subprograms under way."""
 
-    def __init__(self, c: Control) -> None:
+    def __init__(self, c: IsoControl) -> None:
         self.c = c
-        self.macro = c.dialect.words == "macro"
+        self.macro = c.language.words == "macro"
         self.common: dict[int, float] = {}
         self.named_common: dict[str, float] = {}
         self.locals: list[dict[int, float]] = [{}]
@@ -107,14 +107,14 @@ class ParameterTable:
             common[axis] = value * scale
             self.c.common = (common[0], common[1], common[2])
         else:
-            old = list(self.c.offsets.get(name, NO_ROTARY))
+            old = list(self.c.offsets.get(name, ORIGIN))
             old[axis] = value * scale
             self.c.offsets[name] = (old[0], old[1], old[2])
         self.c.rebuild()
         return True
 
 
-def attach(c: Control) -> ParameterTable:
+def attach(c: IsoControl) -> ParameterTable:
     """Give a control its parameters."""
     table = ParameterTable(c)
     c.parameters = table
@@ -133,10 +133,10 @@ def _offset_place(index: int, macro: bool) -> tuple[str, int] | None:
     return None
 
 
-def _linuxcnc(c: Control, index: int) -> float | None:
+def _linuxcnc(c: IsoControl, index: int) -> float | None:
     place = _offset_place(index, False)
     if place is not None:
-        return c.offsets.get(place[0], NO_ROTARY)[place[1]]
+        return c.offsets.get(place[0], ORIGIN)[place[1]]
     if 5221 <= index <= 5400 and (index - 5221) % 20 == 9:
         return math.degrees(c.rotations.get(OFFSETS[(index - 5221) // 20], 0.0))
     for begin, point in ((5161, c.home), (5181, c.home2), (5211, c.g92), (5401, c.tool_offset)):
@@ -158,10 +158,10 @@ def _linuxcnc(c: Control, index: int) -> float | None:
     return None
 
 
-def _fanuc(c: Control, index: int) -> float | None:
+def _fanuc(c: IsoControl, index: int) -> float | None:
     place = _offset_place(index, True)
     if place is not None:
-        point = c.offsets.get(place[0], NO_ROTARY) if place[0] else c.common
+        point = c.offsets.get(place[0], ORIGIN) if place[0] else c.common
         return point[place[1]] / c.unit
     for begin, values in ((5001, c.p), (5021, c.q), (5041, c.p), (5081, c.tool_offset)):
         if begin <= index <= begin + 2:
@@ -172,16 +172,16 @@ def _fanuc(c: Control, index: int) -> float | None:
     return None if modal is None else float(modal(c))
 
 
-def _length_register(c: Control, number: int) -> float:
+def _length_register(c: IsoControl, number: int) -> float:
     tool = c.tools.get(number)
     return c.lengths.get(number, tool.length if tool else 0.0)
 
 
-def _motion_number(c: Control) -> float:
+def _motion_number(c: IsoControl) -> float:
     return float((c.motion or "G80")[1:])
 
 
-_MODAL: dict[int, Callable[[Control], float]] = {  # modal information of Fanuc macro B
+_MODAL: dict[int, Callable[[IsoControl], float]] = {  # modal information of Fanuc macro B
     4001: _motion_number, 4002: lambda c: PLANE_CODES[c.plane], 4003: lambda c: 90 if c.absolute else 91,
     4005: lambda c: float(c.feed_mode[1:]), 4006: lambda c: 20 if c.unit > 1 else 21,
     4007: lambda c: 40 if c.compensation is None else 41 if c.compensation.side == "left" else 42,
@@ -190,7 +190,7 @@ _MODAL: dict[int, Callable[[Control], float]] = {  # modal information of Fanuc 
     4119: lambda c: c.speed, 4120: lambda c: c.next_tool or c.tool, 4107: lambda c: 0,
 }  # fmt: skip
 
-NAMED: dict[str, Callable[[Control], float]] = {  # LinuxCNC's predefined names
+NAMED: dict[str, Callable[[IsoControl], float]] = {  # LinuxCNC's predefined names
     "_x": lambda c: c.p[0] / c.unit, "_y": lambda c: c.p[1] / c.unit, "_z": lambda c: c.p[2] / c.unit,
     "_a": lambda c: math.degrees(c.rotary[0]), "_b": lambda c: math.degrees(c.rotary[1]), "_c": lambda c: math.degrees(c.rotary[2]),
     "_abs_x": lambda c: c.q[0], "_abs_y": lambda c: c.q[1], "_abs_z": lambda c: c.q[2],
@@ -204,10 +204,10 @@ NAMED: dict[str, Callable[[Control], float]] = {  # LinuxCNC's predefined names
     "_ccomp": lambda c: 400 if c.compensation is None else 410 if c.compensation.side == "left" else 420,
     "_coord_system": lambda c: 10 * float(c.offset[1:].split()[0]), "_tool_offset": lambda c: any(c.tool_offset),
     "_retract_r_plane": lambda c: c.retract == "G99", "_retract_old_z": lambda c: c.retract == "G98",
-    "_spindle_rpm_mode": lambda c: c.spindle_mode == "G97", "_spindle_css_mode": lambda c: c.spindle_mode == "G96",
-    "_ijk_absolute_mode": lambda c: c.arc_absolute, "_lathe_diameter_mode": lambda c: c.diameter,
-    "_lathe_radius_mode": lambda c: not c.diameter, "_spindle_on": lambda c: c.sense != 0, "_spindle_cw": lambda c: c.sense > 0,
-    "_vmajor": lambda c: 2.9, "_vminor": lambda c: 0, "_call_level": lambda c: len(c.parameters.locals) - 1,  # type: ignore[attr-defined]
+    "_spindle_rpm_mode": lambda c: not c.surface, "_spindle_css_mode": lambda c: c.surface,
+    "_ijk_absolute_mode": lambda c: c.arc_absolute, "_lathe_diameter_mode": lambda c: c.diametral(),
+    "_lathe_radius_mode": lambda c: not c.diametral(), "_spindle_on": lambda c: c.sense != 0, "_spindle_cw": lambda c: c.sense > 0,
+    "_vmajor": lambda c: 2.9, "_vminor": lambda c: 0, "_call_level": lambda c: len(c.parameters.locals) - 1,
     "_remap_level": lambda c: 0, "_task": lambda c: 0, "_value_returned": lambda c: 0, "_mist": lambda c: 0, "_flood": lambda c: 0,
     "_speed_override": lambda c: 1, "_feed_override": lambda c: 1, "_adaptive_feed": lambda c: 0, "_feed_hold": lambda c: 0,
 }  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.iso.blocks import O_WORDS, Block, parse_block
+from vcmm.nc.iso.blocks import O_WORDS, IsoBlock, parse_block
 from vcmm.nc.tokens import split_lines
 
 _O_WORD = re.compile(
@@ -24,7 +24,7 @@ class Text:
     def __init__(self, name: str, text: str, dialect: Dialect) -> None:
         self.name, self.dialect = name, dialect
         self.lines = split_lines(text)
-        self._blocks: dict[int, Block] = {}
+        self._blocks: dict[int, IsoBlock] = {}
         self.runs: dict[int, int] = {}  # line -> how often it has been executed
         self.o_words: dict[str, list[tuple[int, str]]] = {}  # label -> (index of the line, keyword)
         self.programs: dict[int, int] = {}  # O number -> index of its line
@@ -42,12 +42,12 @@ class Text:
                 elif label.isdigit():
                     self.programs.setdefault(int(label), i)
 
-    def block(self, index: int) -> Block:
+    def block(self, index: int) -> IsoBlock:
         """The block of a line, read once."""
-        found = self._blocks.get(index)
-        if found is None:
-            found = self._blocks[index] = parse_block(self.lines[index], index + 1, self.dialect)
-        return found
+        block = self._blocks.get(index)
+        if block is None:
+            block = self._blocks[index] = parse_block(self.lines[index], index + 1, self.dialect)
+        return block
 
     def next_o(self, label: str, kinds: tuple[str, ...], index: int, column: int) -> int:
         """The first line after `index` with that label and one of the keywords."""

@@ -12,10 +12,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from vcmm.nc.control import Control
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.iso.codes import Words
-from vcmm.nc.iso.motion import line, thread_to
+from vcmm.nc.iso.codes import IsoWords
+from vcmm.nc.iso.control import IsoControl
+from vcmm.nc.iso.motion import thread_to
+from vcmm.nc.moves import Point
 
 MOST_PASSES = 1000
 
@@ -32,8 +33,9 @@ def depths(first: float, full: float, degression: float, springs: int) -> list[f
             raise BlockFault(1, f"G76 needs more than {MOST_PASSES} passes; make J larger")
 
 
-def thread_cycle(c: Control, w: Words, column: int) -> None:
+def thread_cycle(c: IsoControl, w: IsoWords) -> None:
     """A block with G76."""
+    column = c.column
     if c.plane != "ZX":
         raise BlockFault(column, "G76 (threading) needs the plane ZX; write G18 before")
     if c.compensation is not None:
@@ -53,24 +55,32 @@ def thread_cycle(c: Control, w: Words, column: int) -> None:
     if where > 3 or (where and (taper <= 0 or taper > abs(end - c.p[2]) / (2 if where == 3 else 1))):
         raise BlockFault(column, "the tapers of G76 need L 0 to 3 and a length E that fits into the thread")
     thread = _Thread(
-        c, w, column, (c.p[0], c.p[1], c.p[2]), end, pitch, peak, full, math.tan(angle), taper, where
+        c,
+        start=c.p,
+        end=end,
+        pitch=pitch,
+        peak=peak,
+        full=full,
+        slope=math.tan(angle),
+        taper=taper,
+        where=where,
     )
     for depth in depths(first, full, degression, springs):
         thread.cut(depth)
 
 
-def _end(c: Control, w: Words, column: int) -> float:
+def _end(c: IsoControl, w: IsoWords, column: int) -> float:
     z = w.need("Z", "the end of the drive line", column) * c.unit
     x = w.take("X")
     if (
         x is not None
-        and abs((x * c.unit / (2.0 if c.diameter else 1.0) if c.absolute else x + c.p[0]) - c.p[0]) > 1e-9
+        and abs((x * c.unit / (2.0 if c.diametral() else 1.0) if c.absolute else x + c.p[0]) - c.p[0]) > 1e-9
     ):
         raise BlockFault(w.column("X"), "tapered threads (X in G76) are not understood; leave X out")
     return z if c.absolute else c.p[2] + z
 
 
-def _check(w: Words, pitch: float, peak: float, first: float, full: float) -> None:
+def _check(w: IsoWords, pitch: float, peak: float, first: float, full: float) -> None:
     if pitch <= 0:
         raise BlockFault(w.column("P"), "the pitch P of G76 must be positive")
     if peak == 0:
@@ -86,10 +96,8 @@ def _check(w: Words, pitch: float, peak: float, first: float, full: float) -> No
 class _Thread:
     """What all passes share. `slope`: advance along the thread per depth, along the flank."""
 
-    c: Control
-    w: Words
-    column: int
-    start: tuple[float, float, float]
+    c: IsoControl
+    start: Point
     end: float
     pitch: float
     peak: float
@@ -120,10 +128,10 @@ class _Thread:
         self._rapid(clear, end)
 
     def _rapid(self, x: float, z: float) -> None:
-        line(self.c, self.w, [x, self.start[1], z], self.c.rotary, True, self.column)
+        self.c.straight((x, self.start[1], z), True)
 
     def _feed(self, x: float, z: float) -> None:
         """The pitch counts along the axis, so that the lead along a taper is longer."""
         dx, dz = x - self.c.p[0], z - self.c.p[2]
         lead = self.pitch * math.hypot(dx, dz) / abs(dz)
-        thread_to(self.c, [x, self.start[1], z], self.c.rotary, self.column, lead)
+        thread_to(self.c, (x, self.start[1], z), lead)

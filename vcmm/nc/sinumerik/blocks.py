@@ -1,4 +1,4 @@
-"""One line of a Sinumerik program as a Block: label, items (words, assignments, commands), flow control."""
+"""One line of a Sinumerik program as a SinumerikBlock: label, items (words, assignments, commands), flow control."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from vcmm.nc.expressions import Value
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.sinumerik.text import Environment, Expr, Reader, number_of
+from vcmm.nc.sinumerik.text import SinumerikReader, number_of
 from vcmm.nc.tokens import Token
 
 JUMPS = ("GOTOF", "GOTOB", "GOTO", "GOTOC", "GOTOS")
@@ -27,15 +28,15 @@ class Item(NamedTuple):
     name: str
     first: int
     last: int
-    value: Expr | None = None
-    number: Callable[[Environment], int] | None = None
+    value: Value | None = None
+    number: Callable[[object], int] | None = None
     mode: str = ""
     text: str = ""
-    arguments: tuple[Expr | None, ...] | None = None
+    arguments: tuple[Value | None, ...] | None = None
 
 
-class Flow(NamedTuple):
-    """Flow control; `data` depends on the kind."""
+class SinumerikFlow(NamedTuple):
+    """SinumerikFlow control; `data` depends on the kind."""
 
     kind: str
     column: int
@@ -43,7 +44,7 @@ class Flow(NamedTuple):
 
 
 @dataclass(slots=True)
-class Block:
+class SinumerikBlock:
     """A line that has been read."""
 
     line: int
@@ -52,16 +53,16 @@ class Block:
     number: str = ""
     label: str = ""
     items: list[Item] = field(default_factory=list)
-    flow: Flow | None = None
+    flow: SinumerikFlow | None = None
     skipped: bool = False
 
 
-def parse_block(tokens: Sequence[Token], line: int) -> Block:
+def parse_block(tokens: Sequence[Token], line: int) -> SinumerikBlock:
     """Read one line without blanks and comments. Raises BlockFault with the column."""
     if not tokens:
-        return Block(line, 1, 1)
-    reader = Reader(tokens)
-    block = Block(line, tokens[0].column, tokens[-1].column + len(tokens[-1].text))
+        return SinumerikBlock(line, 1, 1)
+    reader = SinumerikReader(tokens)
+    block = SinumerikBlock(line, tokens[0].column, tokens[-1].column + len(tokens[-1].text))
     if reader.accept("/"):
         block.skipped = True
         level = reader.upper()
@@ -77,7 +78,7 @@ def parse_block(tokens: Sequence[Token], line: int) -> Block:
     return block
 
 
-def _number_and_label(reader: Reader, block: Block) -> None:
+def _number_and_label(reader: SinumerikReader, block: SinumerikBlock) -> None:
     token = reader.peek()
     if token is not None and token.kind == "word" and token.text[0] in "nN" and reader.upper(1) != "=":
         block.number = f"N{token.text[1:].strip()}"
@@ -91,7 +92,7 @@ def _number_and_label(reader: Reader, block: Block) -> None:
         block.label = "ENDLABEL"
 
 
-def _item(reader: Reader, block: Block) -> None:
+def _item(reader: SinumerikReader, block: SinumerikBlock) -> None:
     token = reader.peek()
     assert token is not None
     if token.kind == "name" and _flow(reader, block):
@@ -108,41 +109,44 @@ def _item(reader: Reader, block: Block) -> None:
         )
 
 
-def _word(reader: Reader) -> Item:
+def _word(reader: SinumerikReader) -> Item:
     """X10, G1, R5=..., I1=..., M1=3, L100."""
     token = reader.peek()
     assert token is not None
     letter, number = token.text[0].upper(), token.text[1:].strip()
     if reader.upper(1) == "=" and number.isdigit():
         if letter == "R":
-            index = reader.index()
-            reader.expect("=", "after the R parameter")
-            return Item("R", token.column, 0, reader.expression(), index)._replace(last=reader.reached)
+            return _parameter(reader, token)
         reader.at += 2
         value, mode, text = _value(reader)
         fixed = int(number)
-        return Item(letter, token.column, reader.reached, value, lambda env: fixed, mode, text)
+        return Item(letter, token.column, reader.reached, value, lambda known: fixed, mode=mode, text=text)
     reader.at += 1
-    plain = number_of(number)
-    return Item(letter, token.column, reader.reached, lambda env: plain, text=number)
+    return Item(letter, token.column, reader.reached, number_of(number), text=number)
 
 
-def _letter(reader: Reader) -> Item:
+def _parameter(reader: SinumerikReader, token: Token) -> Item:
+    """R5=..., R[...]=..."""
+    index = reader.index()
+    reader.expect("=", "after the R parameter")
+    value = reader.expression()
+    return Item("R", token.column, reader.reached, value, index)
+
+
+def _letter(reader: SinumerikReader) -> Item:
     """X=..., R[..]=..."""
     token = reader.peek()
     assert token is not None
     letter = token.text.upper()
     if letter == "R" and reader.upper(1) == "[":
-        index = reader.index()
-        reader.expect("=", "after the R parameter")
-        return Item("R", token.column, 0, reader.expression(), index)._replace(last=reader.reached)
+        return _parameter(reader, token)
     reader.at += 1
     reader.expect("=", f"after {letter}, which has no number")
     value, mode, text = _value(reader)
-    return Item(letter, token.column, reader.reached, value, None, mode, text)
+    return Item(letter, token.column, reader.reached, value, mode=mode, text=text)
 
 
-def _value(reader: Reader) -> tuple[Expr | None, str, str]:
+def _value(reader: SinumerikReader) -> tuple[Value | None, str, str]:
     """Expression, AC(...), IC(...) or a text."""
     token = reader.peek()
     if token is not None and token.kind == "string":
@@ -157,7 +161,7 @@ def _value(reader: Reader) -> tuple[Expr | None, str, str]:
     return reader.expression(), "", ""
 
 
-def _name(reader: Reader) -> Item:
+def _name(reader: SinumerikReader) -> Item:
     """NAME, NAME=value, NAME(arguments)."""
     token = reader.next()
     name = token.text.upper()
@@ -170,14 +174,14 @@ def _name(reader: Reader) -> Item:
         )
     if reader.accept("="):
         value, mode, text = _value(reader)
-        return Item(name, token.column, reader.reached, value, None, mode, text)
+        return Item(name, token.column, reader.reached, value, mode=mode, text=text)
     if reader.upper() == "(":
         arguments = tuple(reader.optional_arguments())
         return Item(name, token.column, reader.reached, arguments=arguments)
     return Item(name, token.column, reader.reached)
 
 
-def _text(reader: Reader) -> None:
+def _text(reader: SinumerikReader) -> None:
     """The brackets of MSG and SETAL with what is in them; words may stand behind them."""
     depth = 0
     while not reader.done:
@@ -187,12 +191,12 @@ def _text(reader: Reader) -> None:
             return
 
 
-def _flow(reader: Reader, block: Block) -> bool:
-    """Flow control; True where there was some."""
+def _flow(reader: SinumerikReader, block: SinumerikBlock) -> bool:
+    """SinumerikFlow control; True where there was some."""
     name, column = reader.upper(), reader.column
     if name in ALONE:
         reader.at += 1
-        block.flow = Flow(name, column)
+        block.flow = SinumerikFlow(name, column)
         return True
     if name in JUMPS:
         block.flow = _jump(reader)
@@ -205,15 +209,15 @@ def _flow(reader: Reader, block: Block) -> bool:
     return True
 
 
-def _jump(reader: Reader, condition: Expr | None = None) -> Flow:
+def _jump(reader: SinumerikReader, condition: Value | None = None) -> SinumerikFlow:
     token = reader.next()
     kind = token.text.upper()
     if kind == "GOTOS":
-        return Flow("JUMP", token.column, (kind, "", condition))
-    return Flow("JUMP", token.column, (kind, _target(reader), condition))
+        return SinumerikFlow("JUMP", token.column, (kind, "", condition))
+    return SinumerikFlow("JUMP", token.column, (kind, _target(reader), condition))
 
 
-def _target(reader: Reader) -> str:
+def _target(reader: SinumerikReader) -> str:
     token = reader.peek()
     if token is None or token.kind not in ("name", "word", "number"):
         raise reader.fault(
@@ -223,10 +227,10 @@ def _target(reader: Reader) -> str:
     return f"N{token.text}" if token.kind == "number" else token.text.upper()
 
 
-def _if(reader: Reader, column: int) -> Flow:
+def _if(reader: SinumerikReader, column: int) -> SinumerikFlow:
     condition = reader.expression()
     if reader.done:
-        return Flow("IF", column, (condition,))
+        return SinumerikFlow("IF", column, (condition,))
     if reader.upper() not in JUMPS:
         raise reader.fault(
             f'behind IF a jump (GOTOF, GOTOB, GOTO) or nothing may stand, "{reader.upper()}" stands there; use IF ... ENDIF'
@@ -234,11 +238,11 @@ def _if(reader: Reader, column: int) -> Flow:
     return _jump(reader, condition)
 
 
-def _condition(kind: str) -> Callable[[Reader, int], Flow]:
-    return lambda reader, column: Flow(kind, column, (reader.expression(),))
+def _condition(kind: str) -> Callable[[SinumerikReader, int], SinumerikFlow]:
+    return lambda reader, column: SinumerikFlow(kind, column, (reader.expression(),))
 
 
-def _for(reader: Reader, column: int) -> Flow:
+def _for(reader: SinumerikReader, column: int) -> SinumerikFlow:
     token = reader.peek()
     if token is not None and token.text[0] in "rR" and token.kind in ("word", "letter"):
         target: Any = reader.index()
@@ -249,40 +253,39 @@ def _for(reader: Reader, column: int) -> Flow:
     reader.expect("=", "after the variable of FOR")
     start = reader.expression()
     reader.expect("TO", "after the first value of FOR")
-    return Flow("FOR", column, (target, start, reader.expression()))
+    return SinumerikFlow("FOR", column, (target, start, reader.expression()))
 
 
-def _repeat(reader: Reader, column: int) -> Flow:
+def _repeat(reader: SinumerikReader, column: int) -> SinumerikFlow:
     if reader.done:
-        return Flow("REPEAT", column)
+        return SinumerikFlow("REPEAT", column)
     labels = [_target(reader)]
     token = reader.peek()
     if token is not None and token.kind == "name":
         labels.append(_target(reader))
-    return Flow("REPEAT_PART", column, (tuple(labels), _times(reader)))
+    return SinumerikFlow("REPEAT_PART", column, (tuple(labels), _times(reader)))
 
 
-def _repeat_block(reader: Reader, column: int) -> Flow:
-    return Flow("REPEATB", column, (_target(reader), _times(reader)))
+def _repeat_block(reader: SinumerikReader, column: int) -> SinumerikFlow:
+    return SinumerikFlow("REPEATB", column, (_target(reader), _times(reader)))
 
 
-def _times(reader: Reader) -> Expr:
+def _times(reader: SinumerikReader) -> Value:
     """P=3 or P3; without it once."""
     token = reader.peek()
     if token is not None and token.kind == "word" and token.text[0] in "pP":
         reader.at += 1
-        number = number_of(token.text[1:])
-        return lambda env: number
+        return number_of(token.text[1:])
     if reader.accept("P"):
         reader.expect("=", "after P")
         return reader.expression()
-    return lambda env: 1.0
+    return 1.0
 
 
-def _case(reader: Reader, column: int) -> Flow:
+def _case(reader: SinumerikReader, column: int) -> SinumerikFlow:
     value = reader.expression()
     reader.expect("OF", "after the expression of CASE")
-    cases: list[tuple[Expr | None, str, str]] = []
+    cases: list[tuple[Value | None, str, str]] = []
     while not reader.done:
         constant = None if reader.accept("DEFAULT") else reader.expression()
         kind = reader.upper()
@@ -290,12 +293,12 @@ def _case(reader: Reader, column: int) -> Flow:
             raise reader.fault("a jump is due here, as in CASE R1 OF 1 GOTOF LABEL_1 DEFAULT GOTOF END_1")
         reader.at += 1
         cases.append((constant, kind, _target(reader)))
-    return Flow("CASE", column, (value, tuple(cases)))
+    return SinumerikFlow("CASE", column, (value, tuple(cases)))
 
 
-def _def(reader: Reader, column: int) -> Flow:
+def _def(reader: SinumerikReader, column: int) -> SinumerikFlow:
     kind = _type(reader, "DEF")
-    found: list[tuple[str, Expr | None]] = []
+    variables: list[tuple[str, Value | None]] = []
     while True:
         token = reader.peek()
         if token is None or token.kind != "name":
@@ -307,12 +310,12 @@ def _def(reader: Reader, column: int) -> Flow:
             raise BlockFault(
                 token.column, f"DEF ... {token.text}[...]: arrays are not understood; use R parameters"
             )
-        found.append((token.text.upper(), reader.expression() if reader.accept("=") else None))
+        variables.append((token.text.upper(), reader.expression() if reader.accept("=") else None))
         if not reader.accept(","):
-            return Flow("DEF", column, (kind, tuple(found)))
+            return SinumerikFlow("DEF", column, (kind, tuple(variables)))
 
 
-def _type(reader: Reader, what: str) -> str:
+def _type(reader: SinumerikReader, what: str) -> str:
     kind = reader.upper()
     if kind not in ("REAL", "INT", "BOOL"):
         raise reader.fault(f"{what} takes REAL, INT or BOOL{f', {kind} is not understood' if kind else ''}")
@@ -320,12 +323,12 @@ def _type(reader: Reader, what: str) -> str:
     return kind
 
 
-def _proc(reader: Reader, column: int) -> Flow:
+def _proc(reader: SinumerikReader, column: int) -> SinumerikFlow:
     token = reader.peek()
     if token is None or token.kind not in ("name", "word"):
         raise reader.fault("PROC takes the name of the subprogram")
     name = reader.next().text.upper()
-    parameters: list[tuple[str, str, Expr | None]] = []
+    parameters: list[tuple[str, str, Value | None]] = []
     if reader.accept("(") and not reader.accept(")"):
         while True:
             if reader.upper() == "VAR":
@@ -345,10 +348,10 @@ def _proc(reader: Reader, column: int) -> Flow:
                 "PROC ... SAVE (modal functions restored at the end) is not understood; leave SAVE out"
             )
         reader.at += 1
-    return Flow("PROC", column, (name, tuple(parameters)))
+    return SinumerikFlow("PROC", column, (name, tuple(parameters)))
 
 
-_FLOWS: dict[str, Callable[[Reader, int], Flow]] = {
+_FLOWS: dict[str, Callable[[SinumerikReader, int], SinumerikFlow]] = {
     "IF": _if, "WHILE": _condition("WHILE"), "UNTIL": _condition("UNTIL"), "FOR": _for, "REPEAT": _repeat,
     "REPEATB": _repeat_block, "CASE": _case, "DEF": _def, "PROC": _proc,
 }  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NoReturn
 
 from vcmm.nc.radius import SINUMERIK, Style
-from vcmm.nc.sinumerik.state import Control
+from vcmm.nc.sinumerik.state import SinumerikControl
 
 MITRE = Style("perpendicular", "lines")  # G451
 IDLE = frozenset(
@@ -56,25 +56,25 @@ IDLE = frozenset(
         "CPRECON",
         "FNORM",
     ]
-)
+)  # they change no path here
 IDLE_G = frozenset(("G601", "G602", "G603", "G290", "G460", "G148"))
 LATER = " is not understood; docs/nc_sinumerik_heidenhain.md lists what is, rewrite it with G0 to G3"
 
 
-def _set(**values: object) -> Callable[[Control], None]:
-    def change(i: Control) -> None:
+def _set(**values: object) -> Callable[[SinumerikControl], None]:
+    def change(i: SinumerikControl) -> None:
         for name, value in values.items():
             setattr(i.modes if hasattr(i.modes, name) else i.r, name, value)
 
     return change
 
 
-def _plane(name: str) -> Callable[[Control], None]:
-    def change(i: Control) -> None:
+def _plane(name: str) -> Callable[[SinumerikControl], None]:
+    def change(i: SinumerikControl) -> None:
         if name != i.r.plane:
             i.r.free("the plane changes")
             i.r.plane = name
-            if i.r.tool_offset[2] and i.r.data.shape != "turning":
+            if i.r.tool_offset[2] and i.r.tool_data.shape != "turning":
                 i.r.remark(
                     "the tool length stays along Z in every plane, as with setting data $SC_TOOL_LENGTH_CONST = 17"
                 )
@@ -82,18 +82,17 @@ def _plane(name: str) -> Callable[[Control], None]:
     return change
 
 
-def _side(side: str | None) -> Callable[[Control], None]:
-    def change(i: Control) -> None:
-        i.modes.side = side
+def _side(side: str | None) -> Callable[[SinumerikControl], None]:
+    def change(i: SinumerikControl) -> None:
         i.r.compensate(side, i.modes.style)
 
     return change
 
 
-def _spindle(feed_mode: str) -> Callable[[Control], None]:
+def _spindle(feed_mode: str) -> Callable[[SinumerikControl], None]:
     """Ends constant surface speed (G94, G95 and G97 all do); the speed that it has set last is kept."""
 
-    def change(i: Control) -> None:
+    def change(i: SinumerikControl) -> None:
         i.r.feed_mode = feed_mode
         if i.r.surface:
             i.r.surface = False
@@ -102,14 +101,14 @@ def _spindle(feed_mode: str) -> Callable[[Control], None]:
     return change
 
 
-def _refuse(text: str) -> Callable[[Control], NoReturn]:
-    def change(i: Control) -> NoReturn:
+def _refuse(text: str) -> Callable[[SinumerikControl], NoReturn]:
+    def change(i: SinumerikControl) -> NoReturn:
         i.r.fault(f"{text}{LATER}", i.column)
 
     return change
 
 
-CODES: dict[str, Callable[[Control], None]] = {
+CODES: dict[str, Callable[[SinumerikControl], None]] = {
     "G0": _set(motion="G0"), "G1": _set(motion="G1"), "G2": _set(motion="G2"), "G3": _set(motion="G3"),
     "G17": _plane("XY"), "G18": _plane("ZX"), "G19": _plane("YZ"),
     "G70": _set(unit=25.4, feed_unit=1.0), "G71": _set(unit=1.0, feed_unit=1.0),
@@ -127,8 +126,8 @@ CODES: dict[str, Callable[[Control], None]] = {
     **{f"G{n}": _refuse(f"G{n} (polar coordinates)") for n in (110, 111, 112)},
     "G75": _refuse("G75 (fixed point of the machine)"), "G291": _refuse("G291 (ISO dialect)"),
 }  # fmt: skip
-SWITCHES: dict[str, Callable[[Control], None]] = {
-    "CIP": _set(motion="CIP"), "DIAMON": _set(diameter="DIAMON"), "DIAM90": _set(diameter="DIAM90"), "DIAMOF": _set(diameter=""),
+SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
+    "CIP": _set(motion="CIP"), "DIAMON": _set(diameter="always"), "DIAM90": _set(diameter="absolute"), "DIAMOF": _set(diameter=""),
     **{n: _refuse(f"{n} (spline)") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
     "POLY": _refuse("POLY (polynomial)"), "CT": _refuse("CT (tangential circle)"), "TRAORI": _refuse("TRAORI (5-axis transformation)"),
     "TRANSMIT": _refuse("TRANSMIT (face machining with C)"), "TRACYL": _refuse("TRACYL (cylinder transformation)"),

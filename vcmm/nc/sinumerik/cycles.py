@@ -3,111 +3,117 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
+from vcmm.nc.drilling import Hole
+from vcmm.nc.expressions import number
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.moves import PLANES, Point
 from vcmm.nc.sinumerik.blocks import Item
-from vcmm.nc.sinumerik.flow import Runner
-from vcmm.nc.sinumerik.state import Control
+from vcmm.nc.sinumerik.flow import SinumerikRunner
+from vcmm.nc.sinumerik.state import SinumerikControl
 from vcmm.nc.sinumerik.traces import cycle_words
 
 CHIP_BREAK = 1.0  # mm of retraction with VARI=0
-Cycle = Callable[[Control, Runner, Item], None]
+Cycle = Callable[[SinumerikControl, SinumerikRunner, Item], None]
 
 
-class Hole:
-    """The common arguments RTP, RFP, SDIS, DP, DPR: retract plane, reference plane, safety distance, depth; mm."""
+@dataclass(frozen=True)
+class DrillingData:
+    """Arguments of a drilling cycle, mm: RTP retract plane, RFP reference plane, SDIS safety distance, depth; given: all as given."""
 
-    def __init__(self, i: Control, runner: Runner, item: Item) -> None:
-        self.i, self.item = i, item
-        unit = i.modes.unit
-        given = [None if a is None else a(runner) for a in item.arguments or ()]
-        self.given: list[float | None] = [*given, *[None] * (20 - len(given))]
-        rtp, rfp, sdis, dp, dpr = self.given[:5]
-        if rtp is None or rfp is None or (dp is None and dpr is None):
-            raise BlockFault(
-                item.first, f"{item.name} needs RTP, RFP and a depth, as in {item.name}(10, 0, 2, -15)"
-            )
-        self.retract, self.reference, self.safety = rtp * unit, rfp * unit, abs(sdis or 0.0) * unit
-        self.depth = dp * unit if dp is not None else self.reference - abs(dpr or 0.0) * unit
-        if self.depth >= self.reference or self.retract < self.reference:
-            raise BlockFault(
-                item.first,
-                f"{item.name}: the depth must lie below RFP and RTP not below it; correct the planes",
-            )
+    name: str
+    given: tuple[float | None, ...]
+    retract: float
+    reference: float
+    safety: float
+    depth: float
 
     def value(self, k: int, otherwise: float = 0.0) -> float:
+        """Argument k, or what holds without it."""
         value = self.given[k]
         return otherwise if value is None else value
 
-    def at(self, height: float) -> Point:
-        point = list(self.i.r.p)
-        point[PLANES[self.i.r.plane][2]] = height
-        return point[0], point[1], point[2]
-
-    def to(self, height: float, rapid: bool) -> None:
-        self.i.r.line(self.at(height), rapid)
-
-    def dwell(self, time: float) -> None:
-        """Seconds; a negative time counts turns of the spindle."""
-        if time < 0 and not self.i.r.speed:
-            raise BlockFault(
-                self.item.first,
-                f"{self.item.name}: a negative dwell counts turns of the spindle, which has no speed",
-            )
-        if time:
-            self.i.r.dwell(time if time > 0 else -time * 60.0 / self.i.r.speed)
+    def hole(self, i: SinumerikControl) -> Hole:
+        """The hole where the tool stands."""
+        return Hole(i.r, self.reference + self.safety, self.depth, self.retract, idle=True)
 
 
-def drill(i: Control, runner: Runner, item: Item) -> None:
+def arguments_of(runner: SinumerikRunner, item: Item) -> list[float | None]:
+    """The arguments of a cycle now."""
+    return [None if a is None else number(a, runner) for a in item.arguments or ()]
+
+
+def drilling_data(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> DrillingData:
+    """RTP, RFP, SDIS, DP, DPR and what follows. Raises BlockFault where a height is missing or on the wrong side."""
+    given = arguments_of(runner, item)
+    given += [None] * (20 - len(given))
+    rtp, rfp, sdis, dp, dpr = given[:5]
+    if rtp is None or rfp is None or (dp is None and dpr is None):
+        raise BlockFault(
+            item.first, f"{item.name} needs RTP, RFP and a depth, as in {item.name}(10, 0, 2, -15)"
+        )
+    unit = i.r.unit
+    retract, reference, safety = rtp * unit, rfp * unit, abs(sdis or 0.0) * unit
+    depth = dp * unit if dp is not None else reference - abs(dpr or 0.0) * unit
+    if depth >= reference or retract < reference:
+        raise BlockFault(
+            item.first,
+            f"{item.name}: the depth must lie below RFP and RTP not below it; correct the planes",
+        )
+    return DrillingData(item.name, tuple(given), retract, reference, safety, depth)
+
+
+def seconds(i: SinumerikControl, item: Item, time: float) -> float:
+    """Seconds of a dwell; a negative time counts turns of the spindle."""
+    if time >= 0:
+        return time
+    if not i.r.speed:
+        raise BlockFault(
+            item.first, f"{item.name}: a negative dwell counts turns of the spindle, which has no speed"
+        )
+    return -time * 60.0 / i.r.speed
+
+
+def drill(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE81, CYCLE82: rapid to the safety distance, feed to the depth, dwell (DTB), rapid out."""
-    hole = Hole(i, runner, item)
-    hole.to(hole.reference + hole.safety, rapid=True)
-    hole.to(hole.depth, rapid=False)
+    data = drilling_data(i, runner, item)
+    hole = data.hole(i)
+    hole.to(hole.clearance, rapid=True)
+    hole.to(hole.bottom, rapid=False)
     if item.name == "CYCLE82":
-        hole.dwell(hole.value(5))
-    hole.to(hole.retract, rapid=True)
+        hole.wait(seconds(i, item, data.value(5)))
+    hole.leave()
 
 
-def deep(i: Control, runner: Runner, item: Item) -> None:
+def deep(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE83 (RTP, RFP, SDIS, DP, DPR, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI): strokes to FDEP, then shorter by DAM each.
 
     A stroke is never shorter than DAM; what is left below two strokes is halved. VARI 1: out to the safety distance after
     each stroke (dwell DTS there) and back in rapid to 0.6 mm before the depth reached (depth / 50 above 30 mm, 7 mm at
     most); VARI 0: back by 1 mm.
     """
-    hole = Hole(i, runner, item)
-    unit, r = i.modes.unit, i.r
-    first = hole.value(5) * unit if hole.given[5] is not None else hole.reference - hole.value(6) * unit
-    less, dwell, start, factor = (
-        abs(hole.value(7)) * unit,
-        hole.value(8),
-        hole.value(9),
-        hole.value(10, 1.0) or 1.0,
-    )
-    if not hole.depth <= first < hole.reference:
+    data, unit, r = drilling_data(i, runner, item), i.r.unit, i.r
+    first = data.value(5) * unit if data.given[5] is not None else data.reference - data.value(6) * unit
+    if not data.depth <= first < data.reference:
         raise BlockFault(
             item.first, "CYCLE83: the first depth FDEP must lie between RFP and the depth; correct it"
         )
-    feed = r.feed
-    hole.to(hole.reference + hole.safety, rapid=True)
-    depths = strokes(hole.reference, first, hole.depth, less)
-    total = hole.reference - hole.depth
-    ahead = min(0.6 if total <= 30 else total / 50, 7.0)
-    for n, depth in enumerate(depths):
-        r.feed = feed * factor if n == 0 and feed is not None else feed
-        hole.to(depth, rapid=False)
-        hole.dwell(dwell)
-        if n == len(depths) - 1:
-            break
-        if round(hole.value(11)) == 1:
-            hole.to(hole.reference + hole.safety, rapid=True)
-            hole.dwell(start)
-            hole.to(depth + ahead, rapid=True)
-        else:
-            hole.to(depth + CHIP_BREAK, rapid=False)
+    feed, factor = r.feed, data.value(10, 1.0) or 1.0
+    total, out = data.reference - data.depth, round(data.value(11)) == 1
+    ahead = min(0.6 if total <= 30 else total / 50, 7.0) if out else CHIP_BREAK
+    hole = data.hole(i)
+
+    def slower(k: int) -> None:
+        r.feed = feed * factor if k == 0 and feed is not None else feed
+
+    hole.to(hole.clearance, rapid=True)
+    hole.pecks(
+        strokes(data.reference, first, data.depth, abs(data.value(7)) * unit), lambda depth: depth + ahead, out=out,
+        wait=seconds(i, item, data.value(8)), pause=seconds(i, item, data.value(9)) if out else 0.0, back_at_feed=not out,
+        before=slower,
+    )  # fmt: skip
     r.feed = feed
-    hole.to(hole.retract, rapid=True)
+    hole.leave()
 
 
 def strokes(reference: float, first: float, final: float, less: float) -> list[float]:
@@ -125,20 +131,20 @@ def strokes(reference: float, first: float, final: float, less: float) -> list[f
     return depths
 
 
-def tolerance(i: Control, runner: Runner, item: Item) -> None:
+def tolerance(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE832(tolerance, mode): the contour tolerance, mm; mode 0 switches it off."""
-    given = [None if a is None else a(runner) for a in item.arguments or ()]
+    given = arguments_of(runner, item)
     value = given[0] if given else None
     off = value is None or (len(given) > 1 and given[1] == 0)
-    i.r.tolerance = None if off or value is None else value * i.modes.unit
+    i.r.tolerance = None if off or value is None else value * i.r.unit
 
 
-def run(i: Control, runner: Runner, item: Item, line: int = 0) -> None:
+def run(i: SinumerikControl, runner: SinumerikRunner, item: Item, line: int = 0) -> None:
     """A cycle, its moves marked with its name. line: where it is defined, 0 for the block under way."""
     tracer = i.r.tracer
     if tracer is not None:
-        number = line or i.r.source.line
-        tracer.cycle = cycle_words(item, tracer.lines[number - 1], number)
+        at = line or i.r.line
+        tracer.cycle = cycle_words(item, tracer.lines[at - 1], at)
     i.r.marker = item.name
     CYCLES[item.name](i, runner, item)
     i.r.marker = ""

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vcmm.core.errors import did_you_mean
+from vcmm.nc.expressions import Value, number
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.moves import Source
 from vcmm.nc.recorder import Recorder
-from vcmm.nc.sinumerik.blocks import Block, Flow, Item, parse_block
-from vcmm.nc.sinumerik.text import Expr, lines_of
+from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock, SinumerikFlow, parse_block
+from vcmm.nc.sinumerik.text import lines_of
 from vcmm.nc.sinumerik.traces import cuts_of
-from vcmm.nc.trace import Tracing
+from vcmm.nc.trace import ExecutedBlock, Tracing
 
 LONGEST = 5_000_000  # blocks executed before a program counts as endless
 DEEPEST = 16  # nested subprograms, as on the control
@@ -25,22 +26,31 @@ class Section:
     """A main program or subprogram. partner: IF -> ELSE or ENDIF, ELSE -> ENDIF, a loop's head <-> its end."""
 
     name: str
-    blocks: list[Block] = field(default_factory=list)
-    parameters: tuple[tuple[str, str, Expr | None], ...] = ()
+    blocks: list[SinumerikBlock] = field(default_factory=list)
+    parameters: tuple[tuple[str, str, Value | None], ...] = ()
     partner: dict[int, int] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
 class Variable:
+    """A variable of the program; kind: REAL, INT or BOOL."""
+
     kind: str
-    value: float
+    value: float = 0.0
+
+    def store(self, value: float) -> None:
+        """A value of that kind."""
+        kinds: dict[str, Callable[[float], float]] = {"INT": round, "BOOL": bool}
+        self.value = float(kinds.get(self.kind, float)(value))
 
 
-Work = Callable[["Runner", Block], bool]  # executes the items of a block; True ends the program or subprogram
+Work = Callable[
+    ["SinumerikRunner", SinumerikBlock], bool
+]  # executes the items of a block; True ends the program or subprogram
 
 
 @dataclass(eq=False)
-class Runner:
+class SinumerikRunner:
     """Executes sections. It is the environment of expressions."""
 
     recorder: Recorder
@@ -78,20 +88,11 @@ class Runner:
         """R5=..., R[..]=..., name=..."""
         if item.value is None:
             raise BlockFault(item.first, f"{item.name} takes a number")
-        value = item.value(self)
+        value = number(item.value, self)
         if item.number is not None:
             self.parameters[item.number(self)] = value
         else:
-            self._store(self._find(item.name, item.first), value, item.first)
-
-    def _store(self, variable: Variable, value: float, column: int) -> None:
-        variable.value = (
-            float(round(value))
-            if variable.kind == "INT"
-            else float(bool(value))
-            if variable.kind == "BOOL"
-            else value
-        )
+            self._find(item.name, item.first).store(value)
 
     # -- execution --
     def run(self, section: Section) -> None:
@@ -121,7 +122,7 @@ class Runner:
                 f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its loops and jumps"
             )
 
-    def _step(self, section: Section, at: int, block: Block) -> tuple[int, bool]:
+    def _step(self, section: Section, at: int, block: SinumerikBlock) -> tuple[int, bool]:
         if block.skipped and self.recorder.setup.block_delete:
             return at + 1, False
         if self.recorder.tracer is not None:
@@ -134,20 +135,20 @@ class Runner:
             return at + 1, True
         return self._flow(section, at, block.flow), False
 
-    def _note(self, tracer: Tracing, block: Block) -> None:
+    def _note(self, tracer: Tracing, block: SinumerikBlock) -> None:
         """The block as it is executed now, for whoever writes the program out."""
         call = len(self.scopes) - 1
         cuts = cuts_of(self, block, tracer.lines[block.line - 1], call)
-        tracer.step(block.line, block.line, call, cuts)
+        tracer.step(ExecutedBlock(self.recorder.file, block.line, block.line, call, tuple(cuts)))
 
-    def _flow(self, section: Section, at: int, flow: Flow) -> int:
+    def _flow(self, section: Section, at: int, flow: SinumerikFlow) -> int:
         kind, data, partner = flow.kind, flow.data, section.partner.get(at, at)
         if kind in ("IF", "WHILE"):
-            return at + 1 if data[0](self) else partner + 1
+            return at + 1 if number(data[0], self) else partner + 1
         if kind in ("ELSE", "ENDWHILE", "ENDLOOP"):
             return partner + 1 if kind == "ELSE" else partner
         if kind == "UNTIL":
-            return at + 1 if data[0](self) else partner + 1
+            return at + 1 if number(data[0], self) else partner + 1
         if kind in ("FOR", "ENDFOR"):
             return self._for(section, at, partner, kind)
         if kind == "JUMP":
@@ -157,39 +158,39 @@ class Runner:
         if kind in ("REPEAT_PART", "REPEATB"):
             self._repeat(section, at, flow)
         elif kind == "DEF":
-            self._define(data[0], data[1], flow.column)
+            self._define(*data)
         return at + 1  # ENDIF, LOOP, REPEAT, PROC
 
     def _for(self, section: Section, at: int, partner: int, kind: str) -> int:
         head = section.blocks[at if kind == "FOR" else partner].flow
         assert head is not None
         target, start, end = head.data
-        item = Item("R", head.column, 0, None, target) if callable(target) else Item(target, head.column, 0)
+        item = Item("R", head.column, 0, number=target) if callable(target) else Item(target, head.column, 0)
         now = (
             (self.parameter(target(self)) if callable(target) else self.variable(target, head.column))
             if kind == "ENDFOR"
             else 0.0
         )
-        value = start(self) if kind == "FOR" else now + 1.0
-        self.assign(item._replace(value=lambda env: value))
+        value = number(start, self) if kind == "FOR" else now + 1.0
+        self.assign(item._replace(value=value))
         inside, outside = (at + 1, partner + 1) if kind == "FOR" else (partner + 1, at + 1)
-        return inside if value <= end(self) else outside
+        return inside if value <= number(end, self) else outside
 
     def _jump(
-        self, section: Section, at: int, column: int, kind: str, target: str, condition: Expr | None
+        self, section: Section, at: int, column: int, kind: str, target: str, condition: Value | None
     ) -> int:
-        if condition is not None and not condition(self):
+        if condition is not None and not number(condition, self):
             return at + 1
         if kind == "GOTOS":
             return 0
-        found = self._seek(section, at, kind, target)
-        if found is None and kind == "GOTOC":
+        goal = self._seek(section, at, kind, target)
+        if goal is None and kind == "GOTOC":
             return at + 1
-        if found is None:
+        if goal is None:
             where = {"GOTOF": "further down", "GOTOB": "further up"}.get(kind, "in this program")
             names = [b.label for b in section.blocks if b.label]
             raise BlockFault(column, f"there is no {target} {where} to jump to.{did_you_mean(target, names)}")
-        return found
+        return goal
 
     def _seek(self, section: Section, at: int, kind: str, target: str) -> int | None:
         forward, backward = range(at + 1, len(section.blocks)), range(at, -1, -1)
@@ -199,15 +200,15 @@ class Runner:
         )
         return next(hits, None)
 
-    def _case(self, section: Section, at: int, flow: Flow) -> int:
+    def _case(self, section: Section, at: int, flow: SinumerikFlow) -> int:
         value, cases = flow.data
-        now = value(self)
+        now = number(value, self)
         for constant, kind, target in cases:
-            if constant is None or abs(constant(self) - now) < 1e-9:
+            if constant is None or abs(number(constant, self) - now) < 1e-9:
                 return self._jump(section, at, flow.column, kind, target, None)
         return at + 1
 
-    def _repeat(self, section: Section, at: int, flow: Flow) -> None:
+    def _repeat(self, section: Section, at: int, flow: SinumerikFlow) -> None:
         labels, times = flow.data
         names = (labels,) if isinstance(labels, str) else labels
         ends = [self._seek(section, at, "GOTO" if flow.kind == "REPEATB" else "GOTOB", n) for n in names]
@@ -231,16 +232,16 @@ class Runner:
                 "the repeated part holds its own REPEAT; end it before, with ENDLABEL: or a second label",
             )
         self.nested += 1
-        for _ in range(round(times(self))):
+        for _ in range(round(number(times, self))):
             if self.part(section, first, last):
                 break
         self.nested -= 1
 
-    def _define(self, kind: str, names: Any, column: int) -> None:
+    def _define(self, kind: str, names: Any) -> None:
         for name, value in names:
-            variable = Variable(kind, 0.0)
+            variable = Variable(kind)
             if value is not None:
-                self._store(variable, value(self), column)
+                variable.store(number(value, self))
             self.scopes[-1][name] = variable
 
     def call(self, item: Item) -> None:
@@ -258,8 +259,8 @@ class Runner:
         scope: dict[str, Variable] = {}
         for k, (kind, name, default) in enumerate(section.parameters):
             value = given[k] if k < len(given) else default
-            scope[name] = Variable(kind, 0.0)
-            self._store(scope[name], value(self) if value is not None else 0.0, item.first)
+            scope[name] = Variable(kind)
+            scope[name].store(0.0 if value is None else number(value, self))
         source = self.recorder.source
         self.scopes.append(scope)
         self.run(section)
@@ -269,41 +270,41 @@ class Runner:
 
 def sections_of(text: str, file: str) -> list[Section]:
     """The main program first. A new section begins at %_N_NAME_MPF (SPF) and at PROC."""
-    found = [Section("")]
-    for number, tokens in enumerate(lines_of(text), 1):
+    sections = [Section("")]
+    for line, tokens in enumerate(lines_of(text), 1):
         if not tokens:
             continue
         if tokens[0].text == "%":
-            _header(found, "".join(t.text for t in tokens[1:]))
+            _header(sections, "".join(t.text for t in tokens[1:]))
             continue
         try:
-            block = parse_block(tokens, number)
+            block = parse_block(tokens, line)
         except BlockFault as fault:
-            raise ProgramFault(file, number, max(fault.column, 1), fault.text) from None
+            raise ProgramFault(file, line, max(fault.column, 1), fault.text) from None
         if block.flow is not None and block.flow.kind == "PROC":
-            _header(found, block.flow.data[0])
-            found[-1].parameters = block.flow.data[1]
-        found[-1].blocks.append(block)
-    for section in found:
+            _header(sections, block.flow.data[0])
+            sections[-1].parameters = block.flow.data[1]
+        sections[-1].blocks.append(block)
+    for section in sections:
         _match(section, file)
-    return found
+    return sections
 
 
-def _header(found: list[Section], name: str) -> None:
+def _header(sections: list[Section], name: str) -> None:
     name = name.upper().removeprefix("_N_")
     for ending in ("_MPF", "_SPF"):
         name = name.removesuffix(ending)
-    if found[-1].blocks:
-        found.append(Section(name))
+    if sections[-1].blocks:
+        sections.append(Section(name))
     elif name:
-        found[-1].name = name
+        sections[-1].name = name
 
 
 def _match(section: Section, file: str) -> None:
     """Pairs the heads and ends of loops and IF."""
     stack: list[tuple[str, int]] = []
 
-    def fail(block: Block, text: str) -> ProgramFault:
+    def fail(block: SinumerikBlock, text: str) -> ProgramFault:
         column = block.flow.column if block.flow is not None else 1
         return ProgramFault(file, block.line, column, text)
 

@@ -5,30 +5,30 @@ from __future__ import annotations
 import math
 
 from vcmm.core.errors import did_you_mean
-from vcmm.nc.control import Modal
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.frames import Frame, rotation, stretched, translation
+from vcmm.nc.frames import AffineMap, rotation, stretched, translation
 from vcmm.nc.moves import PLANES
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik import cycles
-from vcmm.nc.sinumerik.blocks import ADDRESSES, Block, Item
+from vcmm.nc.sinumerik.blocks import ADDRESSES, Item, SinumerikBlock
 from vcmm.nc.sinumerik.codes import CODES, IDLE, IDLE_G, LATER, SWITCHES
-from vcmm.nc.sinumerik.flow import Runner
-from vcmm.nc.sinumerik.paths import Paths
-from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, Words, point_of
+from vcmm.nc.sinumerik.flow import SinumerikRunner
+from vcmm.nc.sinumerik.paths import SinumerikPaths
+from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords, point_of
 from vcmm.nc.sinumerik.text import FUNCTIONS
 from vcmm.nc.sinumerik.traces import words_of
-from vcmm.nc.tracing import modal_of
+from vcmm.nc.state import Modal
+from vcmm.nc.trace import BlockPlace
 
 FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 
 
-class Interpreter(Paths):
+class SinumerikInterpreter(SinumerikPaths):
     """Executes blocks on a recorder."""
 
-    def work(self, runner: Runner, block: Block) -> bool:
+    def work(self, runner: SinumerikRunner, block: SinumerikBlock) -> bool:
         """One block. True where the program or subprogram ends with it."""
-        made, before = len(self.r.moves), self.modal()
+        made, before = len(self.r.moves), self.r.modal() if self.r.tracer else None
         words = self.collect(runner, block)
         self.codes(words)
         self.technology(words)
@@ -49,22 +49,17 @@ class Interpreter(Paths):
         self.r.exact_once = False
         return ended
 
-    def modal(self) -> Modal | None:
-        """The modal state, where traces are kept."""
-        if self.r.tracer is None:
-            return None
-        m = self.modes
-        return modal_of(self.r, m.motion, m.unit, m.absolute, m.side, self.diametral(0))
-
-    def note(self, made: int, before: Modal | None, runner: Runner, block: Block) -> None:
-        tracer, after = self.r.tracer, self.modal()
-        if tracer is not None and before is not None and after is not None and len(self.r.moves) > made:
+    def note(self, made: int, before: Modal | None, runner: SinumerikRunner, block: SinumerikBlock) -> None:
+        """What the moves since `made` came from, where traces are kept."""
+        tracer = self.r.tracer
+        if tracer is not None and before is not None and len(self.r.moves) > made:
             words = words_of(block, tracer.lines[block.line - 1])
-            tracer.note(self.r, made, before, after, words, block.line, len(runner.scopes) - 1)
+            place = BlockPlace(self.r.file, block.line, len(runner.scopes) - 1)
+            tracer.note(self.r, made, before, words, place)
 
     # -- sorting --
-    def collect(self, runner: Runner, block: Block) -> Words:
-        words = Words(runner, block)
+    def collect(self, runner: SinumerikRunner, block: SinumerikBlock) -> SinumerikWords:
+        words = SinumerikWords(runner, block)
         for item in block.items:
             if item.name == "R" or (item.value is not None and runner.defined(item.name)):
                 runner.assign(item)
@@ -83,7 +78,7 @@ class Interpreter(Paths):
     def is_command(self, item: Item) -> bool:
         return len(item.name) > 1 and item.name not in ADDRESSES
 
-    def add(self, words: Words, item: Item) -> None:
+    def add(self, words: SinumerikWords, item: Item) -> None:
         name = item.name if item.number is None else f"{item.name}{item.number(words.runner)}"
         if name in ("M1", "S1", "T1") and item.number is not None:
             name = item.name
@@ -97,7 +92,7 @@ class Interpreter(Paths):
             raise BlockFault(item.first, f"{name} stands twice in this block; remove one")
         words.items[name] = item._replace(name=name)
 
-    def whole(self, words: Words, item: Item) -> int:
+    def whole(self, words: SinumerikWords, item: Item) -> int:
         value = words.number(item)
         if abs(value - round(value)) > 1e-6 or value < 0:
             raise BlockFault(
@@ -106,7 +101,7 @@ class Interpreter(Paths):
         return round(value)
 
     # -- modal functions --
-    def codes(self, words: Words) -> None:
+    def codes(self, words: SinumerikWords) -> None:
         for code in sorted(words.g, key=lambda c: int(c[1:])):
             handler, self.column = CODES.get(code), words.g[code]
             number = int(code[1:])
@@ -130,7 +125,7 @@ class Interpreter(Paths):
             self.r.remark("a compressor (COMPON ...) is on; the programmed lines are kept as they are")
             words.commands[:] = [c for c in words.commands if not c.name.startswith("COMP")]
 
-    def technology(self, words: Words) -> None:
+    def technology(self, words: SinumerikWords) -> None:
         """F S T D, ADIS and other values that are kept."""
         r, dwell = self.r, "G4" in words.g
         if words.has("LIMS"):
@@ -150,20 +145,20 @@ class Interpreter(Paths):
                 "ADIS is a distance along the path, no tolerance across it: corners are rounded by the control's own tolerance (CTOL= states one)"
             )
         if words.has("CTOL"):
-            r.tolerance = (words.take("CTOL") or 0.0) * self.modes.unit
+            r.tolerance = (words.take("CTOL") or 0.0) * self.r.unit
         if words.has("RNDM"):
-            self.modes.rnd = (words.take("RNDM") or 0.0) * self.modes.unit
+            self.modes.rnd = (words.take("RNDM") or 0.0) * self.r.unit
         for name in ("H", "FRC", "FRCM", "SPOS"):
             words.take(name)
 
-    def tool(self, item: Item, words: Words) -> None:
+    def tool(self, item: Item, words: SinumerikWords) -> None:
         number = None if item.text and item.value is None else self.whole(words, item)
         name = item.text if number is None else f"T{number}"
-        found = self.find_tool(number, name)
+        tool = self.find_tool(number, name)
         if self.modes.by_m6:
-            self.modes.next_tool, self.modes.next_name = found, name
+            self.modes.next_tool, self.modes.next_name = tool, name
         else:
-            self.r.change_tool(found, name)
+            self.r.change_tool(tool, name)
 
     def find_tool(self, number: int | None, name: str) -> Tool:
         tools = self.r.setup.tools
@@ -174,26 +169,28 @@ class Interpreter(Paths):
         for tool in tools.values():
             if tool.name.upper() == name.upper():
                 return tool
-        known = {n: k for k, n in self.r.tools.items()}
+        known = {n: k for k, n in self.r.called.items()}
         self.r.remark(f'no tool of the set-up has the name "{name}"; its length is taken as zero')
-        free = max([*tools, *self.r.tools, self.modes.next_tool.number if self.modes.next_tool else 0, 0]) + 1
+        free = (
+            max([*tools, *self.r.called, self.modes.next_tool.number if self.modes.next_tool else 0, 0]) + 1
+        )
         return Tool(known.get(name, free), name=name)
 
-    def edge(self, words: Words) -> None:
+    def edge(self, words: SinumerikWords) -> None:
         item = words.items["D"]
         number = words.take("D")
         if number == 0:
             self.r.free("D0 takes the tool offset off")
             self.r.set_length((0.0, 0.0, 0.0))
         elif number == 1:
-            self.r.set_length(self.r.data.offset)
+            self.r.set_length(self.r.tool_data.offset)
         else:
             raise BlockFault(
                 item.first,
                 f"D{number:g}: the set-up knows one cutting edge per tool, D1; enter the other edge as a tool of its own",
             )
 
-    def functions(self, words: Words, before: bool) -> bool:
+    def functions(self, words: SinumerikWords, before: bool) -> bool:
         """M functions: M3 M4 M6 act before the motion, M5 after it. True at the end of the program."""
         for m in words.m:
             if before and m in (3, 4):
@@ -211,7 +208,7 @@ class Interpreter(Paths):
         return any(m in (2, 17, 30) for m in words.m)
 
     # -- blocks that are no motion --
-    def special(self, words: Words) -> bool:
+    def special(self, words: SinumerikWords) -> bool:
         if "G4" in words.g:
             self.dwell(words)
             return True
@@ -225,7 +222,7 @@ class Interpreter(Paths):
             return True
         return False
 
-    def dwell(self, words: Words) -> None:
+    def dwell(self, words: SinumerikWords) -> None:
         if words.has("F"):
             self.r.dwell(words.take("F") or 0.0)
         elif words.has("S"):
@@ -236,7 +233,7 @@ class Interpreter(Paths):
         else:
             self.r.fault("G4 takes F (seconds) or S (turns of the spindle), as in G4 F1.5")
 
-    def reference(self, words: Words) -> None:
+    def reference(self, words: SinumerikWords) -> None:
         """G74 X1=0: the named axes go to their reference point."""
         axes = [
             k for k in range(3) if words.take(AXES[k]) is not None or words.take(f"{AXES[k]}1") is not None
@@ -245,12 +242,12 @@ class Interpreter(Paths):
         target = [home[k] - o[k] if k in axes else tip[k] for k in range(3)]
         self.r.to_machine((target[0], target[1], target[2]), rapid=True)
 
-    def frame(self, words: Words, name: str) -> None:
-        base = self.r.frame if name.startswith("A") else Frame()
+    def frame(self, words: SinumerikWords, name: str) -> None:
+        base = self.r.frame if name.startswith("A") else AffineMap()
         kind = name.removeprefix("A") if name.startswith("A") else name
         values = [words.take(a) for a in AXES]
         if kind == "TRANS":
-            made = translation(point_of([(v or 0.0) * self.modes.unit for v in values]))
+            made = translation(point_of([(v or 0.0) * self.r.unit for v in values]))
         elif kind == "ROT":
             made = self.turned(words, values)
         elif kind == "SCALE":
@@ -261,17 +258,17 @@ class Interpreter(Paths):
             made = stretched(point_of([1.0 if v is None else -1.0 for v in values]))
         self.r.set_frame(base.then(made))
 
-    def turned(self, words: Words, values: list[float | None]) -> Frame:
+    def turned(self, words: SinumerikWords, values: list[float | None]) -> AffineMap:
         """RPL= in the plane, or X Y Z in the order of RPY angles: about Z, the new Y, the new X."""
         angle = words.take("RPL")
         if angle is not None:
             return rotation(PLANES[self.r.plane][2], math.radians(angle))
-        made = Frame()
+        made = AffineMap()
         for axis in (2, 1, 0):
             made = made.then(rotation(axis, math.radians(values[axis] or 0.0)))
         return made
 
-    def command(self, runner: Runner, item: Item) -> None:
+    def command(self, runner: SinumerikRunner, item: Item) -> None:
         """A named command left over: a cycle, MCALL, or a subprogram of this file."""
         if item.name == "MCALL":
             self.modes.cycle = None

@@ -7,13 +7,15 @@ import math
 from vcmm.nc.moves import PLANES, Point
 from vcmm.nc.recorder import radius_centre
 from vcmm.nc.sinumerik import cycles
-from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, Control, Words, point_of
+from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikControl, SinumerikWords, point_of
+
+MORE = ("CR", "AR", "I1", "J1", "K1")  # words that move too
 
 
-class Paths(Control):
+class SinumerikPaths(SinumerikControl):
     """Executes the motion of a block."""
 
-    def motion(self, words: Words) -> None:
+    def motion(self, words: SinumerikWords) -> None:
         called = next((c for c in words.commands if c.name == "MCALL"), None)
         if called is not None:
             words.commands.remove(called)
@@ -22,21 +24,22 @@ class Paths(Control):
             self.modes.cycle_line = words.block.line
             if rest:
                 words.commands.remove(rest[0])
-        if not words.has(*AXES, *ROTARY, *CENTRES, "CR", "AR", "I1", "J1", "K1"):
+        if not words.has(*AXES, *ROTARY, *CENTRES, *MORE):
             return
         if "G53" in words.g or "G153" in words.g or any(c.name == "SUPA" for c in words.commands):
             words.commands[:] = [c for c in words.commands if c.name != "SUPA"]
             self.machine_move(words)
             return
         before = len(self.r.moves)
-        self.r.compensate(self.modes.side, self.modes.style)
+        if self.r.compensation is not None:  # the style may have changed
+            self.r.compensate(self.r.compensation.side, self.modes.style)
         self.interpolate(words)
         self.corner(words)
         if self.modes.cycle is not None and len(self.r.moves) > before:
             cycles.run(self, words.runner, self.modes.cycle, self.modes.cycle_line)
 
-    def interpolate(self, words: Words) -> None:
-        motion = self.modes.motion
+    def interpolate(self, words: SinumerikWords) -> None:
+        motion = self.r.motion
         if motion is None:
             motion = "G1" if self.r.feed else "G0"
             if motion == "G0":
@@ -48,34 +51,29 @@ class Paths(Control):
         elif motion == "CIP":
             self.circle_through(words)
         else:
-            self.r.line(self.target(words), motion == "G0", self.turning(words))
+            self.r.straight(self.target(words), motion == "G0", self.turning(words))
 
-    def machine_move(self, words: Words) -> None:
+    def machine_move(self, words: SinumerikWords) -> None:
         """G53, G153, SUPA: coordinates of the machine for this block, tool offset kept."""
         tip = list(self.r.tip())
         for k, name in enumerate(AXES):
             value = words.take(name)
             if value is not None:
-                tip[k] = value * self.modes.unit / (2.0 if self.diametral(k) else 1.0)
-        self.r.to_machine(point_of(tip), self.modes.motion in (None, "G0"))
+                tip[k] = value * self.r.unit / (2.0 if k == 0 and self.r.diametral() else 1.0)
+        self.r.to_machine(point_of(tip), self.r.motion in (None, "G0"))
 
-    def diametral(self, k: int) -> bool:
-        return k == 0 and (
-            self.modes.diameter == "DIAMON" or (self.modes.diameter == "DIAM90" and self.modes.absolute)
-        )
-
-    def target(self, words: Words) -> Point:
+    def target(self, words: SinumerikWords) -> Point:
         point = list(self.r.p)
         for k, name in enumerate(AXES):
             item = words.items.get(name)
             if item is None:
                 continue
-            value = (words.take(name) or 0.0) * self.modes.unit / (2.0 if self.diametral(k) else 1.0)
-            absolute = item.mode == "AC" or (self.modes.absolute and item.mode != "IC")
+            value = (words.take(name) or 0.0) * self.r.unit / (2.0 if k == 0 and self.r.diametral() else 1.0)
+            absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
             point[k] = value if absolute else self.r.p[k] + value
         return point_of(point)
 
-    def turning(self, words: Words) -> Point | None:
+    def turning(self, words: SinumerikWords) -> Point | None:
         """Rotary axes, degrees in the program."""
         if not words.has(*ROTARY):
             return None
@@ -84,11 +82,11 @@ class Paths(Control):
             item = words.items.get(name)
             if item is not None:
                 value = math.radians(words.take(name) or 0.0)
-                absolute = item.mode == "AC" or (self.modes.absolute and item.mode != "IC")
+                absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
                 angles[k] = value if absolute else angles[k] + value
         return point_of(angles)
 
-    def arc(self, words: Words, clockwise: bool) -> None:
+    def arc(self, words: SinumerikWords, clockwise: bool) -> None:
         start, named = self.r.p, words.has(*AXES)
         turns = round(words.take("TURN") or 0.0) + 1
         radius, angle = words.take("CR"), words.take("AR")
@@ -96,12 +94,12 @@ class Paths(Control):
         centre = self.centre(words)
         end = self.target(words)
         if radius is not None:
-            found = radius_centre(start, end, radius * self.modes.unit, clockwise, self.r.plane)
-            if found is None:
+            middle = radius_centre(start, end, radius * self.r.unit, clockwise, self.r.plane)
+            if middle is None:
                 self.r.fault(
                     f"CR={radius:g} fits no arc to this end point, {_chord(start, end, self.r.plane):.4f} mm away; correct CR or the end point (full circles take I J K)"
                 )
-            centre = found
+            centre = middle
         elif angle is not None and given:
             end = self.opened(centre, end, angle, clockwise)
         elif angle is not None:
@@ -111,12 +109,12 @@ class Paths(Control):
             self.r.fault(f"the arc has {what}no centre; add I J K of the plane {self.r.plane}, CR= or AR=")
         self.r.arc(end, centre, clockwise, turns)
 
-    def centre(self, words: Words) -> Point:
+    def centre(self, words: SinumerikWords) -> Point:
         """I J K: from the start point; AC(...) from the work zero."""
         point = list(self.r.p)
         for k, name in enumerate(CENTRES):
             item = words.items.get(name)
-            value = (words.take(name) or 0.0) * self.modes.unit
+            value = (words.take(name) or 0.0) * self.r.unit
             if item is not None:
                 point[k] = value if item.mode == "AC" else point[k] + value
         return point_of(point)
@@ -136,20 +134,20 @@ class Paths(Control):
         if not 0 < angle < 360:
             self.r.fault("AR= takes an angle between 0 and 360 deg; full circles take I J K")
         radius = _chord(start, end, self.r.plane) / (2 * math.sin(math.radians(angle) / 2))
-        found = radius_centre(start, end, radius if angle <= 180 else -radius, clockwise, self.r.plane)
-        if found is None:
+        centre = radius_centre(start, end, radius if angle <= 180 else -radius, clockwise, self.r.plane)
+        if centre is None:
             self.r.fault("an arc given by AR= must end elsewhere than it starts")
-        return found
+        return centre
 
-    def circle_through(self, words: Words) -> None:
+    def circle_through(self, words: SinumerikWords) -> None:
         """CIP: through the intermediate point I1 J1 K1, absolute with G90, from the start with G91."""
         one, two, normal = PLANES[self.r.plane]
         start, middle = self.r.p, list(self.r.p)
         for k, name in enumerate(("I1", "J1", "K1")):
             item = words.items.get(name)
             if item is not None:
-                value = (words.take(name) or 0.0) * self.modes.unit
-                absolute = item.mode == "AC" or (self.modes.absolute and item.mode != "IC")
+                value = (words.take(name) or 0.0) * self.r.unit
+                absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
                 middle[k] = value if absolute else start[k] + value
         end = self.target(words)
         if abs(middle[normal] - start[normal]) > 1e-9 or abs(end[normal] - start[normal]) > 1e-9:
@@ -169,9 +167,9 @@ class Paths(Control):
         point[two] += (a[0] * bb - b[0] * aa) / twice
         self.r.arc(end, point_of(point), clockwise=twice < 0)
 
-    def corner(self, words: Words) -> None:
+    def corner(self, words: SinumerikWords) -> None:
         """RND= CHF= CHR= at the end of this move."""
-        unit = self.modes.unit
+        unit = self.r.unit
         for name, kind in (("RND", "round"), ("CHF", "width"), ("CHR", "chamfer")):
             size = words.take(name)
             if size is not None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from vcmm.nc.moves import Program
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
-from vcmm.nc.sinumerik.flow import Runner, sections_of
-from vcmm.nc.sinumerik.motion import Interpreter
+from vcmm.nc.sinumerik.flow import SinumerikRunner, sections_of
+from vcmm.nc.sinumerik.motion import SinumerikInterpreter
 from vcmm.nc.sinumerik.text import tokenize
-from vcmm.nc.tracing import Tracer, lines_with_ends
+from vcmm.nc.tracer import Tracer, lines_with_ends
 
 __all__ = ["read", "tokenize"]
 
@@ -20,13 +20,13 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     the tool cannot follow. A tool change takes place at M6 where the program has M6 anywhere, else at T.
     """
     sections = sections_of(text, file)
-    recorder = Recorder(file, setup, "sinumerik")
+    recorder = Recorder(file=file, setup=setup, dialect="sinumerik")
     if trace:
-        recorder.tracer = Tracer(file, [line for line, _ in lines_with_ends(text)])
+        recorder.tracer = Tracer([line for line, _ in lines_with_ends(text)])
     by_m6 = any(
         item.name == "M" and item.text in ("6", "06") for s in sections for b in s.blocks for item in b.items
     )
-    interpreter = Interpreter(recorder, by_m6)
-    runner = Runner(recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work)
+    interpreter = SinumerikInterpreter(recorder, by_m6)
+    runner = SinumerikRunner(recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work)
     runner.run(sections[0])
     return recorder.program()

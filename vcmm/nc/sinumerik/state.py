@@ -1,31 +1,27 @@
-"""State of a Sinumerik control beyond the recorder, and the words of one block."""
+"""What a Sinumerik control remembers beyond the state that all languages share, and the words of one block."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from vcmm.nc.expressions import number
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.moves import Point
 from vcmm.nc.radius import SINUMERIK, Style
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Tool
-from vcmm.nc.sinumerik.blocks import Block, Item
-from vcmm.nc.sinumerik.flow import Runner
+from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
+from vcmm.nc.sinumerik.flow import SinumerikRunner
 
 AXES, ROTARY, CENTRES = "XYZ", "ABC", "IJK"
 
 
 @dataclass(eq=False)
-class Modes:
+class SinumerikModes:
     """Modal state beyond that of the recorder."""
 
-    motion: str | None = None
-    unit: float = 1.0
-    feed_unit: float = 1.0
-    absolute: bool = True
-    diameter: str = ""  # DIAMON, DIAM90 or none
+    feed_unit: float = 1.0  # mm per unit of F
     style: Style = SINUMERIK
-    side: str | None = None
     next_tool: Tool | None = None
     next_name: str = ""
     by_m6: bool = False
@@ -34,12 +30,20 @@ class Modes:
     rnd: float = 0.0  # RNDM
 
 
+class SinumerikControl:
+    """Recorder and modes. `column`: of the function being executed, for messages."""
+
+    def __init__(self, recorder: Recorder, by_m6: bool) -> None:
+        self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
+        self.column = 1
+
+
 @dataclass(eq=False)
-class Words:
+class SinumerikWords:
     """The words of one block, taken as they are used; what is left over at the end is refused."""
 
-    runner: Runner
-    block: Block
+    runner: SinumerikRunner
+    block: SinumerikBlock
     g: dict[str, int] = field(default_factory=dict)  # G functions and their columns
     m: list[int] = field(default_factory=list)
     items: dict[str, Item] = field(default_factory=dict)
@@ -55,15 +59,15 @@ class Words:
     def number(self, item: Item) -> float:
         if item.value is None:
             raise BlockFault(item.first, f"{item.name} takes a number, as in {item.name}=12.5")
-        return item.value(self.runner)
+        return number(item.value, self.runner)
 
 
-class Control:
-    """Recorder and modes: what codes, cycles and paths work on."""
+class SinumerikControl:
+    """Recorder and modes. `column`: of the function being executed, for messages."""
 
     def __init__(self, recorder: Recorder, by_m6: bool) -> None:
-        self.r, self.modes = recorder, Modes(by_m6=by_m6)
-        self.column = 1  # of the function being executed, for messages
+        self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
+        self.column = 1
 
 
 def point_of(values: list[float]) -> Point:

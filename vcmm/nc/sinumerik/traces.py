@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Protocol
 
+from vcmm.nc.expressions import number
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.sinumerik.blocks import Block, Item
-from vcmm.nc.sinumerik.text import Environment, Reader, lines_of
+from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
+from vcmm.nc.sinumerik.text import SinumerikReader, lines_of
 from vcmm.nc.tokens import Token
-from vcmm.nc.trace import Cut, WordAt
-from vcmm.nc.tracing import plain, word_at, written_out
+from vcmm.nc.trace import TextCut, WordAt
+from vcmm.nc.tracer import plain, word_at, written_out
 
 _HEAD = re.compile(r"[ \t]*(?:/[ \t]*\d?)?[ \t]*(?:N[ \t]*\d+)?[ \t]*", re.IGNORECASE)
 _WORD = re.compile(
@@ -24,7 +25,7 @@ DEEP = (*ARGUMENTS, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI")
 _KEYS = {"CR": "R"}
 
 
-class Running(Environment, Protocol):
+class Running(Protocol):
     """What is asked of a program under way."""
 
     @property
@@ -33,30 +34,34 @@ class Running(Environment, Protocol):
     @property
     def parameters(self) -> Mapping[int, float]: ...
 
+    def parameter(self, index: int) -> float: ...
+
+    def variable(self, name: str, column: int) -> float: ...
+
     def defined(self, name: str) -> bool: ...
 
 
 def span_of(item: Item, line: str) -> tuple[int, int, str] | None:
     """Columns of the value of a word, and AC or IC."""
-    found = _WORD.match(line[item.first - 1 : item.last - 1])
-    if found is None:
+    match = _WORD.match(line[item.first - 1 : item.last - 1])
+    if match is None:
         return None
-    group = next(g for g in ("inside", "value", "number") if found[g] is not None)
-    return item.first + found.start(group), item.first + found.end(group), (found["mode"] or "").upper()
+    group = next(g for g in ("inside", "value", "number") if match[g] is not None)
+    return item.first + match.start(group), item.first + match.end(group), (match["mode"] or "").upper()
 
 
-def words_of(block: Block, line: str) -> dict[str, WordAt]:
-    """Words by address: CR= as "R", I1= as "I1"."""
+def words_of(block: SinumerikBlock, line: str) -> dict[str, WordAt]:
+    """SinumerikWords by address: CR= as "R", I1= as "I1"."""
     out: dict[str, WordAt] = {}
     for item in block.items:
-        found = None if item.name == "R" or item.value is None else span_of(item, line)
-        if found is None:
+        span = None if item.name == "R" or item.value is None else span_of(item, line)
+        if span is None:
             continue
         numbered = item.number is not None and item.name in "IJKXYZ"
         key = _KEYS.get(item.name, item.name)
         if numbered:
-            key = re.sub(r"\s", "", line[item.first - 1 : found[0] - 1].split("=")[0]).upper()
-        out[key] = word_at(key, line, block.line, (item.first, item.last), (found[0], found[1]), found[2])
+            key = re.sub(r"\s", "", line[item.first - 1 : span[0] - 1].split("=")[0]).upper()
+        out[key] = word_at(key, line, block.line, (item.first, item.last), (span[0], span[1]), span[2])
     return out
 
 
@@ -75,34 +80,34 @@ def argument_spans(item: Item, line: str) -> list[tuple[int, int]]:
     return out
 
 
-def cycle_words(item: Item, line: str, number: int) -> dict[str, WordAt]:
+def cycle_words(item: Item, line: str, at: int) -> dict[str, WordAt]:
     """Arguments of a drilling cycle by name."""
     if item.arguments is None:
         return {}
     names = DEEP if item.name == "CYCLE83" else ARGUMENTS
-    found = {
-        name: word_at(name, line, number, span, span)
+    arguments = {
+        name: word_at(name, line, at, span, span)
         for name, span in zip(names, argument_spans(item, line))
         if span[1] > span[0]
     }
-    return found | {"cycle": WordAt("cycle", item.first, item.last, item.name, False, None, line=number)}
+    return arguments | {"cycle": WordAt("cycle", item.first, item.last, item.name, False, None, line=at)}
 
 
-def cuts_of(runner: Running, block: Block, line: str, call: int) -> list[Cut]:
+def cuts_of(runner: Running, block: SinumerikBlock, line: str, call: int) -> list[TextCut]:
     """What changes when the block is written out where it is executed."""
-    out: list[Cut] = []
+    out: list[TextCut] = []
     for item in block.items:
         text = _written(runner, item, line, call)
         if text is not None:
-            out.append(Cut(block.line, *text))
+            out.append(TextCut(block.line, *text))
     head = _HEAD.match(line)
     begin = head.end() + 1 if head else 1
     if block.label:
         end = line.index(":", begin - 1) + 2
-        out.append(Cut(block.line, begin, end, ""))
+        out.append(TextCut(block.line, begin, end, ""))
         begin = end
     if block.flow is not None:
-        out.append(Cut(block.line, max([begin, *(i.last for i in block.items)]), block.last, ""))
+        out.append(TextCut(block.line, max([begin, *(i.last for i in block.items)]), block.last, ""))
     return out
 
 
@@ -118,10 +123,10 @@ def _written(runner: Running, item: Item, line: str, call: int) -> tuple[int, in
         return item.first, item.last, ""
     if item.arguments is not None:
         return _arguments(runner, item, line)
-    found = None if item.value is None else span_of(item, line)
-    if found is None or item.value is None or plain(line[found[0] - 1 : found[1] - 1]):
+    span = None if item.value is None else span_of(item, line)
+    if span is None or item.value is None or plain(line[span[0] - 1 : span[1] - 1]):
         return None
-    return found[0], found[1], written_out(item.value(runner))
+    return span[0], span[1], written_out(number(item.value, runner))
 
 
 def _message(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:
@@ -147,8 +152,8 @@ def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
     if not (names or given) or not known:
         return None
     try:
-        reader = Reader(list(piece))
-        value = reader.expression()(runner)
+        reader = SinumerikReader(list(piece))
+        value = number(reader.expression(), runner)
     except BlockFault:
         return None
     return value if reader.done else None
@@ -159,7 +164,7 @@ def _arguments(runner: Running, item: Item, line: str) -> tuple[int, int, str] |
     texts = [line[a - 1 : b - 1] for a, b in spans]
     if all(not t or plain(t) for t in texts):
         return None
-    values = ["" if a is None else written_out(a(runner)) for a in item.arguments or ()]
+    values = ["" if a is None else written_out(number(a, runner)) for a in item.arguments or ()]
     return (
         item.first,
         item.last,

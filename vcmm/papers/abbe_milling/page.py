@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,18 +13,22 @@ from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.machining.scenario import CutScenario
-from vcmm.pages.tables import Shown, html
 from vcmm.papers.abbe_milling.twin import (
     FAR,
     PAPER_REDUCTION,
     STRUCTURES,
     TOOL,
-    Result,
+    AbbeTwin,
+    CornerEffect,
+    Reduction,
     SlotCut,
     conventional,
     rms,
 )
+from vcmm.tables.quantities import fixed, percent
+from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
+ZERO_SET = {True: "on this machine", False: "without error"}
 WHAT = (
     "Two predictions from the same error tables of a three-axis mill. A laser sees the translation of its reflector, and "
     "the reflector is moved by the rotations of the axis too. A product of transforms whose arms count from the axis frames "
@@ -46,53 +51,56 @@ DRAWN = (
 )  # fmt: skip
 
 
-def tables(result: Result) -> list[Shown]:
+def tables(result: AbbeTwin) -> list[ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     return [_reductions(result), _slots(result), _corners(result)]
 
 
-def _reductions(result: Result) -> Shown:
-    rows = [
-        (f"{one.structure}: {STRUCTURES[one.structure]}", one.zero, one.draws_of, f"{one.median:.1%}", f"{one.low:.1%} … {one.high:.1%}", f"{PAPER_REDUCTION:.1%}")
-        for one in result.reductions
-    ]  # fmt: skip
-    columns = (
-        "structure",
-        "machine zero",
-        "draws",
-        "smaller by, median",
-        f"range of {result.draws} draws",
-        "paper",
-    )
+def _reductions(result: AbbeTwin) -> ResultTable[Reduction]:
+    columns: list[Column[Reduction]] = [
+        Column("structure", lambda one: f"{one.structure}: {STRUCTURES[one.structure]}"),
+        Column("machine zero", lambda one: one.zero),
+        Column("draws", lambda one: one.draws_of),
+        Column("smaller by, median", lambda one: one.median, percent(1)),
+        Column(f"range of {result.draws} draws", lambda one: f"{one.low:.1%} … {one.high:.1%}", NUMBER_TEXT),
+        Column("paper", lambda one: PAPER_REDUCTION, percent(1)),
+    ]
     caption = (
         "How much smaller the mean volumetric error of the Abbe-consistent model is; minus: larger. Rigid slide: the reflector "
         "sees its share of the rotations. Independent: it is drawn apart from them. The paper's figure belongs to one machine."
     )
-    return Shown(
-        "Mean volumetric error: Abbe-consistent against conventional",
-        columns,
-        tuple(rows),
-        caption,
-        (0, 1, 2),
-    )
+    title = "Mean volumetric error: Abbe-consistent against conventional"
+    return ResultTable(title, columns, result.reductions, caption)
 
 
-def _slots(result: Result) -> Shown:
-    rows = []
-    for slot in result.slots:
-        for name, one, other in _surfaces(slot):
-            cells = [f"{rms(v):.1f} / {np.abs(v).max():.1f}" for v in (one, other, one - other)]
-            rows.append((slot.place, _zero(slot), name, *cells))
-    columns = (
-        "slot",
-        "work zero set",
-        "surface",
-        "conventional / µm",
-        "Abbe-consistent / µm",
-        "difference / µm",
-    )
+@dataclass(frozen=True, eq=False)
+class SlotSurface:
+    """Walls or floor of a slot: departures (n,) um in both models."""
+
+    slot: SlotCut
+    name: str
+    conventional: Array
+    consistent: Array
+
+
+def _rms_and_largest(values: Array) -> str:
+    return f"{rms(values):.1f} / {np.abs(values).max():.1f}"
+
+
+SLOTS: tuple[Column[SlotSurface], ...] = (
+    Column("slot", lambda s: s.slot.place),
+    Column("work zero set", lambda s: ZERO_SET[s.slot.zero_set_here]),
+    Column("surface", lambda s: s.name),
+    Column("conventional / µm", lambda s: _rms_and_largest(s.conventional), NUMBER_TEXT),
+    Column("Abbe-consistent / µm", lambda s: _rms_and_largest(s.consistent), NUMBER_TEXT),
+    Column("difference / µm", lambda s: _rms_and_largest(s.conventional - s.consistent), NUMBER_TEXT),
+)
+
+
+def _slots(result: AbbeTwin) -> ResultTable[SlotSurface]:
+    rows = [SlotSurface(slot, *surface) for slot in result.slots for surface in _surfaces(slot)]
     caption = "rms / largest departure from the drawing, machine of the scenario, work zero as stated."
-    return Shown("The slots, virtually milled", columns, tuple(rows), caption, (0, 1, 2))
+    return ResultTable("The slots, virtually milled", SLOTS, rows, caption)
 
 
 def _surfaces(slot: SlotCut) -> list[tuple[str, Array, Array]]:
@@ -102,37 +110,30 @@ def _surfaces(slot: SlotCut) -> list[tuple[str, Array, Array]]:
     return [("walls", joined[0], joined[1]), ("floor", slot.conventional["floor"], slot.consistent["floor"])]
 
 
-def _zero(slot: SlotCut) -> str:
-    return "on this machine" if slot.zero_set_here else "without error"
+CORNERS: tuple[Column[CornerEffect], ...] = (
+    Column("slot", lambda c: c.place),
+    Column("work zero set", lambda c: ZERO_SET[c.zero_set_here]),
+    Column("effect, median / µm", lambda c: c.effect_um, fixed(1)),
+    Column("against centre, median", lambda c: c.ratio, fixed(2)),
+    Column("draws in which it is larger", lambda c: None if c.place == "centre" else c.larger, percent(0)),
+)
 
 
-def _corners(result: Result) -> Shown:
-    rows = [
-        (c.place, "on this machine" if c.zero_set_here else "without error", f"{c.effect_um:.1f}", f"{c.ratio:.2f}",
-         "–" if c.place == "centre" else f"{c.larger:.0%}")
-        for c in result.corners
-    ]  # fmt: skip
-    columns = (
-        "slot",
-        "work zero set",
-        "effect, median / µm",
-        "against centre, median",
-        "draws in which it is larger",
-    )
+def _corners(result: AbbeTwin) -> ResultTable[CornerEffect]:
     caption = (
         f"Effect: rms difference of the two models over walls and floor, {result.draws} draws. It grows with the rotations, "
         "which are counted from the low ends of the travels, where the laser began: a slot there shows least, and a corner shows "
         "more than the centre only where it is further from that end."
     )
-    return Shown("Where the arms matter most", columns, tuple(rows), caption, (0, 1))
+    return ResultTable("Where the arms matter most", CORNERS, result.corners, caption)
 
 
-def twin_page(scenario: CutScenario, result: Result) -> str:
+def twin_page(scenario: CutScenario, result: AbbeTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
     blocks.append(r.table(["input", "whose"], DRAWN, caption="What is the paper's, and what is drawn."))
-    for shown in tables(result):
-        blocks += html(shown)
+    for table in tables(result):
+        blocks += titled_html(table)
     blocks += [r.heading("Volumetric error of both models"), *_maps(scenario.machine)]
     blocks += [r.heading("Walls of the slots"), *_profiles(result)]
     blocks += [r.heading("The slot in the far corner"), _scene(result)]
@@ -168,7 +169,7 @@ def _geometric(machine: Machine, position: dict[str, Array]) -> Array:
     return replace(machine, effects=kept).tip_error(run)
 
 
-def _profiles(result: Result) -> list[str]:
+def _profiles(result: AbbeTwin) -> list[str]:
     """Departure of the left wall at mid depth along the slot, at the centre and in the far corner."""
     out = []
     for here in (False, True):
@@ -178,8 +179,8 @@ def _profiles(result: Result) -> list[str]:
             net = result.seen[place][0].net
             middle = slice(len(net.first), 2 * len(net.first))
             both = (("conventional", slot.conventional), ("Abbe-consistent", slot.consistent))
-            series = [r.Series(net.first, found[net.feature][middle], name) for name, found in both]
-            title = f"{place}, work zero set {_zero(slot)}"
+            series = [r.PlotSeries(net.first, found[net.feature][middle], name) for name, found in both]
+            title = f"{place}, work zero set {ZERO_SET[slot.zero_set_here]}"
             charts.append(
                 r.curve(
                     series,
@@ -192,10 +193,10 @@ def _profiles(result: Result) -> list[str]:
     return out
 
 
-def _scene(result: Result) -> str:
+def _scene(result: AbbeTwin) -> str:
     slot = next(s for s in result.slots if s.place == FAR and not s.zero_set_here)
     items = [
-        r.Mesh(v.net.points, v.net.faces, values=slot.conventional[v.net.feature] - slot.consistent[v.net.feature],
+        r.SceneMesh(v.net.points, v.net.faces, values=slot.conventional[v.net.feature] - slot.consistent[v.net.feature],
                unit="µm", symmetric=True, edges=False, cull=False)
         for v in result.seen[FAR]
     ]  # fmt: skip

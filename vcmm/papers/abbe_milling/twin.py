@@ -24,7 +24,7 @@ from vcmm.machining.preparation import set_up
 from vcmm.machining.scenario import CutScenario
 from vcmm.papers.abbe_milling.spline_slot import Slot, nets
 from vcmm.papers.error_tables import effects_of, shape, table_text
-from vcmm.papers.virtual_cut import Seen, departure, placed, seen
+from vcmm.papers.virtual_cut import SeenNet, departure, placed, seen
 from vcmm.response.volumetric import grid
 
 PAPER_REDUCTION = 0.247
@@ -79,7 +79,7 @@ class SlotCut:
 
 
 @dataclass(frozen=True)
-class Corner:
+class CornerEffect:
     """The effect (rms difference of the two models over walls and floor) against that at the centre, over draws."""
 
     place: str
@@ -90,12 +90,12 @@ class Corner:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class AbbeTwin:
     reductions: tuple[Reduction, ...]
     slots: tuple[SlotCut, ...]
-    corners: tuple[Corner, ...]
+    corners: tuple[CornerEffect, ...]
     draws: int
-    seen: Mapping[str, tuple[Seen, ...]]
+    seen: Mapping[str, tuple[SeenNet, ...]]
 
 
 def axes_of(zero: str) -> dict[str, Axis]:
@@ -189,7 +189,7 @@ def reductions(draws: int, report: Progress) -> tuple[Reduction, ...]:
     return tuple(out)
 
 
-def run(scenario: CutScenario, draws: int = 100, progress: Progress | None = None) -> Result:
+def run(scenario: CutScenario, draws: int = 100, progress: Progress | None = None) -> AbbeTwin:
     """Mean volumetric errors over draws, and the slots of the scenario's machine at the centre and in four corners."""
     report = progress or (lambda text, share: None)
     means = reductions(draws, report)
@@ -201,16 +201,16 @@ def run(scenario: CutScenario, draws: int = 100, progress: Progress | None = Non
         slot_cut(place, views[place], scenario.machine, here) for here in (False, True) for place in PLACES
     )
     report("slots of further draws", 0.85)
-    return Result(means, slots, corners(scenario, views, draws), draws, views)
+    return AbbeTwin(means, slots, corners(scenario, views, draws), draws, views)
 
 
-def look_at(scenario: CutScenario, zero: tuple[float, float, float]) -> tuple[Seen, ...]:
+def look_at(scenario: CutScenario, zero: tuple[float, float, float]) -> tuple[SeenNet, ...]:
     """Walls and floor of the slot cut with the work zero at machine position `zero` of the tip, mm."""
     shop = set_up(replace(scenario, setup=placed(scenario.setup, zero)))
     return tuple(seen(shop, one) for one in nets(Slot(), 61))
 
 
-def slot_cut(place: str, views: tuple[Seen, ...], consistent: Machine, here: bool) -> SlotCut:
+def slot_cut(place: str, views: tuple[SeenNet, ...], consistent: Machine, here: bool) -> SlotCut:
     def of(one: Machine) -> dict[str, Array]:
         return {v.net.feature: departure(v, one, here) * 1e3 for v in views}
 
@@ -223,7 +223,9 @@ def with_tables(one: Machine, other: Machine) -> Machine:
     return replace(one, effects=(*kept, *other.effects))
 
 
-def corners(scenario: CutScenario, views: Mapping[str, tuple[Seen, ...]], draws: int) -> tuple[Corner, ...]:
+def corners(
+    scenario: CutScenario, views: Mapping[str, tuple[SeenNet, ...]], draws: int
+) -> tuple[CornerEffect, ...]:
     """Effect of the arms in every corner against the centre, over draws of the scenario's structure."""
     structure = scenario.machine.chain.structure
     out = []
@@ -233,7 +235,7 @@ def corners(scenario: CutScenario, views: Mapping[str, tuple[Seen, ...]], draws:
         for place in PLACES:
             ratio = found[place] / found["centre"]
             out.append(
-                Corner(
+                CornerEffect(
                     place,
                     here,
                     float(np.median(found[place])),
@@ -244,7 +246,7 @@ def corners(scenario: CutScenario, views: Mapping[str, tuple[Seen, ...]], draws:
     return tuple(out)
 
 
-def effect(views: tuple[Seen, ...], consistent: Machine, here: bool) -> float:
+def effect(views: tuple[SeenNet, ...], consistent: Machine, here: bool) -> float:
     """rms difference (um) of the two models over walls and floor."""
     one = conventional(consistent)
     apart = np.concatenate([departure(v, one, here) - departure(v, consistent, here) for v in views])
@@ -261,7 +263,7 @@ def errors_csv(seed: int = 1, structure: str = "w X' Y' b Z t", zero: str = "cor
     return table_text(draw_tables(seed, structure), axes_of(zero), said)
 
 
-def figures(result: Result) -> dict[str, object]:
+def figures(result: AbbeTwin) -> dict[str, object]:
     """Plain numbers for JSON: shares as fractions, departures in um."""
     return {
         "draws": result.draws,

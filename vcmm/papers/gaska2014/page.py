@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.uncertainty import pictures
 from vcmm.pages.view import machine_items, part_items, reach
-from vcmm.papers.gaska2014.twin import NODES, PAPER_DISTANCE_U, PAPER_FORM_U, Row, field_scales
+from vcmm.papers.gaska2014.twin import CAPTION, NODES, PAPER_DISTANCE_U, PAPER_FORM_U, Row, field_scales
+from vcmm.tables.quantities import fixed
+from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, html
 
 WHAT = (
     "Residual kinematic errors of a Leitz PMM 12106 after Gąska et al., Int. J. Adv. Manuf. Technol. 73 (2014) 497–507. "
@@ -32,30 +35,60 @@ CAUTION = (
 
 def demo_page(scenario: Scenario, rows: Sequence[Row], draws: int, shown: UncertaintyResult) -> str:
     """One self-contained HTML file."""
-    blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning"), r.heading("Results"), table(rows, draws)]
+    blocks = [
+        r.paragraph(WHAT),
+        r.note(CAUTION, "warning"),
+        r.heading("Results"),
+        html(table(rows, draws)),
+    ]
     blocks += [r.heading("Machine, part and places"), overview(scenario)]
     blocks += [r.heading("One place in detail"), *pictures(shown), *charts(rows)]
     footer = f"vcmm {__version__}, seed {scenario.settings.seed}. Error = indicated - true."
     return r.page("Gąska 2014, virtually measured", blocks, subtitle=scenario.machine.name, footer=footer)
 
 
-def table(rows: Sequence[Row], draws: int) -> str:
-    columns = [
-        "place", "field per", "form / µm", "U / µm", f"{draws} draws", "paper",
-        "distance / mm", "U / µm", f"{draws} draws", "paper", "form, distance", "main contributors",
-    ]  # fmt: skip
-    caption = f"{draws} draws: smallest and largest U over machines that agree with the published figures; paper: U of Table 3, µm."
-    return r.table(columns, [cells(row) for row in rows], numeric=(2, 3, 4, 5, 6, 7, 8, 9), caption=caption)
+def table(rows: Sequence[Row], draws: int) -> ResultTable[Row]:
+    """Form and distance at every place beside the paper; the same in the terminal, the CSV and the report."""
+    other = f"U, {draws} draws"
+    columns: list[Column[Row]] = [
+        Column("place", lambda row: row.place, csv="place"),
+        Column("field per", lambda row: row.redraw, csv="redraw"),
+        *_measured("form", "um", lambda row: row.form, PAPER_FORM_U, other),
+        *_measured("distance", "mm", lambda row: row.distance, PAPER_DISTANCE_U, other),
+        Column("form, distance", lambda row: f"{_text(row.form)}, {_text(row.distance)}", csv="decision"),
+        Column(
+            "main contributors",
+            lambda row: f"{_main(row.form)}, {_main(row.distance)}",
+            csv="main_contributor",
+        ),
+    ]
+    title = "Gaska 2014 twin: compressor body at five places of a Leitz PMM 12106"
+    on_page = f"{draws} draws: smallest and largest U over machines that agree with the published figures; paper: U of Table 3, µm."
+    return ResultTable(title, columns, rows, CAPTION, on_page)
 
 
-def cells(row: Row) -> list[str]:
-    """One line of the demo's table, as text; the same in the terminal, the CSV and the report."""
-    return [
-        row.place, row.redraw, f"{row.form.value * 1e3:.2f}", f"{row.form.expanded * 1e3:.2f}", span(row.form_range),
-        f"{PAPER_FORM_U[row.place]:.1f}", f"{row.distance.value:.4f}", f"{row.distance.expanded * 1e3:.2f}",
-        span(row.distance_range), f"{PAPER_DISTANCE_U[row.place]:.1f}", f"{_text(row.form)}, {_text(row.distance)}",
-        f"{_main(row.form)}, {_main(row.distance)}",
-    ]  # fmt: skip
+def _measured(
+    what: str, unit: str, of: Callable[[Row], CharacteristicResult], paper: Mapping[str, float], other: str
+) -> list[Column[Row]]:
+    """Value, U, range of U over the draws, and U of the paper, of one characteristic."""
+    value = fixed(2, scale=1e3) if unit == "um" else fixed(4)
+    words = unit.replace("u", "µ")
+    columns: list[Column[Row]] = [
+        Column(
+            f"{what} {unit}",
+            lambda row: of(row).value,
+            value,
+            csv=f"{what}_{unit}",
+            page_head=f"{what} / {words}",
+        ),
+        Column("U um", lambda row: of(row).expanded, UM, csv=f"{what}_U_um", page_head="U / µm"),
+        Column(other, lambda row: span(getattr(row, f"{what}_range")), NUMBER_TEXT, csv=f"{what}_U_range_um"),
+        Column("paper", lambda row: paper[row.place], fixed(1), csv=f"paper_{what}_U_um"),
+    ]
+    return [replace(c, file=c.writing.terminal) for c in columns]
+
+
+UM = fixed(2, scale=1e3)
 
 
 def _main(c: CharacteristicResult) -> str:
@@ -92,10 +125,10 @@ def overview(scenario: Scenario) -> str:
     return r.scene(items, title="Places of the part among the reference nodes", view=(-74.0, 36.0))
 
 
-def body(pose: Pose) -> r.Mesh:
+def body(pose: Pose) -> r.SceneMesh:
     """The drawn body around the bore and between the faces."""
     vertices, faces = r.box_mesh([-94.0, -40.0, 10.0], [94.0, 40.0, 99.0])
-    return r.Mesh(pose.apply(vertices), faces, "#b9c3cf", 0.55)
+    return r.SceneMesh(pose.apply(vertices), faces, "#b9c3cf", 0.55)
 
 
 def charts(rows: Sequence[Row]) -> list[str]:

@@ -36,8 +36,8 @@ from vcmm.papers.gaska2014.twin import (
     field_scales,
     with_field,
 )
-from vcmm.placing.job import place
 from vcmm.placing.objective import Uncertain
+from vcmm.placing.placement import place
 from vcmm.placing.result import Placed
 
 LENGTH = 150.0  # mm: correlation length of the correlated field, the distance between the nodes
@@ -181,7 +181,7 @@ def optimum(
 
 
 @dataclass(frozen=True)
-class Reduction:
+class NodeReduction:
     """For one number of nodes: how much worse (share) the place chosen with them is than the one chosen with all 52."""
 
     nodes: int
@@ -192,7 +192,7 @@ class Reduction:
 
 def reduction(
     scenario: Scenario, draws: int = 100, poses: int = 400, seed: int = 1, progress: Progress | None = None
-) -> list[Reduction]:
+) -> list[NodeReduction]:
     """How few reference points still give the right place: distance of the faces, interpolated standard deviations.
 
     For every draw of a consistent machine and every number of nodes a random subset is kept (evenly drawn, so that the
@@ -213,7 +213,7 @@ def reduction(
             loss.append(np.sqrt(full[chosen] / full.min()) - 1)
         values = np.array(loss)
         out.append(
-            Reduction(
+            NodeReduction(
                 count,
                 float(np.median(values)),
                 float(np.quantile(values, 0.95)),
@@ -225,7 +225,7 @@ def reduction(
 
 def _touch_gains(scenario: Scenario, count: int, seed: int) -> tuple[Array, Array]:
     """(poses, n, 3) squared gains of the distance per direction at every touch; (poses, n, nodes) kernel to the nodes."""
-    from vcmm.placing.space import boxes
+    from vcmm.placing.fixture_boxes import boxes
     from vcmm.placing.travels import Travels
 
     objective = Uncertain.of(scenario, goal(scenario))

@@ -134,7 +134,17 @@ def run(
                 next(c for c in result.characteristics if c.type == t) for t in ("cylindricity", "distance")
             )
             form_range, distance_range = _ranges(result.model, fields, form, distance, settings.seed)
-            rows.append(Row(place, redraw, form, distance, form_range, distance_range, result))
+            rows.append(
+                Row(
+                    place=place,
+                    redraw=redraw,
+                    form=form,
+                    distance=distance,
+                    form_range=form_range,
+                    distance_range=distance_range,
+                    result=result,
+                )
+            )
     return rows
 
 

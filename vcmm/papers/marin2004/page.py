@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.core.run import Array
 from vcmm.machining.scenario import CutScenario
-from vcmm.pages.tables import Shown, html
 from vcmm.papers.marin2004.day import PARAMETERS, SENSORS, UNITS
-from vcmm.papers.marin2004.twin import COLD, LEARNED, MODELS, VALIDATED, WARM, Cut, Result
+from vcmm.papers.marin2004.twin import (
+    COLD,
+    LEARNED,
+    MODELS,
+    VALIDATED,
+    WARM,
+    Agreement,
+    MarinTwin,
+    ParameterFit,
+    PartCut,
+)
+from vcmm.tables.quantities import fixed
+from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
 WHAT = (
     "D. Marin, Error prediction and compensation for CNC machine tools (SISOM 2004): the errors of a vertical machining "
@@ -41,96 +58,136 @@ REWRITTEN = {
 }
 
 
-def tables(result: Result) -> list[Shown]:
+def tables(result: MarinTwin) -> list[ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     return [_agreements(result), _fits(result), _cuts(result), _predictions(result)]
 
 
-def _agreements(result: Result) -> Shown:
-    rows = tuple((a.what, a.against, _nm(a.nanometres)) for a in result.agreements)
+AGREEMENTS: tuple[Column[Agreement], ...] = (
+    Column("what", lambda a: a.what),
+    Column("against", lambda a: a.against),
+    Column(
+        "largest difference / nm",
+        lambda a: f"{a.nanometres:.2f}" if a.nanometres >= 0.01 else "< 0.01",
+        NUMBER_TEXT,
+    ),
+)
+
+
+def _agreements(result: MarinTwin) -> ResultTable[Agreement]:
     caption = (
         f"Largest difference of a tip coordinate on 343 places; the tip errors reach {result.largest_um:.1f} µm. The paper's "
         "first-order rotation matrices multiplied out are second order; reference axes and true rotations make the rest. Where "
         "rotations are true, squareness is what remains: vcmm turns the travel, the paper adds a slope."
     )
-    return Shown(
-        "The paper's product against vcmm's engines",
-        ("what", "against", "largest difference / nm"),
-        rows,
-        caption,
-        (0, 1),
-    )
+    return ResultTable("The paper's product against vcmm's engines", AGREEMENTS, result.agreements, caption)
 
 
-def _nm(value: float) -> str:
-    return f"{value:.2f}" if value >= 0.01 else "< 0.01"
+FITS: tuple[Column[ParameterFit], ...] = (
+    Column("parameter", lambda f: PARAMETERS[f.parameter]),
+    Column("unit", lambda f: UNITS[f.parameter].replace("u", "µ", 1)),
+    Column("range over the day", lambda f: f.span, fixed(1)),
+    Column("rms left", lambda f: f.rms, fixed(2)),
+    Column("largest left", lambda f: f.largest, fixed(2)),
+)
 
 
-def _fits(result: Result) -> Shown:
-    rows = tuple(
-        (
-            PARAMETERS[f.parameter],
-            UNITS[f.parameter].replace("u", "µ", 1),
-            f"{f.span:.1f}",
-            f"{f.rms:.2f}",
-            f"{f.largest:.2f}",
-        )
-        for f in result.fits
-    )
+def _fits(result: MarinTwin) -> ResultTable[ParameterFit]:
     caption = (
         f"Learned on {len(LEARNED)} drawn days from {len(SENSORS)} sensors, judged on another. The first parameter holds a "
         "quadratic share that a linear model cannot follow."
     )
-    columns = ("parameter", "unit", "range over the day", "rms left", "largest left")
-    return Shown("Thermal parameters by multiple regression", columns, rows, caption, (0, 1))
+    return ResultTable("Thermal parameters by multiple regression", FITS, result.fits, caption)
 
 
-def _of(result: Result, minute: int, model: str) -> Cut:
+def _of(result: MarinTwin, minute: int, model: str) -> PartCut:
     return next(c for c in result.cuts if c.state == f"minute {minute}" and c.model == model)
 
 
-def _cuts(result: Result) -> Shown:
-    rows = []
-    for state, minute in (("cold", COLD), ("warm", WARM)):
-        chosen = [_of(result, minute, model).departure for model in MODELS]
-        for name in chosen[0]:
-            rows.append(
-                (state, name, *(f"{d[name].mean():+.2f} / {np.abs(d[name]).max():.2f}" for d in chosen))
-            )
-    columns = ("machine", "feature", *REWRITTEN.values())
+@dataclass(frozen=True, eq=False)
+class CutFeature:
+    """Departures (n,) um of one feature cut by each program, in one state of the machine."""
+
+    state: str
+    name: str
+    departures: Mapping[str, Array]  # by model
+
+
+def _mean_and_largest(model: str, row: CutFeature) -> str:
+    d = row.departures[model]
+    return f"{d.mean():+.2f} / {np.abs(d).max():.2f}"
+
+
+CUTS: tuple[Column[CutFeature], ...] = (
+    Column("machine", lambda row: row.state),
+    Column("feature", lambda row: row.name),
+    *(Column(words, partial(_mean_and_largest, model), NUMBER_TEXT) for model, words in REWRITTEN.items()),
+)
+
+
+def _cuts(result: MarinTwin) -> ResultTable[CutFeature]:
+    rows = [
+        CutFeature(state, name, {m: _of(result, minute, m).departure[name] for m in MODELS})
+        for state, minute in (("cold", COLD), ("warm", WARM))
+        for name in _of(result, minute, MODELS[0]).departure
+    ]
     caption = (
         f"Mean / largest departure from the drawing, µm, along the outward normal. Cold: minute {COLD}; warm: minute {WARM} of the "
         "validation day; the work zero was set cold. What is left cold comes from the rotations: the edge that cuts is not the tip "
         "that was corrected. Warm, what the regression misses is added."
     )
-    return Shown("The part, cut virtually", columns, tuple(rows), caption, (0, 1))
+    return ResultTable("The part, cut virtually", CUTS, rows, caption)
 
 
-def _predictions(result: Result) -> Shown:
-    rows = []
-    for name in result.cuts[0].departure:
-        cells = []
-        for minute in (COLD, WARM):
-            truth = _of(result, minute, MODELS[0]).departure[name]
-            for model in MODELS[1:]:
-                said = _of(result, minute, model).predicted
-                assert said is not None
-                cells.append(f"{np.sqrt(np.mean((said[name] - truth) ** 2)):.2f}")
-        rows.append((name, *cells))
-    columns = ("feature", "cold: geometry", "cold: and thermal", "warm: geometry", "warm: and thermal")
+@dataclass(frozen=True)
+class PredictedFeature:
+    """rms difference, um, between predicted and true departures of a feature, by minute and model."""
+
+    name: str
+    rms: Mapping[tuple[int, str], float]
+
+
+def _rms(minute: int, model: str, row: PredictedFeature) -> float:
+    return row.rms[minute, model]
+
+
+PREDICTIONS: tuple[Column[PredictedFeature], ...] = (
+    Column("feature", lambda row: row.name),
+    *(
+        Column(f"{state}: {words}", partial(_rms, minute, model), fixed(2))
+        for state, minute in (("cold", COLD), ("warm", WARM))
+        for model, words in zip(MODELS[1:], ("geometry", "and thermal"))
+    ),
+)
+
+
+def _predictions(result: MarinTwin) -> ResultTable[PredictedFeature]:
+    rows = [
+        PredictedFeature(
+            name, {(t, m): _missed(result, t, m, name) for t in (COLD, WARM) for m in MODELS[1:]}
+        )
+        for name in result.cuts[0].departure
+    ]
     caption = (
         "rms difference, µm, between the predicted and the true departures of the program as it was. Cold it is zero because the "
         "predictor has the true error tables."
     )
-    return Shown("Predicted without rewriting", columns, tuple(rows), caption)
+    return ResultTable("Predicted without rewriting", PREDICTIONS, rows, caption)
 
 
-def twin_page(scenario: CutScenario, result: Result) -> str:
+def _missed(result: MarinTwin, minute: int, model: str, name: str) -> float:
+    said = _of(result, minute, model).predicted
+    assert said is not None
+    truth = _of(result, minute, MODELS[0]).departure[name]
+    return float(np.sqrt(np.mean((said[name] - truth) ** 2)))
+
+
+def twin_page(scenario: CutScenario, result: MarinTwin) -> str:
     """One self-contained HTML file."""
     blocks = [r.paragraph(WHAT), r.note(CAUTION, "warning")]
     blocks.append(r.table(["input", "whose"], SOURCES, caption="What is the paper's, and what is drawn."))
-    for shown in tables(result):
-        blocks += html(shown)
+    for table in tables(result):
+        blocks += titled_html(table)
     blocks += [r.heading("The drawn day"), _day(result), r.heading("The surface, warm"), _scenes(result)]
     footer = f"vcmm {__version__}. Machining error = actual - commanded; departures along the outward normal, plus is material left."
     return r.page(
@@ -138,10 +195,10 @@ def twin_page(scenario: CutScenario, result: Result) -> str:
     )
 
 
-def _day(result: Result) -> str:
+def _day(result: MarinTwin) -> str:
     """Sensors, and the first parameter as it is and as the regression says."""
     today, minute = result.today, result.today.minute
-    sensors = [r.Series(minute, today.sensors[:, i], name) for i, name in enumerate(SENSORS)]
+    sensors = [r.PlotSeries(minute, today.sensors[:, i], name) for i, name in enumerate(SENSORS)]
     one = r.curve(
         sensors,
         x_label="minute of the day",
@@ -150,7 +207,10 @@ def _day(result: Result) -> str:
         zero_line=False,
     )
     said = result.model.at(today.sensors)
-    both = [r.Series(minute, today.parameters[:, 0], "true"), r.Series(minute, said[:, 0], "regression")]
+    both = [
+        r.PlotSeries(minute, today.parameters[:, 0], "true"),
+        r.PlotSeries(minute, said[:, 0], "regression"),
+    ]
     return r.columns(
         one,
         r.curve(
@@ -162,13 +222,13 @@ def _day(result: Result) -> str:
     )
 
 
-def _scenes(result: Result) -> str:
+def _scenes(result: MarinTwin) -> str:
     """Departure of all features on one scale each: as programmed and rewritten."""
     charts = []
     for model in (MODELS[0], MODELS[2]):
         cut = _of(result, WARM, model)
         items = [
-            r.Mesh(
+            r.SceneMesh(
                 v.net.points,
                 v.net.faces,
                 values=cut.departure[v.net.feature],

@@ -26,7 +26,7 @@ from vcmm.machining.scenario import CutScenario
 from vcmm.papers.error_tables import shape, table_text
 from vcmm.papers.marin2004.chain import LETTERS, carriages, expanded, in_workpiece_axes, product
 from vcmm.papers.marin2004.day import Day, Regression, day, regression, thermal_effects
-from vcmm.papers.virtual_cut import Seen, seen, tool_errors
+from vcmm.papers.virtual_cut import SeenNet, seen, tool_errors
 
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
 LINEAR, CROSS, TURN, SQUARE = 4e-3, 2.5e-3, 10e-6, 12e-6  # mm, rad: scales of the drawn tables
@@ -55,7 +55,7 @@ class Agreement:
 
 
 @dataclass(frozen=True)
-class Fit:
+class ParameterFit:
     """One thermal parameter: its range over the validation day, and what the regression leaves (rms, largest)."""
 
     parameter: int
@@ -65,7 +65,7 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
+class PartCut:
     """Departures (um) by feature of one cut: state of the machine, model with which the program was rewritten."""
 
     state: str
@@ -75,14 +75,14 @@ class Cut:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class MarinTwin:
     largest_um: float  # tip error over the volume
     agreements: tuple[Agreement, ...]
-    fits: tuple[Fit, ...]
-    cuts: tuple[Cut, ...]
+    fits: tuple[ParameterFit, ...]
+    cuts: tuple[PartCut, ...]
     today: Day
     model: Regression
-    seen: tuple[Seen, ...]
+    seen: tuple[SeenNet, ...]
 
 
 def draw_tables(seed: int) -> dict[str, Array]:
@@ -163,12 +163,14 @@ def agreements(machine: Machine, tool: Array) -> tuple[float, tuple[Agreement, .
     return float(np.linalg.norm(exact, axis=1).max() * 1e3), found
 
 
-def fits(model: Regression, today: Day) -> tuple[Fit, ...]:
+def fits(model: Regression, today: Day) -> tuple[ParameterFit, ...]:
     """What the regression leaves on a day that it has not seen."""
     left = model.at(today.sensors) - today.parameters
     span = np.ptp(today.parameters, axis=0)
     return tuple(
-        Fit(i, float(span[i]), float(np.sqrt(np.mean(left[:, i] ** 2))), float(np.abs(left[:, i]).max()))
+        ParameterFit(
+            i, float(span[i]), float(np.sqrt(np.mean(left[:, i] ** 2))), float(np.abs(left[:, i]).max())
+        )
         for i in range(left.shape[1])
     )
 
@@ -193,7 +195,7 @@ def at(tips: Array, tool: Array) -> Run:
     return Run(position, np.tile(tool, (len(tips), 1)))
 
 
-def run(scenario: CutScenario, progress: Progress | None = None) -> Result:
+def run(scenario: CutScenario, progress: Progress | None = None) -> MarinTwin:
     """Agreement of the engines, regression over a drawn day, and the part cut cold and warm, before and after rewriting."""
     report = progress or (lambda text, share: None)
     report("matrix products", 0.0)
@@ -202,13 +204,21 @@ def run(scenario: CutScenario, progress: Progress | None = None) -> Result:
     largest, found = agreements(geometry, tool)
     report("drawn days", 0.1)
     today, model = day(VALIDATED), regression([day(seed) for seed in LEARNED])
-    cuts: list[Cut] = []
-    views: tuple[Seen, ...] = ()
+    cuts: list[PartCut] = []
+    views: tuple[SeenNet, ...] = ()
     for number, minute in enumerate((COLD, WARM)):
         report(f"cutting at minute {minute}", 0.2 + 0.4 * number)
         some, views = cuts_at(scenario, geometry, today, model, minute)
         cuts += some
-    return Result(largest, found, fits(model, today), tuple(cuts), today, model, views)
+    return MarinTwin(
+        largest_um=largest,
+        agreements=found,
+        fits=fits(model, today),
+        cuts=tuple(cuts),
+        today=today,
+        model=model,
+        seen=views,
+    )
 
 
 def kept(machine: Machine) -> Machine:
@@ -219,12 +229,12 @@ def kept(machine: Machine) -> Machine:
 
 def cuts_at(
     scenario: CutScenario, geometry: Machine, today: Day, model: Regression, minute: int
-) -> tuple[list[Cut], tuple[Seen, ...]]:
+) -> tuple[list[PartCut], tuple[SeenNet, ...]]:
     """The three programs cut on the true machine of that minute, and the views of the first."""
     truth, guess = today.parameters[minute], model.at(today.sensors[minute])
     zero, tool = np.array(scenario.setup.offsets["G54"]), -np.array(scenario.setup.tools[1].offset)
-    out: list[Cut] = []
-    views: tuple[Seen, ...] = ()
+    out: list[PartCut] = []
+    views: tuple[SeenNet, ...] = ()
     for name, thermal in zip(MODELS, (None, None, guess)):
         parts = path()
         if name != MODELS[0]:
@@ -236,11 +246,11 @@ def cuts_at(
             if name == MODELS[0]
             else departures(views, geometry, np.zeros(6) if thermal is None else thermal)
         )
-        out.append(Cut(f"minute {minute}", name, departures(here, geometry, truth), said))
+        out.append(PartCut(f"minute {minute}", name, departures(here, geometry, truth), said))
     return out, views
 
 
-def looked_at(scenario: CutScenario, parts: list[Array]) -> tuple[Seen, ...]:
+def looked_at(scenario: CutScenario, parts: list[Array]) -> tuple[SeenNet, ...]:
     """Every feature of the part as the program through these positions cuts it."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "part.nc"
@@ -250,7 +260,7 @@ def looked_at(scenario: CutScenario, parts: list[Array]) -> tuple[Seen, ...]:
     return tuple(seen(shop, one) for one in nets if one is not None)
 
 
-def departures(views: tuple[Seen, ...], geometry: Machine, thermal: Array) -> dict[str, Array]:
+def departures(views: tuple[SeenNet, ...], geometry: Machine, thermal: Array) -> dict[str, Array]:
     """Departure from the drawing (um) by feature: geometry relative to the zero, which was set cold, thermal in full."""
     warm = replace(geometry, effects=thermal_effects(thermal))
     out = {}
@@ -260,7 +270,7 @@ def departures(views: tuple[Seen, ...], geometry: Machine, thermal: Array) -> di
     return out
 
 
-def figures(result: Result) -> dict[str, object]:
+def figures(result: MarinTwin) -> dict[str, object]:
     """Plain numbers for JSON."""
     return {
         "largest_tip_error_um": result.largest_um,

@@ -1,0 +1,38 @@
+"""Remarks on a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tests.build import scenario
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.effects.expansion import ScaleExpansion
+from vcmm.evaluation.checks import remarks
+from vcmm.measuring.qualification import Qualification
+
+QUALIFIED = {"down": Qualification()}
+
+
+def test_nothing_to_say():
+    assert remarks(replace(scenario(), qualifications=QUALIFIED)) == ()
+
+
+def test_a_stylus_that_was_not_qualified():
+    (text,) = remarks(scenario())
+    assert text.startswith("stylus down: tip radius and offset are taken as exactly known")
+
+
+def test_a_temperature_without_effect():
+    one = replace(scenario(constants={"temp_part_C": 22.0, "temp_gradient_C": 0.0}), qualifications=QUALIFIED)
+    assert remarks(one) == (
+        "the temperature part = 22 has no effect: nothing in the machine or part depends on it; add [part] expansion",
+    )
+
+
+def test_a_temperature_taken_as_known():
+    constants = {"temp_scale_x_C": 22.0, "reading_scale_x_C": 22.0}
+    one = replace(scenario(ScaleExpansion("X", 1e-5), constants=constants), qualifications=QUALIFIED)
+    assert any("scale_x is taken as exactly known" in text for text in remarks(one))
+    known = replace(one, inputs=(Input("channel", "", "temp_scale_x_C", Normal(0.1)),))
+    assert remarks(known) == ()

@@ -1,0 +1,38 @@
+"""No call says more than six things by position alone: beyond that nobody knows which is which."""
+
+from __future__ import annotations
+
+import ast
+
+from tests.house.test_layers import KERNELS, PACKAGE
+
+MOST = 6
+# Compiled kernels take no keywords in the loops where they are called, so files of kernels are left out (KERNELS), and
+# whoever hands them their arrays.
+KERNEL_CALLS = ("vcmm/cutting/stock.py", "kernels.cut_all")
+ROOMS = ("diagnosis",)  # that still have such calls: what they hold is to be built anew
+
+
+def long_calls() -> dict[str, list[str]]:
+    """Room -> "file:line callee (number)" of calls with more than MOST positional values."""
+    out: dict[str, list[str]] = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if path.stem.endswith(KERNELS):
+            continue
+        room = path.relative_to(PACKAGE).parts[0]
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and len(node.args) > MOST:
+                file = path.relative_to(PACKAGE.parent).as_posix()
+                if (file, ast.unparse(node.func)) == KERNEL_CALLS:
+                    continue
+                where = f"{file}:{node.lineno}"
+                out.setdefault(room, []).append(f"{where} {ast.unparse(node.func)} ({len(node.args)})")
+    return out
+
+
+def test_calls_name_their_values():
+    several = long_calls()
+    new = [call for room, calls in several.items() if room not in ROOMS for call in calls]
+    assert not new, "name the values of these calls:\n" + "\n".join(new)
+    gone = sorted(room for room in ROOMS if room not in several)
+    assert not gone, f"these rooms have no such call any more, take them out of the table: {gone}"

@@ -1,0 +1,141 @@
+"""An effect speaks for itself: nothing outside its file knows its name, and its file can be deleted with its line."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from tests.house.other_effects import PACKAGE, files, in_a_child, names_of, without
+from tests.house.test_layers import inner_imports, sources, tree, within
+from vcmm.core.declaration import OWNERS, ROLES
+from vcmm.core.effect import Effect, parameter_fields
+from vcmm.effects import ALL, BY_NAME, has_role, made_for, of_role
+
+MADE_OF_EFFECTS = ("effects", "papers", "cases")  # a paper's twin is made of certain effects
+
+# (module, string): why it stands there without meaning the effect of that name.
+CONTRACT = {
+    (
+        "core.run",
+        "work_offset",
+    ): "label of the rows: which work offset they were cut under; a word of `redraw`",
+    ("motion.toolpath", "work_offset"): "the same label",
+    ("files.placed", "work_offset"): "key of the table [cut] of a scenario",
+    ("files.iso230", "dead_path"): "beginning of a column name of recordings",
+    ("response.recording", "dead_path"): "word of the table [nuisance] of a recording",
+}
+
+
+def strings(module: str) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(tree(module)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.lineno, node.value
+
+
+def others() -> list[str]:
+    return [m for m in sources() if not any(within(m, room) for room in MADE_OF_EFFECTS)]
+
+
+def test_no_effect_is_named_outside_its_file():
+    met = {(m, value): line for m in others() for line, value in strings(m) if value in BY_NAME}
+    wrong = [f'{m}:{line} names "{name}"' for (m, name), line in met.items() if (m, name) not in CONTRACT]
+    assert not wrong, "declare it in the effect (vcmm/core/declaration.py) and ask for that:\n" + "\n".join(
+        wrong
+    )
+    assert not set(CONTRACT) - set(met), f"no longer needed: {sorted(set(CONTRACT) - set(met))}"
+
+
+def test_nobody_imports_a_single_effect():
+    known = set(others())
+    wrong = [f"{i.module}:{i.line} imports {i.target}" for i in inner_imports() if i.module in known and i.target.startswith("effects.")]  # fmt: skip
+    assert not wrong, "ask vcmm.effects for a role, or the effect for a declaration:\n" + "\n".join(wrong)
+
+
+def test_every_file_of_effects_can_be_deleted():
+    """Each with its line; then everything else is imported. Twins of papers that are made of it may miss it."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.house.other_effects"],
+        cwd=PACKAGE.parent, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{len(files())} files of vcmm/effects/ deleted" in done.stdout
+
+
+def test_a_deleted_file_is_really_gone():
+    """The check above sees what needs the file: the tables of a paper are made of its class."""
+    code = (
+        "import importlib\nfrom tests.house.other_effects import without\nwithout('component').install()\n"
+        "from vcmm.effects import BY_NAME\nassert 'component_table' not in BY_NAME and 'backlash' in BY_NAME\n"
+        "importlib.import_module('vcmm.papers.error_tables')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=False
+    )
+    assert "ModuleNotFoundError: vcmm.effects.component was deleted" in done.stderr
+
+
+def test_the_line_goes_with_the_file():
+    text = without("abbe").texts["vcmm.effects"]
+    assert "Abbe" not in text
+    assert "    Backlash,\n" in text
+    assert names_of("abbe") == ["abbe_counted_twice", "abbe_offset"]
+
+
+def test_what_a_child_raises_is_told():
+    def fails() -> None:
+        raise ValueError("a reason")
+
+    assert "ValueError: a reason" in in_a_child(fails)
+    assert in_a_child(lambda: None) == ""
+
+
+def test_every_role_is_taken_once():
+    taken = [kind.role for kind in ALL if kind.role]
+    assert len(set(taken)) == len(taken)
+    assert set(taken) <= set(ROLES)
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_a_role_finds_its_effect(role: str):
+    kind = of_role(role)
+    if kind is None:
+        pytest.skip("its file was taken out of vcmm/effects/")
+    assert kind is made_for(role, "this test")
+    assert has_role(kind.name, role)
+    assert not has_role("my_own", role)
+    assert [k.name for k in ALL if has_role(k.name, role)] == [kind.name]
+
+
+def test_a_role_that_nobody_has_is_told_with_what_needs_it():
+    assert of_role("no such") is None
+    with pytest.raises(
+        Exception, match=r'\[lasers\] needs the effect with role = "no such".*or leave out \[lasers\]'
+    ):
+        made_for("no such", "[lasers]")
+
+
+@pytest.mark.parametrize("kind", ALL, ids=lambda k: k.name)
+def test_declarations_mean_something(kind: type[Effect]):
+    """Words of a declaration that nobody reads would be a fact that is lost."""
+    assert kind.belongs_to in OWNERS
+    assert kind.on_cut_part in ("", "turned", "stated")
+    assert kind.as_one in ("rms", "sd", "amplitude", "arm")
+    assert not kind.family or not kind.words, "it is reported in the words of its family"
+    parameters = {f.name for f in parameter_fields(kind)}
+    assert {kind.stored, kind.taken_up} <= {"", *parameters}
+    if kind.words:
+        shown = {*parameters, *kind.aliases, "amplitude", kind.as_one}
+        opposite = () if kind.words.opposite is None else (kind.words.opposite.parameter,)
+        assert {*kind.words.signed, *opposite} <= shown
+
+
+@pytest.mark.parametrize(
+    ("small", "large"), [(kind.name, large) for kind in ALL for large in kind.special_case_of]
+)
+def test_special_cases_are_of_effects_that_there_are(small: str, large: str):
+    assert large in BY_NAME
+    assert small != large

@@ -1,0 +1,98 @@
+"""The tool that breaks one place at a time: what it breaks, what it leaves alone, which tests it asks first."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from mutant_map import Coverage  # noqa: E402
+from mutant_sites import shown, sites  # noqa: E402
+
+SOURCE = '''"""Half of 3 + 4 is no formula here."""
+
+LIMIT = 0.5  # a constant of the module
+
+
+def area(a: float, b: float = 2.0) -> float:
+    """a + b is only said."""
+    if a < LIMIT and b:
+        raise ValueError(f"{a - 1} is too small; " + "add 3")
+    total = (a * 2.5 + max(a, b)) - 1
+    return -total / values[1 + 2]
+'''
+
+
+@pytest.fixture
+def found(tmp_path):
+    """Changes of SOURCE as (kind, formula, the line afterwards)."""
+    file = tmp_path / "vcmm" / "room" / "part.py"
+    file.parent.mkdir(parents=True)
+    file.write_text(SOURCE, encoding="utf-8")
+    every = [shown(tmp_path, site) for site in sites(tmp_path, "vcmm/room/part.py")]
+    return {(s.kind, s.formula, s.after_line) for s in every if s is not None}
+
+
+def test_formulas_by_hand(found):
+    formulas = {(kind, line) for kind, formula, line in found if formula}
+    assert formulas == {
+        ("operator", "total = (a / 2.5 + max(a, b)) - 1"),
+        ("operator", "total = (a * 2.5 - max(a, b)) - 1"),
+        ("operator", "total = (a * 2.5 + max(a, b)) + 1"),
+        ("operator", "return -total * values[1 + 2]"),
+        ("term", "total = (a * 2.5) - 1"),
+        ("term", "total = (a * 2.5 + max(a, b))"),
+        ("number", "total = (a * 5.0 + max(a, b)) - 1"),
+        ("number", "total = (a * 2.5 + max(a, b)) - 2"),
+        ("extreme", "total = (a * 2.5 + min(a, b)) - 1"),
+        ("sign", "return total / values[1 + 2]"),
+    }
+
+
+def test_the_rest_by_hand(found):
+    """Thresholds, tests, defaults and indices count apart; words of messages, annotations and docstrings not at all."""
+    others = {(kind, line) for kind, formula, line in found if not formula}
+    assert others == {
+        ("number", "LIMIT = 1.0 # a constant of the module"),
+        ("number", "def area(a: float, b: float = 4.0) -> float:"),
+        ("comparison", "if a >= LIMIT and b:"),
+        ("logic", "if a < LIMIT or b:"),
+        ("operator", "return -total / values[1 - 2]"),
+        ("term", "return -total / values[1]"),
+    }
+
+
+def test_layout_is_left_alone(tmp_path):
+    file = tmp_path / "vcmm" / "report" / "bars.py"
+    file.parent.mkdir(parents=True)
+    file.write_text("def bar(x):\n    return 12 * x + 4\n", encoding="utf-8")
+    kinds = {(s.kind, s.formula) for s in sites(tmp_path, "vcmm/report/bars.py")}
+    assert kinds == {("operator", False), ("term", False)}
+
+
+def test_the_nearest_and_quickest_tests_come_first(tmp_path):
+    """Callers of the function before those that only import its file; own name, own room, others, the house last."""
+    calls = ["vcmm/room/part.py:area"]
+    record = {
+        "tests/house/test_all.py::test_docs": {"seconds": 0.1, "passed": True, "calls": calls},
+        "tests/cli/test_x.py::test_a": {"seconds": 0.2, "passed": True, "calls": calls},
+        "tests/room/test_y.py::test_b": {"seconds": 9.0, "passed": True, "calls": calls},
+        "tests/room/test_part.py::test_slow": {"seconds": 5.0, "passed": True, "calls": calls},
+        "tests/room/test_part.py::test_quick": {"seconds": 0.3, "passed": True, "calls": calls},
+        "tests/room/test_part.py::test_fails": {"seconds": 0.3, "passed": False, "calls": calls},
+        "tests/room/test_part.py::test_other": {
+            "seconds": 0.3,
+            "passed": True,
+            "calls": ["vcmm/room/part.py:volume"],
+        },
+    }
+    (tmp_path / "map-1.json").write_text(json.dumps(record), encoding="utf-8")
+    assert Coverage.read(tmp_path, tmp_path).noticing("vcmm/room/part.py", "area") == [
+        "tests/room/test_part.py::test_quick", "tests/room/test_part.py::test_slow", "tests/room/test_y.py::test_b",
+        "tests/cli/test_x.py::test_a", "tests/house/test_all.py::test_docs", "tests/room/test_part.py::test_other",
+    ]  # fmt: skip

@@ -1,0 +1,49 @@
+"""A class name stands once in the whole package: whoever searches for it finds one thing."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+
+from tests.house.test_layers import PACKAGE
+
+# Names that still stand more than once, by the rooms whose class is to take another name.
+TWICE: dict[str, str] = {
+    **dict.fromkeys(("Audit", "Axis", "Part", "Problem", "Shape", "Term"), "diagnosis"),
+    **dict.fromkeys(
+        ("Candidates", "Extremes", "Field", "Fit", "Motion", "Piece", "Samples"), "machining, compensating"
+    ),
+    **dict.fromkeys(
+        ("Block", "Control", "Flow", "Paths", "Reader", "Runner", "Step", "Summary", "Words"), "nc"
+    ),
+    **dict.fromkeys(
+        ("Compensation", "Corner", "Cut", "Environment", "Frame", "Hole", "Tool"), "nc and others"
+    ),
+    **dict.fromkeys(("Box", "Feasibility", "Goal", "Placed", "Rows", "Spread"), "placing"),
+    **dict.fromkeys(("LineTable", "StylusTable"), "files: the names of schemas"),
+    **dict.fromkeys(("Mesh", "Series"), "report"),
+    **dict.fromkeys(("Reduction", "Result"), "papers, cases"),
+    "State": "motion",
+}
+
+
+def homes() -> dict[str, list[str]]:
+    """Class name -> files (without vcmm/) in which it is defined at the top of a module."""
+    out: dict[str, list[str]] = defaultdict(list)
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                out[node.name].append(path.relative_to(PACKAGE).as_posix())
+    return out
+
+
+def test_a_class_name_stands_once():
+    several = {name: tuple(files) for name, files in homes().items() if len(files) > 1}
+    new = {name: files for name, files in several.items() if name not in TWICE}
+    assert not new, f"name the thing by what it is, so that the name stands once: {new}"
+    gone = sorted(set(TWICE) - set(several))
+    assert not gone, f"no longer twice, take them out of the table: {gone}"
+
+
+def test_no_class_is_called_look():
+    assert "Look" not in homes()

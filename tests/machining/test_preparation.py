@@ -1,0 +1,60 @@
+"""Cuts that cannot be right: what is said when the unit, the tool length, the forces or the program itself are wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+import vcmm
+from tests.machining import shop
+from vcmm.cli import run as command
+from vcmm.core.errors import UsageError
+from vcmm.cutting.solid import thinning
+from vcmm.machining.job import cut
+from vcmm.nc.interpret import interpret
+from vcmm.pages.cut import MOST_FACES
+
+
+def test_a_tool_length_that_is_not_in_force_is_refused(tmp_path):
+    path = shop.write(tmp_path, program=shop.PROGRAM.replace("G43 H1 ", ""))
+    with pytest.raises(UsageError, match=r"line 8 .*would cut 100 mm too deep; add G43 H1"):
+        cut(vcmm.load_cut(path))
+
+
+def test_a_tool_that_stays_in_the_changer_is_remarked():
+    found = interpret("G21 T5\nG0 X1.\nG1 X2. F100\nM30\n", "fanuc")
+    assert [(w.line, "M6" in w.text) for w in found.warnings if "T5" in w.text] == [(3, True)]
+    called = interpret("G21 T5 M6\nG1 X2. F100\nT6\nM30\n", "fanuc")  # T6 is made ready for the next part
+    assert not [w for w in called.warnings if "changer" in w.text or "M6" in w.text]
+
+
+def test_deflection_without_forces_says_what_the_set_up_lacks(tmp_path):
+    bends = '[[effects]]\neffect = "tool_deflection"\ncompliance = "0.1 um/N"\n'
+    with pytest.raises(UsageError, match=r"add \[stock\] with box \(or bar\) and material"):
+        cut(vcmm.load_cut(shop.write(tmp_path, bends)))
+
+
+def test_both_counts_of_gouges_say_of_what(tmp_path, capsys):
+    path = shop.write(tmp_path, program=shop.PROGRAM.replace("X20. Y60.", "X20. Y50."))
+    assert command(["cut", str(path)]) == 1
+    out, err = capsys.readouterr()
+    assert "of its 72 inspection points deeper than 10 um" in err
+    assert "points of the nets on all features; of these 0 uncut" in out
+    # gouged points lie in walls of the gouge, which move by more than any error: they are not cut again
+    assert "cut again with the tools really displaced, " not in err
+
+
+def test_a_square_stock_has_a_picture(tmp_path, monkeypatch):
+    """A coarser map of heights and fewer faces than usual; the numbers of faces as usual are counted below."""
+    from vcmm.machining import blank
+    from vcmm.pages import cut as page
+
+    monkeypatch.setattr(blank, "NODES", 150)
+    monkeypatch.setattr(page, "MOST_FACES", 6000)
+    stock = shop.SETUP + '[stock]\nbox = ["150 mm", "150 mm", "20 mm"]\n'
+    path = shop.write(tmp_path, setup=stock)
+    assert command(["cut", str(path), "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert "What is left of the stock" in (tmp_path / "out" / "report.html").read_text()
+    assert (tmp_path / "out" / "stock.stl").stat().st_size > 1000
+    for nx, ny in ((601, 601), (601, 2), (90, 600)):  # 2 triangles per cell above and below
+        every = thinning(nx, ny, MOST_FACES)
+        assert 4 * -(-nx // every) * -(-ny // every) <= MOST_FACES

@@ -1,0 +1,196 @@
+"""What is set once is drawn once: work offsets one by one, each tool for the whole set-up of the machine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vcmm
+from tests.machining import lathe, shop
+from tests.machining.lathe import plain
+from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
+from vcmm.core.pose import Pose
+from vcmm.core.run import Run
+from vcmm.machining.job import cut, finished_part
+from vcmm.machining.preparation import set_up
+from vcmm.machining.zero_setting import SETTING, ZeroRows, joined, setting_rows, ways_of_setting
+from vcmm.response.influence import Influence
+from vcmm.response.trials import Draws
+
+TURNING = '[tools.9]\nlength = "60 mm"\nshape = "turning"\nnose_radius = "0.8 mm"\norientation = 3\n'  # never called
+
+
+def test_a_turning_tool_that_is_never_called_leaves_the_work_offset_alone(tmp_path):
+    milled = vcmm.load_cut(shop.write(tmp_path))
+    listed = vcmm.load_cut(shop.write(tmp_path, setup=shop.SETUP + TURNING))
+    expected = [f"work_offset[{d}].shift" for d in "xyz"]
+    assert [i.id for i in milled.inputs] == expected
+    assert [i.id for i in listed.inputs] == expected
+    assert {e.id for e in milled.machine.effects} <= {e.id for e in listed.machine.effects}
+
+
+SLAB = """%
+O1
+G21 G17 G40 G49 G80 G90 G94
+T1 M6
+G54 G0 X-50. Y-60. S3000 M3
+G43 H1 Z5.
+Z-10.
+G1 Y60. F600
+G0 Z50.
+G55
+G0 X50. Y60.
+Z-10.
+G1 Y-60. F600
+G0 Z50.
+M30
+%
+"""
+TWO = shop.SETUP.replace("[tools.1]", 'G55 = ["300 mm", "250 mm", "-350 mm"]\n[tools.1]')
+SIDES = """\
+left = { type = "plane", point = "-40 0 -8 mm", normal = [-1, 0, 0], size = "40 4 mm" }
+right = { type = "plane", point = "40 0 -8 mm", normal = [1, 0, 0], size = "40 4 mm" }
+[[part.characteristics]]
+name = "width"
+type = "distance"
+between = ["left", "right"]
+limits = ["-0.02 mm", "0.02 mm"]
+"""
+PROBED = """\
+[inspection]
+machine = "same"
+[plan]
+styli.probe = { offset = "0 0 -100 mm", tip_diameter = "2 mm" }
+"""
+STEP = '[[plan.steps]]\nfeature = "%s"\nstylus = "probe"\npoints = { strategy = "grid", n = [4, 3], margin = "0.5 mm" }\n'
+
+
+def slab(tmp_path, offset="", tool="", more="", program=SLAB, features=SIDES):
+    """A slab of 80 mm, its left side cut under G54, its right side under G55, both by tool 1."""
+    head = (
+        f'vcmm = "scenario/1"\nmachine = "mill.toml"\n[cut]\nprogram = "part.nc"\nsetup = "setup.toml"\n{offset}{tool}'
+        f"[part.features]\n{features}{more}[job]\ntrials = 20000\n"
+    )
+    return vcmm.load_cut(shop.write(tmp_path, program=program, setup=TWO, scenario=head))
+
+
+U_TOOL = 'tools = { 1 = { u_radius = "3 um" } }\n'
+U_OFFSET = 'work_offset = { u = "2 um" }\n'
+BOTH_SIDES = PROBED + STEP % "left" + STEP % "right"
+
+
+def test_a_tool_has_one_radius_under_all_work_offsets(tmp_path):
+    found = cut(slab(tmp_path, tool=U_TOOL))
+    (width,) = found.characteristics
+    # 3 um of radius on either side, the same: 6 um; drawn twice it would be 3 sqrt 2 = 4.24 um
+    assert width.u == pytest.approx(6e-3, rel=0.02)
+    assert found.shares["width"]["tool"] == pytest.approx(1.0, abs=1e-6)
+    assert found.repeats["width"] == pytest.approx(width.u)  # all parts of this set-up have it
+    assert [line.redraw for line in width.budget] == ["setup"]
+
+
+def test_every_work_offset_is_set_on_its_own(tmp_path):
+    found = cut(slab(tmp_path, offset=U_OFFSET))
+    # 2 um in X for the left side, another 2 um for the right: 2 sqrt 2 = 2.83 um
+    assert found.characteristics[0].u == pytest.approx(2.828e-3, rel=0.02)
+    assert found.shares["width"]["setup"] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_turned_journal_has_one_tool_offset(tmp_path):
+    program = "G54\nG0 X44. Z2.\nX40.\nG1 Z-28. F0.1\nG55\nZ-60.\nX52.\n"
+    setup = lathe.SETUP.replace("[tools.1]", 'G55 = ["0 mm", "0 mm", "200 mm"]\n[tools.1]')
+    path = plain(tmp_path, program=program, setup=setup)
+    u = 'tools = { 1 = { u_offset_x = "5 um" } }'
+    path.write_text(path.read_text().replace("[cut]", f"[cut]\n{u}"))
+    diameter, form = cut(vcmm.load_cut(path), trials=1000).characteristics
+    # 5 um of radius is 10 um of diameter; drawn per work offset 28 of the mm would move without the others
+    assert diameter.u == pytest.approx(10e-3, rel=0.1)
+    assert form.u < 0.1e-3
+
+
+@pytest.mark.parametrize("where", ["this machine", "elsewhere"])
+def test_probed_here_each_side_is_read_from_its_own_work_offset(tmp_path, where):
+    offset = f'work_offset = {{ u = "2 um", set_on = "{where}" }}\n'
+    scenario = slab(tmp_path, offset, U_TOOL, BOTH_SIDES)
+    # an offset set wrongly shifts cut and reading alike; the radius of the tool remains, 6 um
+    assert cut(scenario).characteristics[0].u == pytest.approx(6e-3, rel=0.02)
+    exact = cut(scenario, engine="exact", trials=1000).characteristics[0]
+    assert exact.u == pytest.approx(6e-3, rel=0.07)  # 1000 trials: standard error 2.2 %
+
+
+def test_a_work_offset_beside_the_probed_points_has_no_part_in_them(tmp_path):
+    # from y = 19.6 mm on, 0.1 mm beyond the last points, the left side is cut under G55, all that is probed under G54
+    beside = SLAB.replace("G1 Y60. F600\n", "G1 Y19.6 F600\nG55\nG1 Y60.\n").replace("G55\nG0", "G54\nG0")
+    scenario = slab(tmp_path, U_OFFSET, U_TOOL, BOTH_SIDES, beside)
+    _, world, _ = finished_part(set_up(scenario))
+    assert set(world.tool.run.labels["work_offset"]) == {"G54", "G55"}
+    assert set(world.measuring.run.labels["work_offset"]) == {"G54"}
+    exact = cut(scenario, engine="exact", trials=1000).characteristics[0]
+    assert exact.u == pytest.approx(6e-3, rel=0.07)
+
+
+def test_a_side_that_two_work_offsets_share_is_not_probed_from_one(tmp_path):
+    half = SLAB.replace("G1 Y60. F600\n", "G1 Y0. F600\nG55\nG1 Y60.\n")
+    with pytest.raises(
+        UsageError, match=r"feature left is cut under G54 and G55.* cut it under one work off"
+    ):
+        cut(slab(tmp_path, U_OFFSET, U_TOOL, BOTH_SIDES, half))
+    found = cut(slab(tmp_path, "", U_TOOL, BOTH_SIDES, half))
+    assert found.characteristics[0].u == pytest.approx(6e-3, rel=0.02)
+
+
+def test_the_mean_of_the_angles_of_setting_is_taken_off():
+    """One cut and three angles of setting: 10 - (1 + 2 + 6) / 3 = 7; responses likewise, where the draws are one."""
+    zero = ZeroRows(np.array([1, -1, -1, -1]), count=3)
+    errors = np.array([10.0, 1.0, 2.0, 6.0])[:, None] * [1.0, 0.0, 0.0]
+    assert zero.off_errors(errors)[:, 0] == pytest.approx([7.0, 1.0, 2.0, 6.0])
+    assert zero.off_response(errors[..., None], np.zeros(4, dtype=np.intp))[0, 0, 0] == pytest.approx(7.0)
+    assert zero.off_response(errors[..., None], np.array([0, 1, 1, 1]))[0, 0, 0] == pytest.approx(10.0)
+
+
+def test_what_is_in_a_zero_turns_with_the_table():
+    """Taken into the zero along X; the table has turned by 90 deg since, so it comes off along Y."""
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    zero = ZeroRows(np.array([1, -1]), turn=np.array([quarter, np.eye(3)]))
+    errors = np.array([[5.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    assert zero.off_errors(errors)[0] == pytest.approx([5.0, -2.0, 0.0])
+
+
+def test_draws_that_only_setting_has_count_as_nothing():
+    """Copies: the cut has 0, its setting 1. The second belongs to the uncertainty of the zero."""
+    one = Influence(
+        Input("scale_factor", "X", "k", Normal(1.0)), np.ones((2, 3, 1)), ("a", "b"), np.array([0, 1])
+    )
+    drawn = Draws(one, np.ones((1, 2, 1)), np.array([[[3.0], [4.0]]]))
+    quiet = ZeroRows(np.array([1, -1])).quiet(drawn)
+    assert quiet.departures.ravel() == pytest.approx([3.0, 0.0])
+
+
+def test_rows_of_setting_are_at_rest():
+    """The tool with an offset of 100 mm stands with its tip at Z -350, so the axis at -250; cold, unmoving, marked."""
+    run = Run(
+        {"X": np.array([1.0]), "Y": np.array([2.0]), "Z": np.array([3.0])}, np.array([[0.0, 0, -100.0]]),
+        {"time_s": np.array([60.0]), "nz": np.array([0.0]), "temp_part_C": np.array([23.0])},
+        {"tool": np.array(["7"]), "touch": np.array(["p"])},
+    )  # fmt: skip
+    at = np.array([[300.0, 250.0, -350.0]])
+    rows = setting_rows(
+        run, np.array([0]), np.array([[0.0, 0.0, -100.0]]), at, Pose(np.eye(3), np.array([300.0, 0, 0]))
+    )
+    assert [float(rows.position[a][0]) for a in "XYZ"] == [300.0, 250.0, -250.0]
+    columns = {name: float(values[0]) for name, values in rows.columns.items()}
+    assert columns["time_s"] == 0.0
+    assert (columns["nz"], columns["temp_part_C"], columns["setting"]) == (1.0, 23.0, 1.0)
+    assert columns["part_y_mm"] == 250.0
+    assert (rows.labels["tool"][0], rows.labels["touch"][0]) == ("7", SETTING)
+    assert joined(run.with_columns({n: np.zeros(1) for n in columns}), rows).n == 2
+
+
+def test_ways_of_setting_differ_by_tool_not_by_point():
+    labels = {"tool": np.array(["1", "2", "1"]), "touch": np.array(["a", "b", "c"])}
+    run = Run({"X": np.zeros(3)}, np.zeros((3, 3)), {}, labels)
+    first, number = ways_of_setting(run)
+    assert first.tolist() == [0, 1]
+    assert number.tolist() == [0, 1, 0]

@@ -1,0 +1,95 @@
+"""Klartext programs: parameters, labels, jumps, ends, what is refused, and samples."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.nc.heidenhain.klartext import check, ends, moves, sample
+from vcmm.core.errors import DataError
+from vcmm.nc.heidenhain.reader import read
+from vcmm.nc.setup import Setup
+
+
+def test_q_parameters():
+    text = (
+        "FN 0: Q1 = +5\nFN 1: Q2 = +Q1 + +5\nFN 4: Q3 = +Q2 DIV +4\nFN 8: Q4 = +3 LEN +4\nFN 13: Q5 = +1 ANG-1\nFN 5: Q6 = SQRT 16\n"
+        "FN 2: Q7 = +Q1 - +1\nFN 3: Q8 = +Q1 * +3\nL X+Q1 Y+Q2 Z-Q3 FMAX\nL X+Q4 Y+Q5 Z+Q6 FMAX\nL X+Q7 Y+Q8 FMAX"
+    )
+    check(text, (5, 10, -2.5), (5, 135, 4), (4, 15, 4))
+
+
+def test_labels():
+    check("CALL LBL 1\nL X+9 FMAX\nM30\nLBL 1\nL IX+1 FMAX\nLBL 0", (1, 0, 0), (9, 0, 0))
+    check(
+        'LBL "A"\nL IX+1 FMAX\nCALL LBL "A" REP 2/2\nL Y+5 FMAX', (1, 0, 0), (2, 0, 0), (3, 0, 0), (3, 5, 0)
+    )
+    jump = "Q1 = {}\nFN 9: IF +Q1 EQU +1 GOTO LBL 7\nL X+1 FMAX\nLBL 7\nL Y+1 FMAX"
+    assert [len(ends(jump.format(n))) for n in (1, 2)] == [1, 2]
+    loop = "LBL 3\nQ1 = Q1 + 1\nL X+Q1 FMAX\nFN 12: IF +Q1 LT +3 GOTO LBL 3"
+    check(loop, (1, 0, 0), (2, 0, 0), (3, 0, 0))
+
+
+def test_present_position():
+    check("L X+7 FMAX\nFN 18: SYSREAD Q3 = ID270 NR1 IDX1\nL Y+Q3 FMAX", (7, 0, 0), (7, 7, 0))
+
+
+def test_end_of_program():
+    assert len(moves("L X+1 FMAX\nL X+2 FMAX M30\nL X+3 FMAX")) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("PLANE SPATIAL SPA+0 SPB+45 SPC+0", "part.h:2:1: PLANE is not understood"),
+        ("1 L X+1 FMAX M128", "part.h:2:14: M128 is not understood"),
+        ("CYCL DEF 251 RECTANGULAR POCKET", "part.h:2:10: CYCL DEF 251"),
+        ("CALL PGM OTHER.H", "CALL PGM is not understood"),
+        ("FN 18: SYSREAD Q1 = ID50 NR3 IDX1", "ID50 NR3 IDX1 is known to the machine only"),
+        ("FN 14: ERROR = 1000", "FN 14 is not understood"),
+        ("L X+1", "part.h:2:1: no feed"),
+        ("L X+1 X+2 FMAX", "part.h:2:7: X stands twice"),
+        ("L X FMAX", "part.h:2:5: X needs a number"),
+        ("L X+1 LEN5 FMAX", "part.h:2:7: LEN is not understood"),
+        ("CC X+0 Y+5\nC X+5 Y+5 F100", "needs the sense of rotation"),
+        ("CC X+0 Y+5\nC X+6 Y+5 DR+ F100", "radius 5.0000 mm at its start, 6.0000 mm at its end"),
+        ("CALL LBL 5", "there is no LBL 5"),
+        ("LBL 1\nLBL 1", "part.h:3:1: LBL 1 stands twice"),
+        ("LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 1", "seems to be endless"),
+        ("CYCL CALL", "none is defined"),
+        ("Q1,5 = 3", "Q1,5 is no Q parameter"),
+        ("L X+1 RL F100", "no known radius"),
+        ("Q1 = 1 / 0", "part.h:2:8: division by zero"),
+        ("CT X+5 Y+5 F100", "needs a contour element before it"),
+        ("APPR LT X+0 Y+0 LEN10 F100", "APPR needs the side of the tool"),
+        ("CYCL DEF 10.0\nCYCL DEF 10.1 ROT+30\nCYCL DEF 7.0\nCYCL DEF 7.1 X+5", "shift first, then rotate"),
+    ],
+)  # fmt: skip
+def test_refused_by_name_and_place(text, message, monkeypatch):
+    monkeypatch.setattr("vcmm.nc.heidenhain.reader.LONGEST", 1000)
+    with pytest.raises(DataError, match=message):
+        moves(text)
+
+
+def test_sample_from_a_cam_system():
+    program = read(sample("metrologia_11"), "part.h", Setup())
+    lines = sample("metrologia_11").count(" L ") - 2  # two of them hold nothing but M03
+    arcs = sample("metrologia_11").count(" C X")
+    assert len([m for m in program.moves if m.kind in ("rapid", "line")]) == lines
+    assert len([m for m in program.moves if m.kind == "arc"]) == arcs
+    assert [m.seconds for m in program.moves if m.kind == "dwell"] == [5.0, 5.0]
+    assert all(np.allclose(a.end, b.start) for a, b in pairwise(program.moves) if a.tool == b.tool)
+
+
+@pytest.mark.parametrize("end", ["STOP M30", "STOP M2", "M30", "L FMAX M2"])
+def test_the_program_ends_where_it_says(end):
+    """STOP with M2 or M30 ends the program as a block of its own does: what follows is not run."""
+    (one,) = moves(f"L X+10 F100\n{end}\nLBL 1\nL X+99\nLBL 0")[:1]
+    assert one.end == (10, 0, 0)
+    assert all(m.end[0] == 10.0 for m in moves(f"L X+10 F100\n{end}\nLBL 1\nL X+99\nLBL 0"))
+
+
+def test_a_stop_without_an_end_goes_on():
+    assert [m.end[0] for m in moves("L X+10 F100\nSTOP M5\nL X+99\nSTOP\nL X+0")] == [10, 99, 0]

@@ -1,0 +1,55 @@
+"""Sinumerik programs: what is refused, and samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.nc.sinumerik.programs import moves, sample
+from vcmm.core.errors import DataError
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("G1 X1 F100\nBSPLINE X5", r"part.mpf:2:1: BSPLINE \(spline\)"),
+        ("N5 TRAORI", "part.mpf:1:4: TRAORI"),
+        ("G0 X1\nG33 Z5 K1", "part.mpf:2:1: G33"),
+        ("G0 X1\n  CALL_ME(3)", "part.mpf:2:3: CALL_ME is neither a subprogram"),
+        ("G1 X=depth F1", "part.mpf:1:6: the variable DEPTH is not defined"),
+        ("DEF REAL depth\nX=depht", 'Did you mean "DEPTH"'),
+        ("G1 X5", "part.mpf:1:1: no feed"),
+        ("G0 X5 X6", "part.mpf:1:7: X stands twice"),
+        ("IF R1==1\nG0 X1", "part.mpf:1:1: this is never closed; add ENDIF"),
+        ("ENDWHILE", "closes nothing"),
+        ("GOTOF FINE\nM30\nFIN: M30", 'there is no FINE further down.*Did you mean "FIN"'),
+        ("G41 G1 X5 F100", "no known radius; state its diameter"),
+        ("T1 D2", "part.mpf:1:4: D2"),
+        ("G0 X=1/0", "part.mpf:1:7: division by zero"),
+        ("G0 U5", "part.mpf:1:4: the address U is not understood"),
+        ("X=", "the line ends"),
+        ("X1 )", r"part.mpf:1:4: \"\)\" cannot be understood"),
+        ("G0\nAA: X1 REPEATB AA", "the repeated part holds its own REPEAT"),
+        ("LOOP\nENDLOOP", "seems to be endless"),
+        ("DEF STRING[10] name", "takes REAL, INT or BOOL"),
+        ("G0 $P_UIFR[1,X,TR]=5", "system variables"),
+        ("T1 D1\nG41 G1 X9 F9\nTRANS X1", "part.mpf:3:1: a frame .* while radius compensation is on"),
+        ("G2 X10 Y0 I5 J0 F100\nROT X30\nG2 X0 Y0 I-5 J0", "an arc of the plane XY under a rotation out of that plane"),
+    ],
+)  # fmt: skip
+def test_refused_by_name_and_place(text, message, monkeypatch):
+    monkeypatch.setattr("vcmm.nc.sinumerik.flow.LONGEST", 1000)
+    with pytest.raises(DataError, match=message):
+        moves(text)
+
+
+def test_sample_arcs():
+    got = moves(sample("arc"))
+    assert [m.kind for m in got] == ["line", "arc", "line", "arc", "arc", "line", "arc"]
+    assert np.allclose(got[-1].centre, (80, 60, 10))  # CR=20 over a chord of 40: a half circle
+    assert got[4].end == (0, 0, 10)
+
+
+def test_sample_splines_are_refused():
+    with pytest.raises(DataError, match=r"part.mpf:10:1: BSPLINE"):
+        moves(sample("spline"))

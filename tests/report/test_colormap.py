@@ -1,0 +1,29 @@
+"""Bands of colour."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.report.drawn import NAN
+from vcmm.report.colormap import bands, ramp
+
+
+def test_bands_are_round_and_hold_the_data() -> None:
+    found = bands([0.0, 7.9], count=8)
+    assert found.levels.tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 8]
+    assert found.index([0.0, 3.0, 7.9, 8.0, NAN]).tolist() == [0, 3, 7, 7, -1]
+    both = bands([-1.0, 4.0], symmetric=True)
+    assert both.levels.tolist() == [-4, -3, -2, -1, 0, 1, 2, 3, 4]
+    assert bands([5.0, 5.0]).index([5.0])[0] >= 0
+    assert bands([NAN]).levels.tolist() == [0, 1]
+
+
+def test_ramps_are_monotone_in_lightness() -> None:
+    def light(colour: str) -> float:
+        return float(np.dot([int(colour[k : k + 2], 16) for k in (1, 3, 5)], [0.2126, 0.7152, 0.0722]))
+
+    sequential = [light(c) for c in ramp(9)]
+    assert sequential == sorted(sequential)
+    diverging = [light(c) for c in ramp(8, diverging=True)]
+    assert diverging[:4] == sorted(diverging[:4])
+    assert diverging[4:] == sorted(diverging[4:], reverse=True)

@@ -1,0 +1,303 @@
+"""Does a test notice when a formula, a threshold or a guard is wrong? Breaks one place at a time and runs the tests.
+
+    python tools/mutants.py --out /tmp/mutants [--seed 1] [--count 100] [--jobs 2] [--rooms placing,nc] [--limit-seconds 60]
+
+Changes are drawn by seed from all rooms but diagnosis (`mutant_sites.py` says what counts and what is left out). Every test
+is run once beforehand to see which functions it calls (`mutant_map.py`); a change is then put to the tests that call its
+function, then to those that know its file, nearest and quickest first, until one fails or --limit-seconds of tests are spent.
+
+Written to --out: mutants.md and mutants.csv (the table), results.jsonl (one line per change; a second run goes on from
+there), and the copies of the tree in which the tests run; the working tree is left alone. Changes that no test can notice
+because they change nothing that matters are listed with their reason in mutants_equivalent.toml.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import hashlib
+import json
+import os
+import queue
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from mutant_map import Coverage
+from mutant_sites import Site, shown, sites
+
+ROOT = Path(__file__).resolve().parents[1]
+LEFT_OUT = ("vcmm/diagnosis/",)
+PYTEST = [
+    "-m",
+    "pytest",
+    "-p",
+    "no:cacheprovider",
+    "-q",
+    "-x",
+    "--no-header",
+    "--tb=line",
+    "-W",
+    "ignore::pytest.PytestWarning",
+]
+FIRST, START = 4.0, 2.0  # s: tests of the first batch; what a batch costs beyond its tests
+_stamp = count(
+    int(time.time()) + 1000
+)  # a new time of change for every broken file, so that no bytecode is mistaken for it
+
+
+@dataclass(frozen=True)
+class Copy:
+    """A tree of its own, in which files may be broken."""
+
+    folder: Path
+    caches: Path
+
+    def run(self, arguments: list[str], seconds: int, **more: str) -> subprocess.CompletedProcess[str]:
+        """pytest in this tree, ended after so many seconds of computing, however busy the machine is."""
+        settings = dict(os.environ, PYTHONPATH=f"{self.folder}{os.pathsep}{self.folder / 'tools'}", **more)
+        settings |= {"OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": str(self.numba())}
+        limited = ["/bin/sh", "-c", f'ulimit -t {seconds}; exec "$@"', "sh"]
+        command = [*limited, sys.executable, *PYTEST, *arguments]
+        return subprocess.run(command, cwd=self.folder, env=settings, capture_output=True, text=True)
+
+    def numba(self) -> Path:
+        """A cache per state of the compiled loops: numba does not see that a loop called by another has changed."""
+        every = sorted(self.folder.glob("vcmm/**/*_kernels.py"))
+        return self.caches / hashlib.sha256(b"".join(p.read_bytes() for p in every)).hexdigest()[:16]
+
+
+def main() -> None:
+    options = _options()
+    options.out.mkdir(parents=True, exist_ok=True)
+    copies = [_copied(options.out, k) for k in range(options.jobs)]
+    coverage = _coverage(copies[0], options)
+    chosen = drawn(options.seed, options.count, options.rooms)
+    known = {r["key"]: r for r in _results(options.out)}
+    left = [site for site in chosen if site.key not in known]
+    free: queue.Queue[Copy] = queue.Queue()
+    for copy in copies:
+        free.put(copy)
+
+    def judged(site: Site) -> None:
+        copy = free.get()
+        try:
+            _keep(options.out, _judged(copy, coverage, site, options.limit_seconds))
+        finally:
+            free.put(copy)
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        list(pool.map(judged, left))
+    known = {r["key"]: r for r in _results(options.out)}
+    _tables(options.out, [known[site.key] for site in chosen])
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument(
+        "--rooms", type=lambda text: tuple(text.split(",")), default=(), help="such as placing,nc"
+    )
+    parser.add_argument("--limit-seconds", type=float, default=60.0, help="of computing by tests, per change")
+    parser.add_argument(
+        "--keep-map",
+        action="store_true",
+        help="use the record of the tests in --out though files have changed",
+    )
+    parser.add_argument("--tests", default="tests", help="what is run once for the map")
+    return parser.parse_args()
+
+
+def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
+    """So many changes, every place as likely as any other."""
+    files = sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "vcmm").rglob("*.py"))
+    files = [f for f in files if not f.startswith(LEFT_OUT)]
+    if rooms:
+        files = [f for f in files if f.startswith(tuple(f"vcmm/{room}/" for room in rooms))]
+    places = [site for file in files for site in sites(ROOT, file)]
+    random.Random(seed).shuffle(places)
+    out: list[Site] = []
+    for place in places:
+        if len(out) == number:
+            break
+        site = shown(ROOT, place)
+        if site is not None and all(site.key != other.key for other in out):
+            out.append(site)
+    return out
+
+
+def _copied(out: Path, number: int) -> Copy:
+    """The tree as it is now; what has not changed keeps its time, so that caches stay good."""
+    folder = out / f"tree-{number}"
+    ignored = shutil.ignore_patterns(
+        ".git", "__pycache__", ".*_cache", ".venv", ".hypothesis", "_build", "dist"
+    )
+    for entry in folder.iterdir() if folder.exists() else ():
+        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+    shutil.copytree(ROOT, folder, ignore=ignored, dirs_exist_ok=True)
+    return Copy(folder.resolve(), (out / "numba").resolve())
+
+
+def _coverage(copy: Copy, options: argparse.Namespace) -> Coverage:
+    """What every test calls; run once for a state of package and tests."""
+    every = sorted(p for d in ("vcmm", "tests") for p in (copy.folder / d).rglob("*.py"))
+    state = hashlib.sha256(options.tests.encode() + b"".join(p.read_bytes() for p in every)).hexdigest()
+    record = options.out / "map"
+    mark = record / "state"
+    if not (mark.exists() and (options.keep_map or mark.read_text() == state)):
+        shutil.rmtree(record, ignore_errors=True)
+        record.mkdir()
+        print("running all tests once, to see what they call ...", flush=True)
+        arguments = [
+            *options.tests.split(),
+            "-p",
+            "mutant_map",
+            "-n",
+            str(options.jobs),
+            "--dist",
+            "loadscope",
+            "--maxfail=1000",
+        ]
+        done = copy.run(arguments, 7200, VCMM_MUTANT_MAP=str(record.resolve()))
+        print(done.stdout[-2000:])
+        mark.write_text(state)
+    return Coverage.read(ROOT, record)
+
+
+# ---------------------------------------------------------------------- one change
+
+
+def _judged(copy: Copy, coverage: Coverage, site: Site, limit: float) -> dict[str, Any]:
+    """The change put to the tests: the one that noticed it, or "" and what was tried."""
+    begin, path = time.perf_counter(), copy.folder / site.file
+    source, times = path.read_bytes(), path.stat()
+    tests = coverage.noticing(site.file, site.owner)
+    path.write_bytes(site.applied(source))
+    stamp = next(_stamp)
+    os.utime(path, (stamp, stamp))
+    try:
+        by, tried = _noticed(copy, coverage, tests, limit)
+    finally:
+        path.write_bytes(source)
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    return {
+        "key": site.key, "file": site.file, "line": site.line, "owner": site.owner, "kind": site.kind, "formula": site.formula,
+        "before": site.before_line, "after": site.after_line, "noticed": by, "tried": tried, "possible": len(tests),
+        "seconds": round(time.perf_counter() - begin, 1),
+    }  # fmt: skip
+
+
+def _noticed(copy: Copy, coverage: Coverage, tests: list[str], limit: float) -> tuple[str, int]:
+    """(the test that failed, tests that were run), in batches of growing length within the limit."""
+    at, spent, size = 0, 0.0, FIRST
+    while at < len(tests) and spent < limit:
+        batch, expected = [], 0.0
+        while at < len(tests) and (
+            not batch or expected + coverage.seconds[tests[at]] <= min(size, limit - spent)
+        ):
+            batch.append(tests[at])
+            expected += coverage.seconds[tests[at]]
+            at += 1
+        done = copy.run(batch, int(60.0 + 6.0 * expected))
+        if done.returncode == -signal.SIGXCPU:
+            return f"no end ({batch[0]} ...)", at
+        if done.returncode not in (0, 5):
+            return _failed(done.stdout) or f"pytest ends with {done.returncode}", at
+        spent, size = spent + expected + START, size * 3.0
+    return "", at
+
+
+def _failed(output: str) -> str:
+    found = re.search(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+    return found[1] if found else ""
+
+
+# ---------------------------------------------------------------------- what is written
+
+
+def _results(out: Path) -> list[dict[str, Any]]:
+    file = out / "results.jsonl"
+    return (
+        [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
+    )
+
+
+def _keep(out: Path, result: dict[str, Any]) -> None:
+    with (out / "results.jsonl").open("a", encoding="utf-8") as file:
+        file.write(json.dumps(result) + "\n")
+    print(
+        f"{result['file']}:{result['line']} {result['seconds']} s: {result['noticed'] or 'SURVIVED'}",
+        flush=True,
+    )
+
+
+def equivalents() -> list[dict[str, str]]:
+    """file, after (a fragment of the changed line) and reason of every change that means nothing."""
+    file = ROOT / "tools" / "mutants_equivalent.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8")).get("equivalent", [])
+
+
+def _verdict(result: dict[str, Any]) -> str:
+    if result["noticed"]:
+        return str(result["noticed"])
+    for one in equivalents():
+        if one["file"] == result["file"] and one["after"] in result["after"]:
+            return f"equivalent: {one['reason']}"
+    more = (
+        "" if result["tried"] == result["possible"] else f" of {result['possible']}, the rest took too long"
+    )
+    return (
+        f"**survived** ({result['tried']} tests{more})"
+        if result["possible"]
+        else "**survived** (no test calls it)"
+    )
+
+
+def _tables(out: Path, results: list[dict[str, Any]]) -> None:
+    rows = [
+        [f"{r['file']}:{r['line']}", f"`{r['before']}`", f"`{r['after']}`", r["kind"], "formula" if r["formula"] else "other", _verdict(r)]
+        for r in sorted(results, key=lambda r: (not r["formula"], r["file"], r["line"]))
+    ]  # fmt: skip
+    titles = ["place", "before", "after", "kind", "class", "noticed by"]
+    with (out / "mutants.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([titles, *rows])
+    lines = [
+        "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
+        for row in [titles, ["---"] * 6, *rows]
+    ]
+    text = _summary(rows) + "\n\n" + "\n".join(lines) + "\n"
+    (out / "mutants.md").write_text(text, encoding="utf-8")
+    print(_summary(rows))
+
+
+def _summary(rows: list[list[str]]) -> str:
+    said = []
+    for name in ("formula", "other"):
+        verdicts = [row[5] for row in rows if row[4] == name]
+        survived = sum(v.startswith("**survived**") for v in verdicts)
+        same = sum(v.startswith("equivalent") for v in verdicts)
+        said.append(
+            f"{name}: {len(verdicts)} changes, {len(verdicts) - survived - same} noticed, {survived} survived, {same} equivalent"
+        )
+    return "; ".join(said)
+
+
+if __name__ == "__main__":
+    main()

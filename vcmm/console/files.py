@@ -1,0 +1,52 @@
+"""Files written whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from vcmm.core.errors import Environment
+
+
+def output_folder(path: Path) -> Path:
+    """Make sure that a folder can be made and written. Raises Environment before any work is done.
+
+    Nothing is left behind: the folder comes into being with the first file that is written into it, so that a
+    command that fails leaves no empty folder.
+    """
+    missing = [p for p in (path, *path.parents) if not p.exists()]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / ".vcmm-probe"
+        probe.write_text("")
+        probe.unlink()
+        for made in missing:
+            made.rmdir()
+    except OSError as error:
+        raise Environment(
+            f"the folder {path} cannot be written ({error.strerror}); choose another with --out"
+        ) from None
+    return path
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a whole file or nothing: a temporary file beside it, then a rename."""
+    return write_files(path.parent, {path.name: text})[0]
+
+
+def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write several files, all or none: temporary files first, then renames. Raises Environment."""
+    drafts = {folder / f".{name}.part": folder / name for name in texts}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for draft, text in zip(drafts, texts.values()):
+            draft.write_text(text, encoding="utf-8")
+        for draft, path in drafts.items():
+            draft.replace(path)
+    except OSError as error:
+        for draft in drafts:
+            draft.unlink(missing_ok=True)
+        raise Environment(
+            f"{folder / next(iter(texts))} cannot be written ({error.strerror}); choose another folder"
+        ) from None
+    return list(drafts.values())

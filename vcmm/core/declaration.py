@@ -1,0 +1,211 @@
+"""What an effect says of itself beside its formula: how large it usually is, its words, its prior, what it belongs to.
+
+Everything here has a default, so an effect says only what is special about it, as class attributes and, where behaviour
+differs, by one of the methods of `Declared`. Diagnosis, files, reports and jobs ask for these and never for a name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from vcmm.core.run import Array, Run
+
+UM, URAD, HOUR = 1e-3, 1e-6, 3600.0  # in mm, rad, s
+
+# What the program itself makes an effect for, and how it calls the class that takes the role. At most one effect has each.
+ROLES: Mapping[str, str] = {
+    "error table": "(component, arguments, grids, values): [errors] table",
+    "error curve": '(component, nodes, values): [errors] interpolation = "cubic"',
+    "angle between axes": "(pair, angle): C0Y, B0Z, A0Z of an error table",
+    "rotary axis location": "(component, offset=..., tilt=...): X0C, A0C ... of an error table",
+    "Abbe arm": ".from_tables(axis, effects, arm): a mistake of the stored tables",
+    "changed component": "(component, nodes): a calibration that is stale",
+    "lost motion table": "(axis, nodes, values): what a calibration finds of reversals",
+    "joint calibration": '(component, nodes, loadings, interpolation): [errors] covariance = "..."',
+    "repeatability": "(): one touch, Input of `value`; [repeatability]",
+    "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",
+    "part temperature": "(alpha, corrected), Input of `alpha`; [part] expansion",
+    "qualified stylus": "(stylus), Input of `d`, offset and radius; qualification of a stylus",
+    "reversal gap": "(axis, gap): the backlash column of a control's table",
+    "work zero": "(direction), Input of `shift`; [cut] work_offset",
+    "tool length": "(tool), Input of `dl`; [cut] tools",
+    "tool radius": "(tool), Input of `dr`; [cut] tools",
+    "tool offset": "(tool, direction), Input of `shift`; [cut] tools",
+    "tool bending": ".of_rod(compliance, tool), Input of `compliance`; stick_out or compliance of a tool",
+}
+TOOL_TABLE = ("tool length", "tool radius", "tool offset")  # roles: what a tool setter measures
+OWNERS = ("machine", "tool", "setup", "part")
+
+
+@dataclass(frozen=True)
+class Typical:
+    """How large one element of a linear parameter is when it matters, and where the figure comes from.
+
+    amount: canonical unit (mm, rad, s, N, kg and what is made of them); turn: the same for a rotation (component EA.,
+    EB., EC.). Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
+    of a few. A `why` with arithmetic is an estimate from mechanics or optics; "usual" is an order of magnitude quoted for
+    CMMs and machining centres in the literature (Slocum, Precision Machine Design, 1992; Schwenke et al., CIRP Annals 57
+    (2008) 660; Weckenmann et al., CIRP Annals 53 (2004) 657; Bryan, CIRP Annals 39 (1990) 645), no limit of any standard.
+    """
+
+    amount: float
+    why: str
+    turn: float = 0.0
+
+
+@dataclass(frozen=True)
+class Opposite:
+    """Words that replace the usual ones where `parameter` is negative; "" keeps the usual ones.
+
+    rare: what the machine does then, where that sense is so rare that all readings may have the opposite sign.
+    """
+
+    parameter: str
+    seen: str
+    causes: str = ""
+    confirm: str = ""
+    rare: str = ""
+
+
+@dataclass(frozen=True)
+class Words:
+    """What an answer means at the machine: what is seen, what usually causes it, what confirms it.
+
+    {where} is the place, {axis}, {direction} ... a place field, {gap} ... a parameter with its unit under the name that
+    reports use. signed: parameters shown with their sign; of the others the size is shown.
+    """
+
+    seen: str
+    causes: str
+    confirm: str
+    signed: tuple[str, ...] = ()
+    opposite: Opposite | None = None
+
+
+@dataclass(frozen=True)
+class Prior:
+    """How probable an effect is before anything was recorded, beside the equal share that every name has.
+
+    share: of a second shape of a family, against the first. rare_in: kinds of recording in which it is ten times rarer;
+    rare_without: it is so where the recording lacks this label.
+    """
+
+    share: float = 1.0
+    rare_in: tuple[str, ...] = ()
+    rare_without: str = ""
+
+
+@dataclass(frozen=True)
+class KnownRange:
+    """Positions along x, y or z (direction 0, 1, 2) that something allows, mm. of: "axis" positions or "tip" positions."""
+
+    what: str
+    direction: int
+    low: float
+    high: float
+    of: str = "axis"
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """Where candidates are placed: the machine's own effects, the axes on the side of part and tool, the recorded rows."""
+
+    effects: tuple[Any, ...]
+    work: tuple[str, ...]
+    tool: tuple[str, ...]
+    run: Run
+
+
+class Declared:
+    """Declarations of an effect, all with defaults.
+
+    family             the effect that it is a second shape of, and reported as
+    role               what the program itself makes it for, a key of ROLES
+    belongs_to         one of OWNERS: who answers for it in a budget
+    words, prior       see Words and Prior
+    diagnosed          whether diagnosis may name it; not the forms of a stored table nor what setting up may err by
+    needs_cut          it shows in recordings of cut parts only
+    special_case_of    effects that hold every motion of this one, whatever is recorded: of two the simpler counts
+    holds_table_edits  every edit of a stored table of one axis is a special case of it
+    simple             its one number is the same wherever it is looked at; a curve that is mostly that is called so
+    free_curve         a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
+    as_one             the one number that stands for an array: "rms", "sd", or "amplitude" and "arm" for the length
+    taken_up           parameter that is a way lost at a reversal: nearer to it rows may stand on either side
+    over_raw_scale     periodic over the raw reading of the scale where that was recorded
+    stored             parameter that holds the numbers of a stored error table
+    calibrated         one of the errors that a calibration finds and states anew: its only parameter
+    made_by            what makes it in a file, where no [[effects]] table can state it
+    random             drawn anew again and again: its value is never known
+    on_cut_part        a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
+    over_volume        stated over workpiece axes, known with rotary axes at zero only
+    of_qualification   what the qualification of a stylus may err by
+    independent_draws  what must be said where its elements are drawn independently
+    """
+
+    family: ClassVar[str] = ""
+    role: ClassVar[str] = ""
+    belongs_to: ClassVar[str] = "machine"
+    words: ClassVar[Words | None] = None
+    prior: ClassVar[Prior] = Prior()
+    diagnosed: ClassVar[bool] = True
+    needs_cut: ClassVar[bool] = False
+    special_case_of: ClassVar[tuple[str, ...]] = ()
+    holds_table_edits: ClassVar[bool] = False
+    simple: ClassVar[bool] = False
+    free_curve: ClassVar[bool] = False
+    as_one: ClassVar[str] = "rms"
+    taken_up: ClassVar[str] = ""
+    over_raw_scale: ClassVar[bool] = False
+    stored: ClassVar[str] = ""
+    calibrated: ClassVar[bool] = False
+    made_by: ClassVar[str] = ""
+    random: ClassVar[bool] = False
+    on_cut_part: ClassVar[str] = ""
+    over_volume: ClassVar[bool] = False
+    of_qualification: ClassVar[bool] = False
+    independent_draws: ClassVar[str] = ""
+
+    @classmethod
+    def placed(cls, place: Mapping[str, Any], site: Site) -> Any:
+        """The effect at one place, with what it takes from stored tables, travel or chain. Raises UsageError where it
+        cannot sit there.
+        """
+        return cls(**place)
+
+    def told_by(self, run: Run) -> bool:
+        """Whether these rows can tell it from something simpler."""
+        return True
+
+    def weighted_trials(self, name: str) -> list[tuple[dict[str, Any], float]] | None:
+        """Changes to try for the field `name`, each with its ln weight; None = the declared tries."""
+        return None
+
+    def reported(self, values: Array) -> tuple[str, Array, str] | None:
+        """(name, values, unit) under which its one linear parameter, values (n,), is reported; None = as it is."""
+        return None
+
+    def remark(self, run: Run) -> str:
+        """What must be said beside an answer on this run; "" for nothing."""
+        return ""
+
+    def said_in_file(self) -> str:
+        """What a reader of a machine file must know of it; "" for nothing."""
+        return ""
+
+    def known_range(self) -> tuple[KnownRange, ...]:
+        """Where a tabulated effect is known; outside it refuses."""
+        return ()
+
+    def own_nodes(self) -> Array | None:
+        """Positions (k,) of the stored numbers over its own axis; None where it is no table over one axis."""
+        return None
+
+    def covariance(self) -> Array | None:
+        """Covariance of the elements of its parameter where the effect fixes it itself; None where an Input says it."""
+        return None
+
+    def qualified(self, spheres: Mapping[str, Any]) -> Any:
+        """The effect as seen through a qualification on these spheres (stylus -> sphere); itself where it is not seen."""
+        return self

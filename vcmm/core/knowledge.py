@@ -1,0 +1,81 @@
+"""The one door by which effects and Inputs come to a machine, whoever names them.
+
+The error tables and lists of a machine file, the part, the environment and the lists of a scenario, the setting up of a
+cut, and styli that were qualified: all go through `informed`, which adds up effects of one name and place and refuses a
+quantity that would be drawn twice. That an effect acts on an axis of the machine is checked by Machine itself, that a run
+has the columns it needs by `Machine.check_columns`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.inputs import EVERY, Input
+from vcmm.core.machine import Machine
+
+
+def informed(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequence[Input] = ()) -> Machine:
+    """The machine with further effects and Inputs.
+
+    Raises UsageError for a quantity with two Inputs, and for an effect on an axis that the machine lacks.
+    """
+    known: list[Input] = []
+    for one in (*machine.inputs, *inputs):
+        twice = doubled(one, known)
+        if twice:
+            raise UsageError(twice)
+        known.append(one)
+    return replace(machine, effects=tuple(merged([*machine.effects, *effects])), inputs=tuple(known))
+
+
+def doubled(one: Input, known: Sequence[Input]) -> str:
+    """What is wrong with a quantity that has an Input already: it would be drawn twice from one stream. '' where it has none."""
+    other = next((k for k in known if k.id == one.id), None)
+    if other is None:
+        return ""
+    said = f" ({other.evidence})" if other.evidence else ""
+    return f"{one.id} has an input already{said}; keep one of the two"
+
+
+def merged(effects: Sequence[Effect]) -> list[Effect]:
+    """Effects of one name and place added into one where all that differs are numbers in which they are linear.
+
+    An Input names an effect by name and place: two of them (a table and a further known effect) would count twice.
+    """
+    out: list[Effect] = []
+    for effect in effects:
+        match = next((i for i, e in enumerate(out) if e.id == effect.id and addable(e, effect)), None)
+        if match is None:
+            out.append(effect)
+            continue
+        linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
+        sums = {n: getattr(out[match], n) + getattr(effect, n) for n in linear}
+        out[match] = replace(out[match], **sums)
+    return out
+
+
+def addable(one: Effect, other: Effect) -> bool:
+    """Whether two effects of one id differ in nothing but numbers in which they are linear."""
+    linear = {f.name for f in parameter_fields(one) if not f.metadata["scan"]}
+    rest = [f.name for f in fields(one) if f.name not in linear]
+    return all(np.array_equal(getattr(one, n), getattr(other, n)) for n in rest)
+
+
+def targets(machine: Machine, one: Input) -> list[Effect]:
+    """The effects an Input acts on. Raises UsageError when there is none."""
+    hit = [e for e in machine.effects if e.name == one.effect and one.where in (EVERY, e.where)]
+    if not hit:
+        known = sorted({e.id for e in machine.effects})
+        raise UsageError(
+            f"{one.id}: the machine has no such effect.{choose_from(f'{one.effect}[{one.where}]', known)}"
+        )
+    if one.where != EVERY and len(hit) > 1:
+        raise UsageError(
+            f"{one.id} acts on {len(hit)} effects of that name; make them one effect, or tell them apart by their place"
+        )
+    return hit

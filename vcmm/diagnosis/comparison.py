@@ -1,0 +1,207 @@
+"""Compare: simulation against recording for any machine files, side by side. Nothing is named, nothing clipped.
+
+    residual = value - predicted(machine) - nuisance refitted by least squares, weighted by 1/u^2
+
+The uncertainty of the machine's own calibration is left out: chi-square is that of the stated noise alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.machine import FIRST_ORDER_LIMIT_RAD, Machine
+from vcmm.core.run import Array, Run
+from vcmm.diagnosis.evidence import dictionary, scorer
+from vcmm.diagnosis.locate import Place, generic_families, locate
+from vcmm.diagnosis.null import Noise, draws
+from vcmm.diagnosis.problem import Problem, predecessors
+from vcmm.evaluation.gaussian import whitener
+from vcmm.response.folds import fold_masks
+from vcmm.response.observe import Observer, left_out, noise_u, nuisance_columns, observe
+from vcmm.response.recording import Recording
+
+NULLS = 500  # smallest p is 1/501
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """What one machine leaves of one recording: residual (m,), u (m,), mm or rad; nuisance has `fitted` columns.
+
+    covariates: observations' run, prepared. exact: the transforms were multiplied (rotations above 1 mrad).
+    left_out: effects of the machine that the recording has no columns for.
+    """
+
+    recording: Recording
+    run: Run
+    residual: Array
+    u: Array
+    fitted: int
+    exact: bool
+    left_out: tuple[str, ...]
+    depends_on: tuple[Place, ...] = ()
+
+    @property
+    def chi2(self) -> float:
+        """Sum of (residual / u)^2."""
+        return float(np.sum((self.residual / self.u) ** 2))
+
+    @property
+    def dof(self) -> int:
+        return len(self.residual) - self.fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One machine file against all recordings; figures over all their rows, mm or rad."""
+
+    file: str
+    parts: tuple[Misfit, ...]
+
+    @property
+    def residual(self) -> Array:
+        return np.concatenate([p.residual for p in self.parts])
+
+    @property
+    def u(self) -> Array:
+        return np.concatenate([p.u for p in self.parts])
+
+    @property
+    def rms(self) -> float:
+        """Of all rows as they are."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def weighted_rms(self) -> float:
+        """sqrt(sum w r^2 / sum w), w = 1/u^2."""
+        weight = self.u**-2.0
+        return float(np.sqrt(np.sum(weight * self.residual**2) / np.sum(weight)))
+
+    @property
+    def noise(self) -> float:
+        """Stated noise as an rms."""
+        return float(np.sqrt(np.mean(self.u**2)))
+
+    @property
+    def chi2(self) -> float:
+        return sum(p.chi2 for p in self.parts)
+
+    @property
+    def dof(self) -> int:
+        return sum(p.dof for p in self.parts)
+
+    @property
+    def angle(self) -> bool:
+        return self.parts[0].recording.kind == "angle"
+
+    @property
+    def folds(self) -> tuple[tuple[str, float], ...]:
+        """(fold, rms of its rows); of several recordings each with its name, and each as a whole."""
+        out = []
+        for part in self.parts:
+            before = f"{part.recording.name}: " if len(self.parts) > 1 else ""
+            if before:
+                out.append((part.recording.name, float(np.sqrt(np.mean(part.residual**2)))))
+            for name, rows in fold_masks(part.run, part.recording.row):
+                if rows.any():
+                    out.append((before + name, float(np.sqrt(np.mean(part.residual[rows] ** 2)))))
+        return tuple(out)
+
+
+def compared(file: str, pairs: Sequence[tuple[Recording, Machine]], seed: int = 0) -> Comparison:
+    """What machines of one file leave of recordings. Raises ModelLimit: rows outside the travels, noise not known, fewer
+    rows than nuisance parameters, angles beside lengths.
+    """
+    kinds = {recording.kind == "angle" for recording, _ in pairs}
+    if len(kinds) > 1:
+        raise ModelLimit("recordings of angles and of lengths have no common rms; compare them one by one")
+    return Comparison(file, tuple(misfit(recording, machine, seed) for recording, machine in pairs))
+
+
+def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
+    """Residuals of one recording, nuisance refitted; where they depend on what (p from simulated white noise)."""
+    observer = Observer(recording, machine)
+    recording, run = observer.recording, observer.run
+    u = noise_u(recording, machine)
+    predicted, exact = _predicted(observer)
+    columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
+    departure = recording.value - predicted
+    residual, rank = _without(departure, columns, u)
+    lost = tuple(name for name, _ in left_out(recording, machine))
+    problem = Problem(
+        recording, machine, run, departure, u, nuisance=columns, calibration=np.zeros((recording.m, 0)),
+        before=predecessors(recording.row), observer=observer,
+    )  # fmt: skip
+    places = _places(problem, seed)
+    return Misfit(recording, run, residual, u, fitted=rank, exact=exact, left_out=lost, depends_on=places)
+
+
+def _predicted(observer: Observer) -> tuple[Array, bool]:
+    """Observations (m,) from the machine's own effects; by exact transforms where first order is not good enough."""
+    machine = observer.usable
+    turns = [float(np.abs(m.six[:, 3:]).max(initial=0.0)) for m in machine.motions(observer.run)]
+    if max(turns, default=0.0) <= FIRST_ORDER_LIMIT_RAD:
+        return observer.baseline(), False
+    motion = machine.tip_motion(observer.run, exact=True)
+    reading = machine.reading(observer.run)
+    return observe(observer.recording, motion[:, :, None], reading[:, :, None])[:, 0], True
+
+
+def _without(departure: Array, columns: Array, u: Array) -> tuple[Array, int]:
+    """Residual (m,) after weighted least squares of the nuisance columns (m, p), and their rank."""
+    length = np.linalg.norm(columns / u[:, None], axis=0)
+    used = columns[:, length > 0] / length[length > 0]
+    if used.shape[1] == 0:
+        return departure, 0
+    coefficients, _, rank, _ = np.linalg.lstsq(used / u[:, None], departure / u, rcond=1e-12)
+    if rank >= len(departure):
+        raise ModelLimit(
+            f"{len(departure)} rows do not carry {rank} nuisance parameters and leave something to compare; "
+            "take nuisance out of the recording file or measure more"
+        )
+    return departure - used @ coefficients, int(rank)
+
+
+def _places(problem: Problem, seed: int) -> tuple[Place, ...]:
+    """On what the residual depends; its own scatter is the scale, so that the shape counts and not the stated noise."""
+    try:
+        white = whitener(problem.u, problem.nuisance, problem.calibration, problem.before)
+    except ModelLimit:
+        return ()  # too few rows to say where
+    seen = scorer(dictionary(generic_families(problem), white))
+    rest = white.apply(problem.residual)
+    scale = float(np.sqrt(rest @ rest / white.dof))
+    if not seen.found.families or scale == 0.0:
+        return ()
+    null = draws(Noise(), white, seed, "compare", NULLS)
+    return locate(seen, rest / scale, seen.scores(null).max(axis=0))
+
+
+def comparison_json(rows: Sequence[Comparison]) -> dict[str, object]:
+    """Body of the document vcmm.compare/1; um, or urad for angles."""
+    return {"machines": [_machine_json(row) for row in rows]}
+
+
+def _machine_json(row: Comparison) -> dict[str, object]:
+    unit, scale = ("urad", 1e6) if row.angle else ("um", 1e3)
+    several = len(row.parts) > 1
+    return {
+        "file": row.file,
+        "engine": "exact" if any(p.exact for p in row.parts) else "first-order",
+        f"rms_{unit}": scale * row.rms,
+        f"weighted_rms_{unit}": scale * row.weighted_rms,
+        f"noise_{unit}": scale * row.noise,
+        "chi2": row.chi2,
+        "dof": row.dof,
+        "folds": [{"fold": name, f"rms_{unit}": scale * rms} for name, rms in row.folds],
+        "depends_on": [
+            ({"recording": part.recording.name} if several else {})
+            | {"covariate": p.covariate, "direction": p.direction, "p": p.p, "text": p.text}
+            for part in row.parts
+            for p in part.depends_on
+        ],
+        "left_out": sorted({name for p in row.parts for name in p.left_out}),
+    }

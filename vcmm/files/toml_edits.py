@@ -1,0 +1,81 @@
+"""Edits of TOML texts that people wrote: values change, their comments and their layout stay (tomlkit)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from vcmm.core.text import read_text
+from vcmm.files.toml import file_named, read_toml
+from vcmm.files.toml_lines import Location, key_lines
+
+
+def editable(path: Path) -> Any:
+    """The document of a file, as tomlkit has it: `document["pose"]["turn"] = ...`. DataError: no valid TOML."""
+    import tomlkit
+
+    read_toml(path)  # says what is wrong, with its line
+    return tomlkit.parse(read_text(path).rstrip() + "\n")
+
+
+def move_names(document: Any, old: Path, new: Path) -> None:
+    """Rewrite names of files that lie beside a file in `old` as they are seen from `new`."""
+    if old.resolve() == new.resolve():
+        return
+    for holder, key, text in _texts(document):
+        there = file_named(text, old)
+        if there is not None:
+            holder[key] = os.path.relpath(there, new)
+
+
+def _texts(holder: Any) -> Iterator[tuple[Any, Any, str]]:
+    """Every text of a document: what holds it, under which key or index, and the text."""
+    pairs = list(holder.items()) if isinstance(holder, dict) else list(enumerate(holder))
+    for key, value in pairs:
+        if isinstance(value, str):
+            yield holder, key, str(value)
+        elif isinstance(value, dict | list):
+            yield from _texts(value)
+
+
+def with_value_for_table(document: Any, key: str, value: str) -> None:
+    """`key = "value"` at the head of the file in place of the value or of all tables [key...].
+
+    A table goes with the comments inside it; the comments and blank lines over the table that follows stay.
+    """
+    if isinstance(document.get(key), dict):
+        without_table(document, key)
+    document[key] = value
+
+
+def without_table(document: Any, key: str) -> None:
+    """Take out all tables [key...]; the comments and blank lines over the table that follows stay."""
+    import tomlkit
+
+    places = [i for i, (name, _) in enumerate(document.body) if name is not None and name.key == key]
+    headings = [_last_comments(document.body[i][1].as_string()) for i in places]
+    if places:
+        document.remove(key)
+    empty = [document.body[i][1] for i in places]  # what tomlkit leaves in the place of a table
+    for i, (_, item) in enumerate(list(document.body)):
+        for left, heading in zip(empty, headings):
+            if item is left:
+                document.body[i] = (None, tomlkit.ws(heading))
+
+
+def _last_comments(text: str) -> str:
+    """The blank lines and comments at the end of a text."""
+    lines = text.splitlines(keepends=True)
+    first = len(lines)
+    while first and (not lines[first - 1].strip() or lines[first - 1].lstrip().startswith("#")):
+        first -= 1
+    return "".join(lines[first:])
+
+
+def with_comment_under(text: str, location: Location, comment: str) -> str:
+    """The text with a comment in the line after a key or the heading of a table."""
+    lines = text.splitlines()
+    lines.insert(key_lines(text)[location], f"# {comment}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,112 @@
+"""The one way from points of a part to the errors with which a machine tool cuts them, whatever the process.
+
+    surface_at   which cuts make the surface at the points, and what may cut deeper beside them
+    tool_side    one row of a run per candidate: state of the machine, columns of the surface, forces, wear;
+                 then the rows in which the zeros were set; then the errors of all rows
+
+Each step is a step of the process (vcmm.machining.process); the rest is the same for milling and turning.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.inputs import Input
+from vcmm.core.run import OFFSET_LABEL, Array, Run
+from vcmm.cutting.contactmap import Contacts, Ints, upright
+from vcmm.cutting.envelope import CutSurface
+from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
+from vcmm.machining.states import later_in_batch
+from vcmm.machining.tool_errors import ToolSide
+from vcmm.machining.zero_setting import joined, setting_rows, ways_of_setting
+
+
+def surface_at(job: PreparedCut, points: Array, normals: Array, exact: bool = True) -> CutSurface:
+    """The surface that the program leaves at points (n, 3) of the drawing, workpiece axes.
+
+    exact=False: as the search sees it, tools that turn with a rotary axis in short rows of constant direction.
+    """
+    return job.process.surface(job, job.pose.apply(points), job.pose.turn(normals), exact)
+
+
+def tool_side(
+    job: PreparedCut, surface: CutSurface, touch: Words, feature: Words, inputs: tuple[Input, ...] = ()
+) -> tuple[ToolSide, Contacts]:
+    """States of the machine tool when it cuts each point, and how its errors there move the surface.
+
+    touch, feature (n,): labels of the points, all of which are cut. Raises ModelLimit where the cut leaves the machine.
+    """
+    rows = contact_rows(job, surface)
+    run, known = _cut_run(job, rows)
+    run = Run(
+        run.position, run.offset, run.columns,
+        {**run.labels, "touch": touch[rows.point], "feature": feature[rows.point]}, run.series,
+    )  # fmt: skip
+    whole, setting = _with_setting(job, run)
+    known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
+    return job.process.tool_side(job, _prepared(job, whole), setting, known, inputs), rows.contacts
+
+
+def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
+    """Contacts of points that are all cut, and the row of the run that belongs to each candidate."""
+    process = job.process
+    candidates = process.candidates(job, surface)
+    points, normals = process.seen(surface)
+    known = candidates.row >= 0
+    point, candidate = np.nonzero(known)
+    number = np.full(known.shape, -1, dtype=np.intp)
+    number[known] = np.arange(len(point))
+    # where the ray ends in the side of a gouge the tool moves that end as it moves itself
+    cutter = upright(candidates.cutter, normals, known)
+    contacts = Contacts(candidates.height, cutter, normals, number, process.cutters(surface, candidates))
+    at = points[point] + candidates.height[known][:, None] * normals[point]
+    row, share = candidates.row[known], candidates.share[known]
+    return ContactRows(
+        surface, contacts, point, candidate, row=row, share=share, tip=candidates.tip[known], at=at
+    )
+
+
+def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
+    """The run of all contacts, without labels of the points, and what is known to lead elsewhere (rows, 3) mm.
+
+    The offset of each row leads to the point where the cutter meets the surface, so that the lever arms of all error
+    motions, and with them the tilt of the tool, count to there.
+    """
+    process, scenario = job.process, job.scenario
+    states, known = process.states(job, rows)
+    states = later_in_batch(states, job.path, scenario.batch_part, process.fed_in_part(job))
+    columns = process.columns(job, rows)
+    if job.blank is not None and job.blank.forces is not None:
+        columns |= by_axis("force_{}_N", process.force(job, rows, job.blank.forces))
+    columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
+    return states.with_columns(columns), known
+
+
+def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
+    """The rows of the cut, then those in which each tool and work offset was set.
+
+    The second result (n,): first of the rows in which the zero of each row was set; -1: nothing is taken off.
+    """
+    run = run.with_columns({"setting": np.zeros(run.n)})
+    if not job.scenario.set_here:
+        return run, np.full(run.n, -1, dtype=np.intp)
+    first, number = ways_of_setting(run)
+    each = job.process.rows_per_zero
+    chosen = np.repeat(first, each)
+    tools = [job.scenario.setup.tools[int(name)] for name in run.labels["tool"][chosen]]
+    offset = -np.array([tool.offset for tool in tools])
+    rows = setting_rows(run, chosen, offset, zeros(job, run.labels[OFFSET_LABEL][chosen]), job.pose)
+    rows = job.process.set_at(job, rows)
+    setting = np.concatenate([run.n + each * number, np.full(rows.n, -1, dtype=np.intp)])
+    return joined(run, rows), setting
+
+
+def _prepared(job: PreparedCut, run: Run) -> Run:
+    try:
+        return job.machine.prepare(run)
+    except ModelLimit as error:
+        line = "" if error.row is None else f", line {run.columns['line'][error.row]:.0f} of the program"
+        raise ModelLimit(
+            f"the cut leaves the machine{line}: {error}; check work offset and tool length", row=error.row
+        ) from None

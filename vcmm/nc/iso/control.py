@@ -1,0 +1,104 @@
+"""What a control of the G-code family remembers beyond the state that all languages share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar, NoReturn
+
+from vcmm.nc.dialects import Dialect
+from vcmm.nc.faults import BlockFault
+from vcmm.nc.frames import AffineMap, rotation
+from vcmm.nc.iso.expressions import Parameters
+from vcmm.nc.moves import ORIGIN, PLANES, Point
+from vcmm.nc.recorder import Recorder
+from vcmm.nc.setup import Setup, Tool
+
+AXES = "XYZ"
+_NO_FEED = Recorder.NO_FEED["G94"]
+
+
+@dataclass(slots=True, eq=False)
+class IsoControl(Recorder):
+    """Recorder, registers, shifts and cycles. Functions of the other modules work on it; BlockFault says the column."""
+
+    NO_FEED: ClassVar[Mapping[str, str]] = {
+        "G93": "G93 (inverse time) needs a positive F in every block that cuts; add F", "G94": _NO_FEED, "G95": _NO_FEED,
+    }  # fmt: skip
+    NO_TURNS: ClassVar[str] = (
+        "the feed is per turn (G95), but the spindle has no speed; add S before this block"
+    )
+
+    language: Dialect = field(kw_only=True)
+    next_tool: int = 0
+    length_word: int = 0  # H in force
+    g92: Point = ORIGIN
+    g92_kept: Point = ORIGIN
+    g52: Point = ORIGIN
+    turn: tuple[str, Point, float] | None = None  # G68: plane, centre, angle
+    tools: dict[int, Tool] = field(default_factory=dict)
+    lengths: dict[int, float] = field(default_factory=dict)  # length registers set by G10
+    radii: dict[int, float] = field(default_factory=dict)
+    home: Point = ORIGIN
+    home2: Point = ORIGIN
+    cycle: dict[str, float] = field(default_factory=dict)
+    cycle_level: float | None = None  # initial level of a series of cycles
+    ended: bool = False
+    saved: tuple[object, ...] | None = None  # M70
+    parameters: Parameters = field(init=False)  # set by parameters.attach
+
+    # -- what this family does in its own way --
+    def fault(self, text: str, column: int | None = None) -> NoReturn:
+        """Raises BlockFault: the reader adds file and line."""
+        raise BlockFault(column or self.column, text)
+
+    def unlimited(self) -> float:
+        """With constant surface speed at the centre and no limit the spindle is taken to stand."""
+        return 0.0
+
+    def surface_speed(self) -> float:
+        """mm/min, from m/min or, in inches, ft/min."""
+        return self.speed * (304.8 if self.unit > 1.0 else 1000.0)
+
+    def feeding(self, x: float) -> float:
+        """Turns per minute that a feed per turn counts, at radius x: the spindle need not have been started."""
+        turns = self.turns(x)
+        return turns if math.isfinite(turns) else 0.0
+
+    def line_feed(self, start: Point, end: Point, rotary: Point) -> float:
+        """mm/min; degrees per minute, whatever the unit of length, where rotary axes alone move."""
+        distance = math.dist(start, end) or self.turned(rotary)
+        feed = self.rate(distance, self.feeding((start[0] + end[0]) / 2.0 - self.world.shift[0]))
+        alone = start == end and rotary != self.rotary and self.feed_mode == "G94"
+        return feed / self.unit if alone else feed
+
+    def rebuild(self) -> None:
+        """The program's frame G92 + G52 + turn of G68, after one of them or a work offset has changed."""
+        shift = [self.g92[i] + self.g52[i] for i in range(3)]
+        turn = AffineMap()
+        if self.turn is not None:
+            plane, centre, angle = self.turn
+            turn = rotation(PLANES[plane][2], angle)
+            turned = turn.apply(centre)
+            shift = [shift[i] + centre[i] - turned[i] for i in range(3)]
+        self.frame = AffineMap(turn.matrix, (shift[0], shift[1], shift[2]))
+        self.refresh()
+
+    def set_unit(self, unit: float) -> None:
+        """mm per unit of the program; the feed counts in it too."""
+        self.unit = self.feed_scale = unit
+
+
+def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:
+    """The state at the start of a program: metric, G17, G90, G94, first work offset, axes at machine zero."""
+    c = IsoControl(file=name, dialect=language.name, setup=setup, language=language)
+    c.tools = dict(setup.tools)
+    c.home, c.home2 = setup.reference, setup.second_reference
+    c.motion = language.default_motion
+    c.arc_absolute = language.arc_centre == "absolute"
+    c.retract = "G99" if language.words == "o" else "G98"  # as the controls wake up
+    if language.lathe:
+        c.plane, c.diameter, c.feed_mode = "ZX", "always", "G95"
+    c.rebuild()
+    return c

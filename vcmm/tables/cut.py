@@ -1,0 +1,185 @@
+"""A virtual cut as tables: the finished part, who owns the uncertainty, what a batch shares, the surface point by point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from vcmm.core.run import Array
+from vcmm.evaluation.result import CharacteristicResult
+from vcmm.machining.result import CutResult, expected
+from vcmm.tables.evaluated import (
+    BUDGET,
+    DECISION,
+    BudgetRow,
+    budget_rows,
+    characteristic_json,
+    decided,
+    from_nominal,
+    p_conform,
+)
+from vcmm.tables.quantities import DEVIATION, LENGTH, SHARE, SIZE, SPAN, in_file, percent_text, whole_percent
+from vcmm.tables.table import Column, ResultTable, Writing, csv_text, listing, records
+
+PART: tuple[Column[CharacteristicResult], ...] = (
+    Column("characteristic", lambda c: c.name),
+    Column("nominal", lambda c: c.nominal, LENGTH),
+    Column("deviation", expected, DEVIATION),
+    Column("known errors", lambda c: c.bias, DEVIATION),
+    Column("U", lambda c: c.expanded, SIZE),
+    Column("interval", lambda c: from_nominal(c.interval, c), SPAN),
+    Column("tolerance", lambda c: from_nominal(c.tolerance, c), SPAN, on="page"),
+    Column("decision", decided, DECISION),
+    Column("p conform", p_conform, SHARE, page_head="conforms with"),
+)
+
+
+def finished_part(found: CutResult) -> ResultTable[CharacteristicResult]:
+    """What to expect of each characteristic, and whether it will conform."""
+    p = found.characteristics[0].p
+    caption = (
+        f"Deviation to expect, of it by the known errors of the machine, and coverage interval for p = {p:.0%}; lengths "
+        "in mm and µm, angles in deg and µrad."
+    )
+    title = f"the finished part: expected deviation from nominal and its coverage interval for p = {p:.0%}"
+    return ResultTable(title, PART, found.characteristics, page_caption=caption)
+
+
+@dataclass(frozen=True, eq=False)
+class Owned:
+    """A characteristic with its share of u² by owner, and what repeats and scatters in a batch (mm, rad)."""
+
+    of: CharacteristicResult
+    shares: dict[str, float]
+    repeats: float
+    scatters: float
+
+    @property
+    def unit(self) -> str:
+        return self.of.unit
+
+
+def owned(found: CutResult) -> list[Owned]:
+    return [
+        Owned(c, dict(found.shares[c.name]), found.repeats[c.name], found.scatters[c.name])
+        for c in found.characteristics
+    ]
+
+
+GROUP_WORDS = {"machine": "machine tool", "setup": "set-up"}  # as pages name them
+OWNER = Writing(lambda value, unit: percent_text(value), lambda value, unit: whole_percent(value))
+_NAME: Column[Owned] = Column("characteristic", lambda o: o.of.name)
+REPEATS: Column[Owned] = Column("u, repeats in every part", lambda o: o.repeats, SIZE, key="u_repeats_{unit}", page_head="u repeats")  # fmt: skip
+SCATTERS: Column[Owned] = Column("u, scatters from part to part", lambda o: o.scatters, SIZE, key="u_scatters_{unit}", page_head="u scatters")  # fmt: skip
+ADDED: tuple[Column[Owned], ...] = (  # what cutting adds to the characteristics of JSON
+    Column(None, lambda o: expected(o.of), key="deviation_{unit}"),
+    Column(None, lambda o: o.shares, key="groups"),
+    REPEATS,
+    SCATTERS,
+)
+
+
+def _share(name: str, row: Owned) -> float:
+    return row.shares[name]
+
+
+def owners(found: CutResult) -> ResultTable[Owned]:
+    """Whose uncertainty it is; on the page also what of it a batch shares."""
+    rows = owned(found)
+    u: Column[Owned] = Column("u", lambda o: o.of.u, SIZE, on="page")
+    shares: list[Column[Owned]] = [
+        Column(name, partial(_share, name), OWNER, page_head=GROUP_WORDS.get(name)) for name in rows[0].shares
+    ]
+    batch = [Column(c.head, c.cell, c.writing, page_head=c.page_head, on="page") for c in (REPEATS, SCATTERS)]
+    caption = (
+        "Shares of u² by owner. What repeats is common to all parts cut with this set-up; what scatters differs from part to "
+        "part."
+    )
+    return ResultTable("share of u² by owner", [_NAME, u, *shares, *batch], rows, page_caption=caption)
+
+
+def largest_contributions(found: CutResult, most: int = 4) -> ResultTable[BudgetRow]:
+    columns = [c for c in BUDGET if c.head != "law"]
+    rows = [row for c in found.characteristics for row in budget_rows(c)[:most]]
+    return ResultTable("largest contributions", columns, rows)
+
+
+def batch(found: CutResult) -> ResultTable[Owned]:
+    return ResultTable("in a batch", [_NAME, REPEATS, SCATTERS], owned(found))
+
+
+def surface(found: CutResult) -> ResultTable[Any]:
+    """What the nets over all features say of the surface, for the page."""
+    s = found.surface
+    minutes, seconds = divmod(found.seconds, 60)
+    rows = [
+        ["largest departure", f"{s.max_um:.2f} µm"],
+        ["rms departure", f"{s.rms_um:.2f} µm"],
+        ["points looked at, on nets over all features", f"{s.points:,}"],
+        ["of these left uncut", f"{s.uncut:,}"],
+        [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
+        ["contacts against displaced tools", f"{found.recut.largest * 1e3:.3f} µm" if found.recut else "–"],
+        ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
+    ]
+    return listing("", ["", ""], rows)
+
+
+def cut_json(found: CutResult) -> dict[str, Any]:
+    """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
+    s = found.surface
+    added = records(ADDED, owned(found))
+    return {
+        "trials": found.uncertainty.trials,
+        "characteristics": [characteristic_json(c) | more for c, more in zip(found.characteristics, added)],
+        "surface": {
+            "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,
+            "gouge_depth_um": s.deep_um,
+            "recut": None if found.recut is None else {"points": found.recut.points, "largest_um": found.recut.largest * 1e3},
+        },
+        "time_s": found.seconds,
+        "stock": None if found.blank is None else {
+            "removed_mm3": found.blank.removed,
+            "kept_as": found.blank.kept_as,
+            "collisions": [{"line": line, "depth_mm": depth} for line, depth in found.blank.collisions],
+            "shanks": [{"line": line, "tool": tool, "depth_mm": depth} for line, tool, depth in found.blank.shanks],
+        },
+    }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoint:
+    """A point of a map: place and normal (6,) mm, drawing frame; departures in mm, NaN where nothing was cut."""
+
+    feature: str
+    place: Array
+    deviation: float
+    program_alone: float
+
+
+def _surface_points(found: CutResult) -> Iterator[SurfacePoint]:
+    for patch in found.patches:
+        net = patch.net
+        for point, normal, height, nominal in zip(net.points, net.normals, patch.height, patch.nominal):
+            yield SurfacePoint(net.feature, (*point, *normal), float(height), float(nominal))  # type: ignore[arg-type]
+
+
+def _coordinate(index: int, point: SurfacePoint) -> float:
+    return float(point.place[index])
+
+
+SURFACE: tuple[Column[SurfacePoint], ...] = (
+    Column(None, lambda p: p.feature, csv="feature"),
+    *(
+        Column(None, partial(_coordinate, i), csv=name, file=in_file(6))
+        for i, name in enumerate(("x_mm", "y_mm", "z_mm", "nx", "ny", "nz"))
+    ),
+    Column(None, lambda p: p.deviation, csv="deviation_um", file=in_file(4, 1e3)),
+    Column(None, lambda p: p.program_alone, csv="program_alone_um", file=in_file(4, 1e3)),
+)
+
+
+def surface_csv(found: CutResult) -> str:
+    """Every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
+    return csv_text(ResultTable("", SURFACE, list(_surface_points(found))))
