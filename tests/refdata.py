@@ -4,6 +4,9 @@ Points on the nominal surface, residuals r orthogonal to the columns of the Jaco
 points moved by r along their normals. J does not change on the way, so the nominal element is an exact
 stationary point of the sum of squares, and a minimum while r is small against the radii. Shares no code with
 vcmm.fit.
+
+`touching` makes sets whose element by contact is known: points of contact whose gradients balance (the conditions of
+optimality of Kuhn and Tucker) with multipliers of the right signs, all other points strictly inside.
 """
 
 from __future__ import annotations
@@ -138,3 +141,50 @@ def reference(kind: str, rng: np.random.Generator, recipe: Recipe | None = None)
     turn, shift = rotation(rng), rng.uniform(-recipe.offset, recipe.offset, 3)
     axis = turn[:, 2] if kind not in ("point", "sphere") else np.zeros(3)
     return Reference(kind, x @ turn.T + shift, shift, axis, sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """A reference with its contacts (k,) and the range of the distances from the element."""
+
+    reference: Reference
+    contacts: NDArray[np.intp]
+    width: float
+
+
+def touching(kind: str, criterion: str, rng: np.random.Generator, recipe: Recipe | None = None) -> Touching:
+    """Random set in a random pose whose element by C, N, X or T is the nominal one, strictly."""
+    recipe = recipe or Recipe()
+    x, normal, partials, sizes = _surface(kind, rng, recipe)
+    jac = np.concatenate([-normal, -np.cross(x, normal)], axis=1)[:, _POSE[kind]]
+    if criterion in "CT":
+        jac = np.concatenate([jac, partials], axis=1)
+    rows, r = _balanced(criterion, jac, rng, recipe.form)
+    x = x + r[:, None] * normal
+    turn, shift = rotation(rng), rng.uniform(-recipe.offset, recipe.offset, 3)
+    axis = turn[:, 2] if kind != "sphere" else np.zeros(3)
+    return Touching(Reference(kind, x @ turn.T + shift, shift, axis, sizes), np.sort(rows), float(np.ptp(r)))
+
+
+def _balanced(
+    criterion: str, jac: Array, rng: np.random.Generator, form: float
+) -> tuple[NDArray[np.intp], Array]:
+    """Contacts and signed distances (n,): 0 or +-form/2 at contacts with balanced multipliers, inside elsewhere."""
+    n, p = jac.shape
+    for _ in range(20_000):
+        rows = rng.choice(n, p if criterion == "T" else p + 1, replace=False)
+        if criterion == "T":
+            r = -form * rng.uniform(0.05, 1.0, n)
+            r[rows] = 0.0
+            weight = -np.linalg.solve(jac[rows].T, jac.T @ r)
+            weight = weight / np.abs(weight).max()
+        else:
+            weight = np.linalg.svd(jac[rows].T)[2][-1]
+            weight = weight / weight[np.argmax(np.abs(weight))]
+            inward = {"C": rng.uniform(-0.45, 0.45, n), "N": rng.uniform(-1.0, -0.05, n)}
+            r = form * inward.get(criterion, -inward["N"])
+            r[rows] = 0.5 * form * np.sign(weight) if criterion == "C" else 0.0
+        held = np.abs(weight) if criterion == "C" else weight
+        if held.min() > 0.03:
+            return rows, r
+    raise AssertionError("no balanced contacts found; take more points")

@@ -210,7 +210,7 @@ def test_a_plan_is_chosen_written_and_reads_back(tmp_path, capsys):
     path, out = written(tmp_path), tmp_path / "chosen"
     assert run(["place", str(path), "--plan", "--budget", "30 s", "--json", "--out", str(out)]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["schema"] == "vcmm.measuring.plan/1"
+    assert document["schema"] == "vcmm.plan/1"
     assert "measuring time / min" in (out / "report.html").read_text(encoding="utf-8")
     text = path.read_text(encoding="utf-8")
     again = text[: text.index("[plan]")].replace("[machine]", 'plan = "chosen/plan.toml"\n[machine]', 1)

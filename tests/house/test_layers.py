@@ -163,13 +163,33 @@ def test_rooms_import_upwards_only():
     assert not wrong, "\n".join(wrong)
 
 
-def test_every_room_says_in_one_sentence_what_lives_there():
-    for name in ROOMS:
-        if sources()[name].name == "__init__.py":
-            said = ast.get_docstring(tree(name)) or ""
-            assert said.split("\n\n")[0].strip().endswith("."), (
-                f"vcmm/{name.replace('.', '/')} has no sentence at its head"
-            )
+def head(name: str) -> list[str]:
+    """Paragraphs at the head of a room."""
+    said = ast.get_docstring(tree(name)) or ""
+    return [" ".join(paragraph.split()) for paragraph in said.split("\n\n")]
+
+
+def folders() -> list[str]:
+    return [name for name in ROOMS if sources()[name].name == "__init__.py"]
+
+
+def test_every_room_says_what_lives_there_and_what_it_imports():
+    for name in folders():
+        met = {room(i.target) for i in inner_imports() if room(i.module) == name} - {name}
+        listed = ", ".join(r for r in ROOMS if r in met) or "nothing of vcmm outside this room"
+        assert head(name)[0].endswith("."), f"vcmm/{name.replace('.', '/')} has no sentence at its head"
+        assert head(name)[1] == f"Imports {listed}.", f"vcmm/{name.replace('.', '/')}/__init__.py"
+
+
+def test_the_design_draws_the_rooms_as_they_are():
+    drawn = (ROOT / "DESIGN.md").read_text(encoding="utf-8")
+    for name in folders():
+        line = next(
+            (one for one in drawn.splitlines() if one.strip().startswith(f"{name.split('.')[-1]}/ ")), ""
+        )
+        assert line.endswith(head(name)[0]), (
+            f"DESIGN.md draws vcmm/{name.replace('.', '/')} otherwise: {line}"
+        )
 
 
 def test_there_is_no_import_ring():

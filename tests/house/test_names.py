@@ -7,23 +7,14 @@ from collections import defaultdict
 
 from tests.house.test_layers import PACKAGE
 
-# Names that still stand more than once, by the rooms whose class is to take another name.
+# Names that stand more than once, and why.
 TWICE: dict[str, str] = {
-    **dict.fromkeys(("Audit", "Axis", "Part", "Problem", "Shape", "Term"), "diagnosis"),
-    **dict.fromkeys(
-        ("Candidates", "Extremes", "Field", "Fit", "Motion", "Piece", "Samples"), "machining, compensating"
-    ),
-    **dict.fromkeys(
-        ("Block", "Control", "Flow", "Paths", "Reader", "Runner", "Step", "Summary", "Words"), "nc"
-    ),
-    **dict.fromkeys(
-        ("Compensation", "Corner", "Cut", "Environment", "Frame", "Hole", "Tool"), "nc and others"
-    ),
-    **dict.fromkeys(("Box", "Feasibility", "Goal", "Placed", "Rows", "Spread"), "placing"),
-    **dict.fromkeys(("LineTable", "StylusTable"), "files: the names of schemas"),
-    **dict.fromkeys(("Mesh", "Series"), "report"),
-    **dict.fromkeys(("Reduction", "Result"), "papers, cases"),
-    "State": "motion",
+    "Axis": "diagnosis, which is to be built anew",
+    "LineTable": "names of schemas of files, which stand in the published JSON Schema",
+    "Part": "diagnosis, which is to be built anew",
+    "Shape": "diagnosis, which is to be built anew",
+    "StylusTable": "names of schemas of files, which stand in the published JSON Schema",
+    "Term": "diagnosis, which is to be built anew",
 }
 
 

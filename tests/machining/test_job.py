@@ -12,6 +12,7 @@ import vcmm
 from tests.machining import shop
 from vcmm.cli import run as command
 from vcmm.core.errors import VcmmError
+from vcmm.machining import patches
 from vcmm.machining.job import cut, finished_part
 from vcmm.machining.patches import surface_map
 from vcmm.machining.preparation import set_up
@@ -106,7 +107,8 @@ points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
     assert found.shares["diameter"]["measurement"] == pytest.approx(0.2, rel=1e-2)
 
 
-def test_json_and_files(tmp_path, capsys):
+def test_json_and_files(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(patches, "MOST_ACROSS", 41)  # the largest departure is at an edge
     path = shop.write(tmp_path, SQUARENESS)
     assert command(["cut", str(path), "--json", "--out", str(tmp_path / "out")]) == 0
     document = json.loads(capsys.readouterr().out)

@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 import pytest
-from vcmm.files.placed_cut import placed_cut
 
 import vcmm
 from tests.machining import shop
 from vcmm.cli import run as command
 from vcmm.core.errors import UsageError, VcmmError
+from vcmm.files.placed import placed_cut
 from vcmm.machining.placement import place_cut
 
 # straightness of X in Y: 100 um/m^2 x X^2, so a plane along X is turned by 200 um/m^2 x X: least at the smallest X

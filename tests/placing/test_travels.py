@@ -7,12 +7,14 @@ import pytest
 
 from tests.build import scenario
 from tests.placing.cases import plate
+from vcmm.core.declaration import KnownRange
 from vcmm.core.errors import ModelLimit
 from vcmm.core.pose import Pose
 from vcmm.effects.component import ComponentSpline
 from vcmm.effects.residual import CorrelatedField
+from vcmm.effects.scatter import Scatter
 from vcmm.placing.rows import Rows
-from vcmm.placing.travels import Limit, Travels, known_range
+from vcmm.placing.travels import Travels
 
 
 def test_travels_name_axis_and_point(tmp_path):
@@ -43,13 +45,13 @@ def test_intervals_by_hand():
 
 def test_known_ranges_by_hand():
     spline = ComponentSpline("EXY", nodes=np.array([0.0, 200.0, 500.0]), values=np.zeros(3))
-    assert known_range(spline) == [Limit("range of the table EXY", 1, 0.0, 500.0)]
+    assert list(spline.known_range()) == [KnownRange("range of the table EXY", 1, 0.0, 500.0)]
     at = np.array([[0.0, -10, 5], [100.0, 20, 30], [50.0, 0, 10]])
     field = CorrelatedField(nodes=at, deviation=np.full((3, 3), 1e-3), length=100.0)
     name = "range of correlated_field"
-    assert known_range(field) == [
-        Limit(name, 0, 0, 100, "tip"),
-        Limit(name, 1, -10, 20, "tip"),
-        Limit(name, 2, 5, 30, "tip"),
+    assert list(field.known_range()) == [
+        KnownRange(name, 0, 0, 100, "tip"),
+        KnownRange(name, 1, -10, 20, "tip"),
+        KnownRange(name, 2, 5, 30, "tip"),
     ]
-    assert known_range(object()) == []
+    assert list(Scatter().known_range()) == []

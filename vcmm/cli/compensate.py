@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -56,150 +56,159 @@ def compensate_command(
         from vcmm.cli.compensate_machine import machine_form
 
         return machine_form(program, points, table, out, json)
-    return _program(
-        program, setup, dialect, tolerance=tolerance, decimals=decimals, set_on=set_on, carry=carry, growth=growth, inline=inline, out=out, offset_only=offset_only, diff=diff, json=json
-    )  # fmt: skip
+    from vcmm.core.units import quantity
+
+    limit = quantity(tolerance, "length", "--tolerance", "1 um")
+    given = _given(program, setup, dialect, set_on)
+    if offset_only:
+        return _offsets(given, json)
+    options = {"tolerance": limit, "decimals": decimals, "carry": carry, "growth": growth, "inline": inline}  # fmt: skip
+    return _rewritten(given, out, options, diff, json)
 
 
-def _program(
-    program: Path, setup: Path | None, dialect: str | None, tolerance: str, decimals: int | None, set_on: str,
-    carry: bool, growth: float, inline: float, out: Path | None, offset_only: bool, diff: bool, json: bool,
-) -> int:  # fmt: skip
+@dataclass(frozen=True)
+class _Given:
+    """A program, the set-up it was made for, and what a cutting scenario says of both. read: the files so far."""
+
+    program: Path
+    setup: Any
+    read: list[Path]
+    dialect: str | None
+    set_here: bool
+    machine: Any = None
+    constants: Any = None
+
+
+def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) -> _Given:
+    """Raises UsageError: no set-up is known, or --set-on is none of its two words."""
+    from vcmm.core.errors import UsageError, choose_from
+
+    if set_on not in ("this machine", "elsewhere"):
+        raise UsageError(f'--set-on "{set_on}".{choose_from(set_on, ["this machine", "elsewhere"])}')
+    here = set_on == "this machine"
+    if setup is not None:
+        return _Given(program, setup, [program, setup], dialect, here)
+    if program.suffix != ".toml":
+        raise UsageError(
+            "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
+        )
+    from vcmm.files.cut_scenario import load_cut
+
+    scenario = load_cut(program)
+    return _Given(
+        scenario.program,
+        replace(scenario.setup, set_at=scenario.set_at),
+        [program, scenario.program],
+        dialect or scenario.dialect,
+        here and scenario.set_here,
+        machine=scenario.machine,
+        constants=scenario.constants,
+    )
+
+
+def _rewritten(given: _Given, out: Path | None, options: dict[str, Any], diff: bool, json: bool) -> int:
+    """Rewrite the program. options: tolerance (mm), decimals, carry, growth, inline."""
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
     from vcmm.console.documents import document, print_json
     from vcmm.console.terminal import progress, say
-    from vcmm.core.errors import UsageError, choose_from
-    from vcmm.core.units import quantity
+    from vcmm.core.errors import UsageError
 
-    machine: Any = None
-    constants: Any = None
-    given: Any = setup
-    here = set_on == "this machine"
-    files = [program] + ([setup] if setup else [])
-    if setup is None and program.suffix == ".toml":
-        from vcmm.files.cut_scenario import load_cut
-
-        scenario = load_cut(program)
-        program, given, machine, constants = (
-            scenario.program,
-            replace(scenario.setup, set_at=scenario.set_at),
-            scenario.machine,
-            scenario.constants,
-        )
-        here, dialect, files = here and scenario.set_here, dialect or scenario.dialect, [*files, program]
-    if given is None:
-        raise UsageError(
-            "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
-        )
-    if set_on not in ("this machine", "elsewhere"):
-        raise UsageError(f'--set-on "{set_on}".{choose_from(set_on, ["this machine", "elsewhere"])}')
-    limit = quantity(tolerance, "length", "--tolerance", "1 um")
+    program = given.program
     target = out or Path(f"{program.stem}-compensated{program.suffix}")
     if target.exists() and program.exists() and target.samefile(program):
         raise UsageError(f"{target} is the program itself; choose another file with --out")
-    if offset_only:
-        return _offsets(
-            program,
-            given,
-            machine,
-            dialect=dialect,
-            set_here=here,
-            constants=constants,
-            files=files,
-            json=json,
-        )
     with progress() as report:
-        found = compensate(
-            program, given, machine, dialect=dialect, tolerance=limit, decimals=decimals, set_here=here,
-            carry=carry, growth=growth, inline=inline, constants=constants, progress=report,
+        result = compensate(
+            program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here,
+            constants=given.constants, progress=report, **options,
         )  # fmt: skip
-    write_source(target, found.data)
+    write_source(target, result.data)
     say(f"wrote {target}")
     if json:
-        body = compensation_json(found, target)
-        print_json(document("vcmm.compensation/1", body, files=files, warnings=found.warnings))
+        body = compensation_json(result, target)
+        print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
     else:
-        _show(found)
+        _show(result)
         if diff:
-            _show_diff(program, target, found)
-    return 0 if found.met else 1
+            _show_diff(program, target, result)
+    return 0 if result.met else 1
 
 
-def _offsets(
-    program: Path, setup: Any, machine: Any, dialect: str | None, set_here: bool, constants: Any, files: list[Path], json: bool
-) -> int:  # fmt: skip
+def _offsets(given: _Given, json: bool) -> int:
     """--offset-only: nothing is written."""
     from vcmm.compensating.offsets import best_offsets
     from vcmm.console.documents import document, print_json
     from vcmm.console.terminal import say, show_table
     from vcmm.tables.compensated import departure_json, departures, shifts, shifts_json
 
-    found = best_offsets(program, setup, machine, dialect=dialect, set_here=set_here, constants=constants)
+    result = best_offsets(
+        given.program, given.setup, given.machine, dialect=given.dialect, set_here=given.set_here, constants=given.constants,
+    )  # fmt: skip
     if json:
         body = {
-            "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": None,
-            "deviation": {"before": departure_json(found.before), "offset_only": departure_json(found.offset_only)},
-            "offset_shift_mm": shifts_json(found),
+            "program": result.name, "dialect": result.dialect, "machine": result.machine, "file": None,
+            "deviation": {"before": departure_json(result.before), "offset_only": departure_json(result.offset_only)},
+            "offset_shift_mm": shifts_json(result),
         }  # fmt: skip
-        print_json(document("vcmm.compensation/1", body, files=files, warnings=found.warnings))
+        print_json(document("vcmm.compensation/1", body, files=given.read, warnings=result.warnings))
         return 0
     show_table(
-        departures(found, [("as programmed", found.before), ("work offsets shifted", found.offset_only)])
+        departures(result, [("as programmed", result.before), ("work offsets shifted", result.offset_only)])
     )
-    show_table(shifts(found))
-    for warning in found.warnings:
+    show_table(shifts(result))
+    for warning in result.warnings:
         say(f"note: {warning}")
     return 0
 
 
-def compensation_json(found: Any, target: Path) -> dict[str, Any]:
+def compensation_json(result: Any, target: Path) -> dict[str, Any]:
     """The body of the JSON document; lengths in um, as people say them."""
 
     from vcmm.tables.compensated import departure_json, shifts_json
 
-    r, b = found.rounding, found.blocks
+    r, b = result.rounding, result.blocks
     return {
-        "program": found.name, "dialect": found.dialect, "machine": found.machine, "file": str(target),
-        "tolerance_um": found.tolerance * 1e3, "tolerance_used_um": found.used * 1e3, "met": found.met,
+        "program": result.name, "dialect": result.dialect, "machine": result.machine, "file": str(target),
+        "tolerance_um": result.tolerance * 1e3, "tolerance_used_um": result.used * 1e3, "met": result.met,
         "deviation": {
-            "before": departure_json(found.before), "offset_only": departure_json(found.offset_only), "after": departure_json(found.after),
-            "before_with_dynamic": departure_json(found.whole[0]) if found.whole else None,
-            "after_with_dynamic": departure_json(found.whole[1]) if found.whole else None,
+            "before": departure_json(result.before), "offset_only": departure_json(result.offset_only), "after": departure_json(result.after),
+            "before_with_dynamic": departure_json(result.whole[0]) if result.whole else None,
+            "after_with_dynamic": departure_json(result.whole[1]) if result.whole else None,
         },
-        "offset_shift_mm": shifts_json(found),
+        "offset_shift_mm": shifts_json(result),
         "rounding": {"step_mm": r.step, "max_um": r.largest * 1e3, "rms_um": r.rms * 1e3, "share": r.share},
         "blocks": {
             "before": b.before, "after": b.after, "growth": b.growth, "changed": b.changed, "added": b.added,
             "rate_before_1_s": b.rate_before, "rate_after_1_s": b.rate_after, "rate_line": b.rate_line,
         },
-        "hash": found.digest,
+        "hash": result.digest,
     }  # fmt: skip
 
 
-def _show(found: Any) -> None:
+def _show(result: Any) -> None:
     from vcmm.console.terminal import say, show_table
     from vcmm.tables.compensated import before_and_after, departures, shifts
 
-    show_table(departures(found, before_and_after(found)))
-    show_table(shifts(found))
-    r, b = found.rounding, found.blocks
+    show_table(departures(result, before_and_after(result)))
+    show_table(shifts(result))
+    r, b = result.rounding, result.blocks
     print(
-        f"tolerance {found.used * 1e3:g} um: {'met everywhere' if found.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
+        f"tolerance {result.used * 1e3:g} um: {'met everywhere' if result.met else 'NOT met everywhere'} (rounding to {r.step:g} mm: "
         f"up to {r.largest * 1e3:.2f} um, {r.share:.0%} of the mean square that is left)\n"
         f"blocks with motion: {b.before} before, {b.after} after (x {b.growth:.2f}), {b.changed} changed, {b.added} added; "
         f"at most {b.rate_after:.1f} blocks/s (was {b.rate_before:.1f}), line {b.rate_line}"
     )
-    for warning in found.warnings:
+    for warning in result.warnings:
         say(f"note: {warning}")
 
 
-def _show_diff(program: Path, target: Path, found: Any) -> None:
+def _show_diff(program: Path, target: Path, result: Any) -> None:
     import difflib
 
     from vcmm.compensating.source import read_source
 
     old = [line for line, _ in read_source(program).lines]
-    new = found.text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
+    new = result.text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
     for line in difflib.unified_diff(old, new, str(program), str(target), lineterm="", n=1):
         print(line)

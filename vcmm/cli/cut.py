@@ -47,54 +47,54 @@ def cut_command(
     folder = output_folder(out) if out else None
     loaded = load_cut(scenario)
     with progress() as report, about(scenario, "cut"):
-        found = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
+        result = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
     files = [*sources(scenario), loaded.program]
     content = document(
-        "vcmm.cut/1", cut_json(found), seed=found.uncertainty.seed, files=files, warnings=found.warnings
+        "vcmm.cut/1", cut_json(result), seed=result.uncertainty.seed, files=files, warnings=result.warnings
     )
     if folder:
-        _write(folder, loaded, found, content)
+        _write(folder, loaded, result, content)
     if json:
         print_json(content)
     else:
-        show(found)
+        show(result)
     return (
-        1 if any(c.decision and c.decision.text == "does not conform" for c in found.characteristics) else 0
+        1 if any(c.decision and c.decision.text == "does not conform" for c in result.characteristics) else 0
     )
 
 
-def show(found: Any) -> None:
+def show(result: Any) -> None:
     """Deviations, who owns them, what a batch shares, the surface."""
     from vcmm.console.terminal import say, show_table
     from vcmm.tables import cut as tables
 
-    show_table(tables.finished_part(found))
-    for table in (tables.owners(found), tables.largest_contributions(found), tables.batch(found)):
+    show_table(tables.finished_part(result))
+    for table in (tables.owners(result), tables.largest_contributions(result), tables.batch(result)):
         show_table(table)
-    s = found.surface
-    minutes, seconds = divmod(found.seconds, 60)
+    s = result.surface
+    minutes, seconds = divmod(result.seconds, 60)
     print(
         f"surface: largest departure {s.max_um:.2f} um, rms {s.rms_um:.2f} um over {s.points} points of the nets on all "
         f"features; of these {s.uncut} uncut, {s.gouges} gouged by the program itself (deeper than {s.deep_um:g} um)\n"
-        f"{_recut_text(found.recut)}"
+        f"{_recut_text(result.recut)}"
         f"cycle time: {minutes:.0f} min {seconds:.1f} s"
     )
-    if found.blank is not None:
+    if result.blank is not None:
         print(
-            f"stock ({found.blank.kept_as}): {found.blank.removed / 1e3:.1f} cm³ removed, "
-            f"{len(found.blank.collisions)} rapids through material"
+            f"stock ({result.blank.kept_as}): {result.blank.removed / 1e3:.1f} cm³ removed, "
+            f"{len(result.blank.collisions)} rapids through material"
         )
-    for warning in found.warnings:
+    for warning in result.warnings:
         say(f"note: {warning}")
 
 
-def _recut_text(found: Any) -> str:
-    if found is None:
+def _recut_text(result: Any) -> str:
+    if result is None:
         return ""
-    return f"cut again with the tools really displaced: {found.points} points differ from the result by {found.largest * 1e3:.3f} um at most\n"
+    return f"cut again with the tools really displaced: {result.points} points differ from the result by {result.largest * 1e3:.3f} um at most\n"
 
 
-def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, result: Any, content: dict[str, Any]) -> None:
     from vcmm.console.documents import json_text
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say
@@ -103,16 +103,16 @@ def _write(folder: Path, scenario: Any, found: Any, content: dict[str, Any]) -> 
 
     texts = {
         "cut.json": json_text(content),
-        "surface.csv": surface_csv(found),
-        "report.html": cut_page(scenario, found),
+        "surface.csv": surface_csv(result),
+        "report.html": cut_page(scenario, result),
     }
     write_files(folder, texts)
-    if found.blank is not None:
+    if result.blank is not None:
         from vcmm.cutting.solid import write_stl
         from vcmm.machining.turned_blank import TurnedBlank, write_turned_stl
 
-        if isinstance(found.blank, TurnedBlank):
-            write_turned_stl(found.blank.after, folder / "stock.stl")
+        if isinstance(result.blank, TurnedBlank):
+            write_turned_stl(result.blank.after, folder / "stock.stl")
         else:
-            write_stl(found.blank.after, folder / "stock.stl")
-    say(f"wrote {folder}/report.html, cut.json, surface.csv{', stock.stl' if found.blank else ''}")
+            write_stl(result.blank.after, folder / "stock.stl")
+    say(f"wrote {folder}/report.html, cut.json, surface.csv{', stock.stl' if result.blank else ''}")

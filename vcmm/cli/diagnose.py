@@ -57,7 +57,10 @@ def diagnose_command(
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
     content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
-    _write(folder, report, found, known=known, diagnosis=diagnosis, content=content, improved=improved)
+    if folder or report:
+        from vcmm.pages.diagnosis import diagnosis_page
+
+        _write(folder, report, diagnosis_page(found, known, diagnosis), content, improved)
     if json:
         print_json(content)
     else:
@@ -122,20 +125,12 @@ def _improved(
 
 
 def _write(
-    folder: Path | None,
-    report: Path | None,
-    found: Any,
-    known: Any,
-    diagnosis: Any,
-    content: Any,
-    improved: dict[str, str],
+    folder: Path | None, report: Path | None, page: str, content: dict[str, Any], improved: dict[str, str]
 ) -> None:
     from vcmm.console.documents import json_text
     from vcmm.console.files import write_files, write_text
     from vcmm.console.terminal import say
-    from vcmm.pages.diagnosis import diagnosis_page
 
-    page = diagnosis_page(found, known, diagnosis) if folder or report else ""
     if report:
         write_text(report, page)
         say(f"wrote {report}")

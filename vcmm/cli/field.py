@@ -50,16 +50,16 @@ def field_command(
     run = read_positions(at, loaded.chain.letters) if at else None
     absent = not_mapped(loaded, run or grid(loaded, 2))
     with _rows_of(machine, at):
-        found = field(loaded, run, exact, nodes)
+        error_map = field(loaded, run, exact, nodes)
     files = sources(machine) + ([at] if at else [])
-    body = {**field_json(found), "not_mapped": {name: list(columns) for name, columns in absent}}
+    body = {**field_json(error_map), "not_mapped": {name: list(columns) for name, columns in absent}}
     content = document("vcmm.field/1", body, files=files)
     if folder:
-        _write(folder, loaded, found, content)
+        _write(folder, loaded, error_map, content)
     if json:
         print_json(content)
     else:
-        show_table(maxima(loaded, found))
+        show_table(maxima(loaded, error_map))
     if absent:
         named = ", ".join(f"{name} ({', '.join(columns)})" for name, columns in absent)
         say(
@@ -87,7 +87,7 @@ def _rows_of(machine: Path, at: Path | None) -> Iterator[None]:
         raise ModelLimit(f"{read_csv(at).at(int(row[1]) - 1)}: {text[row.end() :]}") from None
 
 
-def _write(folder: Path, machine: Any, found: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, machine: Any, error_map: Any, content: dict[str, Any]) -> None:
     from vcmm.console.documents import json_text
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say
@@ -96,8 +96,8 @@ def _write(folder: Path, machine: Any, found: Any, content: dict[str, Any]) -> N
 
     texts = {
         "field.json": json_text(content),
-        "field.csv": field_csv(machine, found),
-        "field.html": field_page(machine, found),
+        "field.csv": field_csv(machine, error_map),
+        "field.html": field_page(machine, error_map),
     }
     write_files(folder, texts)
     say(f"wrote {folder}/field.html, field.csv, field.json")

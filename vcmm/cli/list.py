@@ -7,12 +7,20 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 What = Literal[
-    "scenarios", "effects", "features", "strategies", "characteristics", "laws", "aliases", "units"
+    "scenarios",
+    "effects",
+    "features",
+    "strategies",
+    "characteristics",
+    "criteria",
+    "laws",
+    "aliases",
+    "units",
 ]
 
 
 def list_command(what: What = "scenarios", *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
-    """List scenarios, effects, features, strategies, characteristics, laws, aliases of error names, or units.
+    """List scenarios, effects, features, strategies, characteristics, criteria, laws, aliases of error names, or units.
 
     Parameters
     ----------
@@ -91,6 +99,32 @@ def _characteristics() -> Rows:
     ]
 
 
+def _criteria() -> Rows:
+    from vcmm.fit.criteria import CRITERIA, SUITS
+    from vcmm.gps.characteristics import SIZES as ROUND_SIZES
+    from vcmm.gps.criteria import LOCAL, RANKS, SIZES
+
+    def sizes_of(word: str) -> str:
+        kinds = LOCAL[word] if word in LOCAL else tuple(k for k in SUITS[word[1]] if k in ROUND_SIZES)
+        return ", ".join(kinds)
+
+    rows = [
+        [
+            letter,
+            "feature, datum" if letter == "T" else "feature, datum, form",
+            ", ".join(SUITS[letter]),
+            text,
+        ]
+        for letter, text in CRITERIA.items()
+    ]
+    rows += [[word, "size", sizes_of(word), text] for word, text in SIZES.items()]
+    rows += [
+        [f"LP {word}, LS {word}", "size", "as LP, LS", f"{text} of the local sizes"]
+        for word, (text, _) in RANKS.items()
+    ]
+    return ["criterion", "of", "features", "what"], rows
+
+
 def _laws() -> Rows:
     keys = {
         "normal": "u", "t": "scale, dof", "uniform": "half_width or u", "triangular": "half_width or u",
@@ -117,5 +151,5 @@ def _units() -> Rows:
 
 _TABLES = {
     "scenarios": _scenarios, "effects": _effects, "features": _features, "strategies": _strategies,
-    "characteristics": _characteristics, "laws": _laws, "aliases": _aliases, "units": _units,
+    "characteristics": _characteristics, "criteria": _criteria, "laws": _laws, "aliases": _aliases, "units": _units,
 }  # fmt: skip

@@ -40,7 +40,13 @@ def measure_command(
     loaded = load_scenario(scenario)
     with about(scenario):
         measured = measure(loaded, seed)
-    content = document("vcmm.measure/1", measure_json(measured), seed=seed, files=sources(scenario))
+    content = document(
+        "vcmm.measure/1",
+        measure_json(measured),
+        seed=seed,
+        files=sources(scenario),
+        warnings=measured.warnings,
+    )
     if folder:
         write_files(folder, {"measure.json": json_text(content), "points.csv": points_csv(measured)})
         say(f"wrote {folder}/measure.json, points.csv")

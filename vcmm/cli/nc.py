@@ -46,30 +46,30 @@ def nc_command(
     from vcmm.nc.summary import summary
 
     loaded = load_setup(setup) if setup else None
-    found = read_program(program, dialect, loaded)
+    read = read_program(program, dialect, loaded)
     if loaded is not None:
         there = loaded.machine is not None and Path(loaded.machine).is_file()
         machine = load_machine(loaded.machine) if there and loaded.machine else None
-        said = list(remarks_on(found.moves, loaded, machine))
+        said = list(remarks_on(read.moves, loaded, machine))
         if loaded.machine and not there:
             said.append(Remark(1, 1, f"{loaded.machine} does not exist: travels are not looked at"))
-        found = replace(found, warnings=(*found.warnings, *said))
-    if found.dialect_reason and not json:
-        say(f"dialect {found.dialect}: {found.dialect_reason}")
-    total = summary(found.moves, loaded)
-    path = _timed(found, loaded) if time else None
+        read = replace(read, warnings=(*read.warnings, *said))
+    if read.dialect_reason and not json:
+        say(f"dialect {read.dialect}: {read.dialect_reason}")
+    total = summary(read.moves, loaded)
+    path = _timed(read, loaded) if time else None
     if json:
         files = [program] + ([setup] if setup else [])
-        body = nc_json(found, total) | ({"time": time_json(path)} if time else {})
+        body = nc_json(read, total) | ({"time": time_json(path)} if time else {})
         print_json(document("vcmm.nc/1", {}, files=files) | body)
     else:
-        _show(program, found, total, moves)
+        _show(program, read, total, moves)
         if time:
             _show_time(path)
     return 0
 
 
-def _timed(found: Any, setup: Any) -> Any:
+def _timed(read: Any, setup: Any) -> Any:
     """The motion of the program in time, on the machine of the set-up."""
     from vcmm.core.errors import UsageError
     from vcmm.files.machine import load_machine
@@ -79,7 +79,7 @@ def _timed(found: Any, setup: Any) -> Any:
         raise UsageError(
             '--time needs the machine: name a set-up with --setup, with machine = "mill.toml" in it'
         )
-    return toolpath(found, load_machine(setup.machine), setup, step=1e9, chord=1e3)
+    return toolpath(read, load_machine(setup.machine), setup, step=1e9, chord=1e3)
 
 
 def time_json(path: Any) -> dict[str, Any]:
@@ -99,32 +99,32 @@ def _show_time(path: Any) -> None:
         say(f"note: assumed: {text}")
 
 
-def nc_json(found: Any, total: Any) -> dict[str, Any]:
+def nc_json(read: Any, total: Any) -> dict[str, Any]:
     """The body of the JSON document."""
     from vcmm.tables.program import move_json
 
-    warnings = [{"line": w.line, "column": w.column, "text": w.text} for w in found.warnings]
-    if found.dialect_reason:
-        text = f"the dialect {found.dialect} was guessed: {found.dialect_reason}"
+    warnings = [{"line": w.line, "column": w.column, "text": w.text} for w in read.warnings]
+    if read.dialect_reason:
+        text = f"the dialect {read.dialect} was guessed: {read.dialect_reason}"
         warnings.insert(0, {"line": 1, "column": 1, "text": text})
     return {
-        "dialect": found.dialect,
-        "moves": [move_json(m) for m in found.moves],
+        "dialect": read.dialect,
+        "moves": [move_json(m) for m in read.moves],
         "summary": total.as_json(),
-        "tools": {str(number): name for number, name in found.tools.items()},
+        "tools": {str(number): name for number, name in read.tools.items()},
         "warnings": warnings,
     }
 
 
-def _show(program: Path, found: Any, total: Any, moves: bool) -> None:
+def _show(program: Path, read: Any, total: Any, moves: bool) -> None:
 
     from vcmm.console.terminal import show_table
     from vcmm.tables import program as tables
 
     name = program.name
     if moves:
-        show_table(tables.moves(name, found))
-    show_table(tables.kinds(name, found, total))
-    show_table(tables.extents(found, total))
-    if found.warnings:
-        show_table(tables.remarks(name, found))
+        show_table(tables.moves(name, read))
+    show_table(tables.kinds(name, read, total))
+    show_table(tables.extents(read, total))
+    if read.warnings:
+        show_table(tables.remarks(name, read))

@@ -139,34 +139,38 @@ def _placed(scenario: Path, options: dict[str, Any], json: bool, folder: Path | 
 
     loaded = load_scenario(scenario)
     with progress() as report, about(scenario, "placement"):
-        found = place(loaded, progress=report, **options)
+        placed = place(loaded, progress=report, **options)
     content = document(
-        "vcmm.place/1", place_json(found), seed=found.seed, files=sources(scenario), warnings=found.warnings
+        "vcmm.place/1",
+        place_json(placed),
+        seed=placed.seed,
+        files=sources(scenario),
+        warnings=placed.warnings,
     )
     if folder:
-        _write(folder, scenario, found, content)
+        _write(folder, scenario, placed, content)
     if json:
         print_json(content)
     else:
-        show(found)
+        show(placed)
     return 0
 
 
-def show(found: Any) -> None:
+def show(placed: Any) -> None:
     """Poses compared, why, certificate and flatness."""
     from vcmm.console.terminal import say, show_table
     from vcmm.placing.words import pose_text
     from vcmm.tables.placed import compared_poses, how_sure, why
 
-    for table in (compared_poses(found), why(found), how_sure(found)):
+    for table in (compared_poses(placed), why(placed), how_sure(placed)):
         show_table(table)
-    if found.region.convenient is not None:
-        print(f"convenient pose within 2 %: {pose_text(found.region.convenient)}")
-    for warning in found.warnings:
+    if placed.region.convenient is not None:
+        print(f"convenient pose within 2 %: {pose_text(placed.region.convenient)}")
+    for warning in placed.warnings:
         say(f"note: {warning}")
 
 
-def _write(folder: Path, source: Path, found: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, source: Path, placed: Any, content: dict[str, Any]) -> None:
     from vcmm.console.documents import json_text
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say
@@ -175,9 +179,9 @@ def _write(folder: Path, source: Path, found: Any, content: dict[str, Any]) -> N
 
     texts = {
         "place.json": json_text(content),
-        "report.html": place_page(found),
+        "report.html": place_page(placed),
         "placed.toml": placed_text(
-            source, folder / "placed.toml", found.best.pose, convenient=found.region.convenient
+            source, folder / "placed.toml", placed.best.pose, convenient=placed.region.convenient
         ),
     }
     write_files(folder, texts)

@@ -16,21 +16,21 @@ def placed_cut(scenario: Path, options: dict[str, Any], json: bool, folder: Path
 
     loaded = load_cut(scenario)
     with progress() as report, about(scenario, "placement"):
-        found = place_cut(loaded, progress=report, **options)
+        placed = place_cut(loaded, progress=report, **options)
     files = [*sources(scenario), loaded.program]
     content = document(
-        "vcmm.place/1", _json(found), seed=found.seed, files=files, warnings=found.after.warnings
+        "vcmm.place/1", _json(placed), seed=placed.seed, files=files, warnings=placed.after.warnings
     )
     if folder:
-        _write(folder, scenario, loaded, found, content)
+        _write(folder, scenario, loaded, placed, content)
     if json:
         print_json(content)
     else:
-        show(found)
+        show(placed)
     return 0
 
 
-def _json(found: Any) -> dict[str, Any]:
+def _json(placed: Any) -> dict[str, Any]:
     from vcmm.gps.characteristics import unit
     from vcmm.placing.result import map_json, named, pose_json
     from vcmm.tables.placed import GAINS, gains
@@ -39,51 +39,51 @@ def _json(found: Any) -> dict[str, Any]:
     def at(one: Any) -> dict[str, Any]:
         rows = [
             {"name": c.name, f"deviation_{unit(c)}": float(d)}
-            for c, d in zip(found.characteristics, one.deviations)
+            for c, d in zip(placed.characteristics, one.deviations)
         ]
         return {"pose": pose_json(one.pose), "value": one.value, "characteristics": rows}
 
-    certificate, flat = found.certificate, found.region
+    certificate, flat = placed.certificate, placed.region
     return {
-        "pose": pose_json(found.best.pose),
-        "objective": {"kind": {"deviation": 1.0}, "weights": found.weights, **{k: at(found.best)[k] for k in ("value", "characteristics")}},
-        "present": at(found.present) | {"gain": found.gain},
-        "median": at(found.median),
-        "worst": at(found.worst),
+        "pose": pose_json(placed.best.pose),
+        "objective": {"kind": {"deviation": 1.0}, "weights": placed.weights, **{k: at(placed.best)[k] for k in ("value", "characteristics")}},
+        "present": at(placed.present) | {"gain": placed.gain},
+        "median": at(placed.median),
+        "worst": at(placed.worst),
         "certificate": {
             "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned,
             "better": certificate.better, "earlier": certificate.earlier, "hidden": certificate.hidden,
             "spacing": certificate.spacing,
         },
         "flat": {"within": flat.within, "share": flat.share, "box": {named(n): list(r) for n, r in flat.box.items()}},
-        "conforming": records(GAINS, gains(found).rows),
-        "map": map_json(found.map),
+        "conforming": records(GAINS, gains(placed).rows),
+        "map": map_json(placed.map),
     }  # fmt: skip
 
 
-def show(found: Any) -> None:
+def show(placed: Any) -> None:
     """Poses compared, what each characteristic gains, how sure and how flat."""
     from vcmm.console.terminal import show_table
     from vcmm.placing.words import region_text
     from vcmm.tables.placed import compared_cut_poses, gains
 
-    for table in (compared_cut_poses(found), gains(found)):
+    for table in (compared_cut_poses(placed), gains(placed)):
         show_table(table)
-    print(f"certificate: {found.certificate.text}\nflatness: {region_text(found)}")
+    print(f"certificate: {placed.certificate.text}\nflatness: {region_text(placed)}")
 
 
-def _write(folder: Path, source: Path, scenario: Any, found: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, source: Path, scenario: Any, placed: Any, content: dict[str, Any]) -> None:
     from vcmm.console.documents import json_text
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say
     from vcmm.files.placed import placed_cut as placed_texts
     from vcmm.pages.place_cut import place_cut_page
 
-    shift = found.best.pose[:3] - found.present.pose[:3]
+    shift = placed.best.pose[:3] - placed.present.pose[:3]
     texts = {
         "place.json": json_text(content),
-        "report.html": place_cut_page(scenario, found),
-        **placed_texts(source, scenario, folder, found.best.pose, shift),
+        "report.html": place_cut_page(scenario, placed),
+        **placed_texts(source, scenario, folder, placed.best.pose, shift),
     }
     write_files(folder, texts)
     say(

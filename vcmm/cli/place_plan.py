@@ -34,17 +34,17 @@ def run_plan_option(
     seconds = quantity(budget, "time", "budget", "5 min")
     folder = output_folder(out) if out else None
     with about(source), progress(not json) as bar:
-        found = optimise_plan(scenario, seconds, criterion=criterion, seed=seed, progress=callback or bar)
-    content = document("vcmm.measuring.plan/1", plan_json(scenario, found), seed=seed, files=sources(source))
+        result = optimise_plan(scenario, seconds, criterion=criterion, seed=seed, progress=callback or bar)
+    content = document("vcmm.plan/1", plan_json(scenario, result), seed=seed, files=sources(source))
     if folder:
         from vcmm.pages.plan import plan_page
 
-        texts = plan_files(found.plan, scenario.qualifications)
-        report = {"report.html": plan_page(scenario, found)}
+        texts = plan_files(result.plan, scenario.qualifications)
+        report = {"report.html": plan_page(scenario, result)}
         write_files(folder, {"plan.json": json_text(content), **report, **texts})
         say(f"wrote {folder}/report.html, plan.json, plan.toml and {len(texts) - 1} files of points")
     if json:
         print_json(content)
     else:
-        show_table(curve(scenario, found))
+        show_table(curve(scenario, result))
     return 0

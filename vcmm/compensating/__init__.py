@@ -1,1 +1,4 @@
-"""Compensating: rewrite an NC program, a list of points or a control's table so that known machine errors cancel."""
+"""NC programs, points and tables rewritten so that known errors of the machine cancel, with their proof.
+
+Imports core, nc, nc.iso, nc.sinumerik, nc.heidenhain, motion, cutting, evaluation, machining, files.
+"""

@@ -1,1 +1,4 @@
-"""What every command shares: JSON documents, files written whole, tables and progress, complaints. Imports files and tables."""
+"""What every command shares: documents, tables, whole files, progress.
+
+Imports core, files, tables.
+"""

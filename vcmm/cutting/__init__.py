@@ -1,1 +1,4 @@
-"""Virtual cutting: swept envelopes of tools, the contact map, the stock, forces. Part frame, mm; s > 0 = material left."""
+"""What a tool leaves: swept envelopes, contact map, stock, forces. Part frame, mm; s > 0 is material left.
+
+Imports core.
+"""

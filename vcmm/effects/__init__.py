@@ -1,4 +1,6 @@
-"""The explicit list of effects: one physical family per file, one line here.
+"""The physics: one family of effects per file, one line for each in the list here.
+
+Imports core.
 
 Nobody else imports a file of this folder: who needs a certain effect asks for what it declares, or for the role it has.
 """

@@ -1,1 +1,4 @@
-"""Uncertainty evaluated: random streams, intervals, Monte Carlo, linear and exact models, budget."""
+"""Uncertainty of a task: streams, intervals, Monte Carlo, linear and exact model, budget, certificate.
+
+Imports core, fit, part, gps, effects, measuring, response.
+"""

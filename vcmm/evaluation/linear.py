@@ -20,6 +20,7 @@ from vcmm.evaluation.streams import copy_code
 from vcmm.evaluation.world import Measuring, World
 from vcmm.fit import Fitted, sensitivity
 from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import wanted, with_criteria
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points, per_normal
 from vcmm.part.part import Characteristic, frame
 from vcmm.response.influence import Influence, Product
@@ -27,16 +28,24 @@ from vcmm.response.influence import Influence, Product
 
 @dataclass(frozen=True)
 class FeatureBlock:
-    """Where one feature's numbers stand in q: point 3, axis 3, sizes s, residuals (n or 0)."""
+    """Where one feature's numbers stand in q: point 3, axis 3, sizes s, residuals (n or 0), and displacements of its
+    touches (n or 0), where a criterion of contact is evaluated on the points themselves.
+    """
 
     kind: str
     start: int
     sizes: int
     residuals: int
+    touches: int = 0
+
+    @property
+    def at_touches(self) -> int:
+        """Where the displacements begin."""
+        return self.start + 6 + self.sizes + self.residuals
 
     @property
     def stop(self) -> int:
-        return self.start + 6 + self.sizes + self.residuals
+        return self.at_touches + self.touches
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +60,7 @@ class LinearModel:
     influences: tuple[Influence, ...]
     products: tuple[Product, ...]
     world: World
+    points: Array  # (n, 3) measured points at the estimates
 
     @property
     def characteristics(self) -> tuple[Characteristic, ...]:
@@ -58,7 +68,17 @@ class LinearModel:
 
     def unpack(self, q: Array) -> dict[str, Fitted]:
         """q (..., K) to fitted elements, axes of unit length."""
-        return {name: _unpack(block, self.base[name], q) for name, block in self.blocks.items()}
+        fitted = {name: _unpack(block, self.base[name], q) for name, block in self.blocks.items()}
+        part = self.task.part
+        return with_criteria(
+            part.characteristics, part.features, lambda name: self._moved(name, q), fitted, False
+        )
+
+    def _moved(self, name: str, q: Array) -> Array:
+        """Points (..., n, 3) of a feature after the displacements in q, along the approach."""
+        block, rows = self.blocks[name], self.task.touches.rows[name]
+        along = q[..., block.at_touches : block.stop]
+        return np.asarray(self.points[rows] + along[..., None] * per_normal(self.task.touches)[rows])
 
     def values(self, q: Array) -> Array:
         """Characteristics (..., C) of q (..., K), mm or rad."""
@@ -126,7 +146,7 @@ def build(task: Task, world: World | None = None) -> LinearModel:
     influences = world.influences()
     return LinearModel(
         task=task, blocks=blocks, base=base, q0=_pack(blocks, base), operator=operator,
-        influences=influences, products=world.products(influences), world=world,
+        influences=influences, products=world.products(influences), world=world, points=base_points,
     )  # fmt: skip
 
 
@@ -135,6 +155,7 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
     t = task.touches
     direction = per_normal(t)
     shapes = {c for name in base for c in (name,) if _needs_residuals(task.part.characteristics, name)}
+    contact = wanted(task.part.characteristics)
     blocks: dict[str, FeatureBlock] = {}
     rows_of, start = [], 0
     for name, fitted in base.items():
@@ -146,12 +167,13 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
             s.residuals if s.deviations is None else np.einsum("i,mipj->mpj", frame(feature)[0], s.deviations)
         )
         parts = [s.point, s.axis, s.sizes] + ([residuals] if name in shapes else [])
+        touches = len(rows) if name in contact else 0
         change = np.einsum("pni,ni->pn", np.concatenate(parts), direction[rows])
+        change = np.concatenate([change, np.eye(len(rows))[:touches]])
         full = np.zeros((len(change), t.run.n))
         full[:, rows] = change
-        blocks[name] = FeatureBlock(
-            feature.kind, start, fitted.sizes.shape[-1], len(rows) if name in shapes else 0
-        )
+        held = len(rows) if name in shapes else 0
+        blocks[name] = FeatureBlock(feature.kind, start, fitted.sizes.shape[-1], held, touches)
         rows_of.append(full)
         start = blocks[name].stop
     return blocks, np.concatenate(rows_of)
@@ -165,7 +187,7 @@ def _pack(blocks: Mapping[str, FeatureBlock], base: Mapping[str, Fitted]) -> Arr
     parts = []
     for name, block in blocks.items():
         f = base[name]
-        parts += [f.point, f.axis, f.sizes, f.residuals[: block.residuals]]
+        parts += [f.point, f.axis, f.sizes, f.residuals[: block.residuals], np.zeros(block.touches)]
     return np.concatenate(parts)
 
 
@@ -175,5 +197,5 @@ def _unpack(block: FeatureBlock, base: Fitted, q: Array) -> Fitted:
     if np.any(base.axis):
         axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
     sizes = q[..., at + 6 : at + 6 + block.sizes]
-    residuals = q[..., at + 6 + block.sizes : block.stop]
+    residuals = q[..., at + 6 + block.sizes : block.at_touches]
     return Fitted(block.kind, q[..., at : at + 3], axis, sizes, residuals, base.normals[: block.residuals])

@@ -28,6 +28,7 @@ from vcmm.evaluation.result import BudgetLine, CharacteristicResult, Uncertainty
 from vcmm.evaluation.sampling import Progress, Sampler
 from vcmm.evaluation.world import World
 from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import notes
 from vcmm.gps.decision import GUARD_BAND, Decision, decide
 from vcmm.measuring.settings import CORRECTED, Settings
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
@@ -109,6 +110,7 @@ class _Evaluation:
             results.append(self._assembled(i, c, outcome))
         predicts = self.model.world.predicts
         warnings = tuple(w for r in results for w in warnings_of(r, predicts))
+        warnings += tuple(notes(all_of_them, self.model.base))
         return UncertaintyResult(
             tuple(results), self.settings.trials, self.settings.seed, warnings, self.model
         )

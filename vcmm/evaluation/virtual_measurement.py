@@ -8,6 +8,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import notes
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
 
 
@@ -32,6 +33,7 @@ class Measurement:
     nominal_points: Array
     errors: Array
     features: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
 
 
 def measure_task(task: Task, seed: int | None = None) -> Measurement:
@@ -46,7 +48,8 @@ def measure_task(task: Task, seed: int | None = None) -> Measurement:
         model = build(task)
         errors = model.world.exact_errors(draw_inputs(model, seed, 0, 1))[0]
     points = measured_points(task, errors)
-    indicated = evaluate_all(task, fit_features(task, points))
+    fitted = fit_features(task, points)
+    indicated = evaluate_all(task, fitted)
     nominal = [gps.nominal(c, task.part.features) for c in task.part.characteristics]
     values = tuple(
         MeasuredValue(c.name, c.type, gps.unit(c), float(n), float(v))
@@ -54,4 +57,8 @@ def measure_task(task: Task, seed: int | None = None) -> Measurement:
     )
     along = ((points - task.touches.points) * task.touches.normals).sum(axis=1)
     names = tuple(str(f) for f in run.labels["feature"])
-    return Measurement(values, points, task.touches.normals, task.touches.points, np.asarray(along), names)
+    warnings = tuple(notes(task.part.characteristics, fitted))
+    return Measurement(
+        values, points, normals=task.touches.normals, nominal_points=task.touches.points,
+        errors=np.asarray(along), features=names, warnings=warnings,
+    )  # fmt: skip

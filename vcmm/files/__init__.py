@@ -1,1 +1,4 @@
-"""Files that people have, read and written: machines, scenarios, recordings, tables of other programs."""
+"""What people have: machines, scenarios, recordings, plans and tables of other programs, read with line numbers and written.
+
+Imports core, part, gps, effects, nc, cutting, measuring, response, machining.
+"""

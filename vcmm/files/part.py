@@ -116,7 +116,8 @@ class CharacteristicTable(Table):
     of: str | list[str] = Field(default_factory=list, examples=['"bore"'])
     between: list[str] = Field(default_factory=list, examples=['["front", "bore"]'])
     datums: list[str] = Field(default_factory=list, examples=['["top"]'])
-    criterion: str = "GG"
+    criterion: str = Field(default="GG", examples=['"GX"'])
+    datum_criterion: str = Field(default="G", examples=['"X"'])
     limits: Limits | None = None
     zone: str | None = Field(default=None, examples=['"0.01 mm"'])
 
@@ -309,4 +310,5 @@ def _characteristic(t: CharacteristicTable) -> Characteristic:
         criterion=t.criterion,
         limits=limits,
         zone=zone,
+        datum_criterion=t.datum_criterion,
     )

@@ -52,6 +52,20 @@ def check_points(element: Element, points: Array, axis_is_fixed: bool, name: str
         raise UsageError(f"{name}: coordinate {where} is not a finite number. Leave that point out.")
 
 
+def check_spread(element: Element, points: Array, axis_is_fixed: bool, name: str) -> None:
+    """ModelLimit when points (B, n, 3) of a cylinder, cone or torus all lie in one plane: several fit as well."""
+    if axis_is_fixed or element.kind not in ("cylinder", "cone", "torus"):
+        return
+    arm = points - points.mean(axis=-2, keepdims=True)
+    extent = np.linalg.eigvalsh(np.swapaxes(arm, -1, -2) @ arm)
+    flat = np.flatnonzero(~(extent[..., 0] > RANK**2 * extent[..., -1]))
+    if len(flat):
+        raise ModelLimit(
+            f"{name}: all points lie in one plane (in {len(flat)} of {len(extent)} fits); more than one "
+            f"{element.kind} passes through them. Cure: {_CURE[element.kind]}."
+        )
+
+
 def check_converged(element: Element, done: Mask, name: str) -> None:
     """ModelLimit when members of the batch (B,) did not reach a minimum."""
     if done.all():

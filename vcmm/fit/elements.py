@@ -13,8 +13,8 @@ point, all other elements one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,9 @@ class Fitted:
     residuals  (..., n) mm, orthogonal distance, + on the side of increasing radius or of the plane normal.
                Point and line: distance (>= 0). Circle: radial within its plane.
     normals    (..., n, 3) unit direction in which residual i is counted
+    also       the same points by other criteria, where asked for (vcmm.gps.criteria): {"X": ...}; local sizes LP, LS
+               hold half of each of k sizes in `sizes` (..., k)
+    unique     (...) of an element by contact: False where others are as good
     """
 
     kind: str
@@ -50,6 +53,8 @@ class Fitted:
     sizes: Array
     residuals: Array
     normals: Array
+    also: Mapping[str, Fitted] = field(default_factory=dict)
+    unique: Mask | None = None
 
 
 @dataclass(frozen=True)
@@ -152,7 +157,7 @@ def rows_of(element: Element, local: Array, sizes: Array) -> list[Row]:
     return element.kernel(local[:, 0], local[:, 1], local[:, 2], *sizes.T[..., None])
 
 
-def _pose_column(motion: int, local: Array, normal: Triple) -> Part:
+def pose_column(motion: int, local: Array, normal: Triple) -> Part:
     """Change of d per unit of one motion: -n for a translation, -(x x n) for a rotation."""
     if motion in (TX, TY, TZ):
         return -normal[motion]
@@ -176,7 +181,7 @@ def jacobian(
     for k, (distance, normal, partials) in enumerate(rows):
         d[:, k] = distance
         for j, motion in enumerate(free):
-            jac[:, j, k] = _pose_column(motion, local, normal)
+            jac[:, j, k] = pose_column(motion, local, normal)
         for j, partial in enumerate(partials):
             jac[:, len(free) + j, k] = partial
     m = element.rows * n

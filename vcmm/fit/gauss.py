@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vcmm.core.errors import UsageError
-from vcmm.fit.checks import check_converged, check_points, check_rank, element_of
+from vcmm.fit.checks import check_converged, check_points, check_rank, check_spread, element_of
 from vcmm.fit.elements import Array, Element, Fitted, Mask, frames, free_pose, rows_of, signed_residuals
 from vcmm.fit.newton import State, descend, to_local
 from vcmm.fit.start import TRIAL_AXES, algebraic_start
@@ -57,7 +57,9 @@ def gauss(
         bare = None if begin is None else begin._replace(sizes=np.empty((len(flat), 0)))
         axis = _associate(element_of("plane"), flat, bare, None, tolerance, "plane of the circle")[1]
     fit = _associate(element, flat, begin, axis, tolerance, kind)
-    return Fitted(kind, *(a.reshape(*batch, *a.shape[1:]) for a in fit))
+    check_spread(element, flat, axis is not None, kind)
+    point, axis, sizes, residuals, normals = (a.reshape(*batch, *a.shape[1:]) for a in fit)
+    return Fitted(kind, point, axis, sizes, residuals, normals)
 
 
 def _flat_start(element: Element, start: Fitted, batch: tuple[int, ...]) -> State:

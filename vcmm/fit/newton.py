@@ -61,13 +61,13 @@ def _equations(element: Element, free: tuple[int, ...], data: Array, state: Stat
     return Equations(matrix, gradient, np.sum(d * d, axis=-1)), frame
 
 
-def _moved(element: Element, free: tuple[int, ...], state: State, frame: Array, step: Array) -> State:
+def moved(element: Element, free: tuple[int, ...], state: State, frame: Array, step: Array) -> State:
     """State after the step (B, p): displacement and small rotation in the element frame, then the sizes."""
     motion = np.zeros((len(step), 5))
     motion[:, list(free)] = step[:, : len(free)]
     point = state.point + (motion[:, None, :3] @ frame)[:, 0]
     axis = state.axis
-    if RX in free:  # w x a with w = wu u + wv v is wv u - wu v
+    if RX in free or RY in free:  # w x a with w = wu u + wv v is wv u - wu v
         axis = axis + motion[:, RY, None] * frame[:, 0] - motion[:, RX, None] * frame[:, 1]
         axis = axis / np.sqrt(np.sum(axis * axis, axis=-1, keepdims=True))
     return seated(element, State(point, axis, state.sizes + step[:, len(free) :]))
@@ -87,7 +87,7 @@ def _choose(mask: Mask, yes: NamedTuple, no: NamedTuple) -> tuple[Array, ...]:
     return tuple(np.where(mask.reshape((-1,) + (1,) * (a.ndim - 1)), a, b) for a, b in zip(yes, no))
 
 
-def _magnitude(state: State) -> Array:
+def magnitude(state: State) -> Array:
     """Size (B,) of the numbers that meet in a distance, in extents of the data: sets the rounding floor."""
     sizes = np.sum(np.abs(state.sizes), axis=-1)
     return 1.0 + np.sqrt(np.sum(state.point * state.point, axis=-1)) + sizes
@@ -95,16 +95,16 @@ def _magnitude(state: State) -> Array:
 
 def _is_done(equations: Equations, step: Array, state: State, m: int, tolerance: float) -> Mask:
     """Step (B, p) below `tolerance`, or the surface moves by less than the rounding of the distances."""
-    magnitude, length = _magnitude(state), np.max(np.abs(step), axis=-1)
-    moved = np.einsum("bi,bij,bj->b", step, equations.matrix, step) / m
+    size, length = magnitude(state), np.max(np.abs(step), axis=-1)
+    change = np.einsum("bi,bij,bj->b", step, equations.matrix, step) / m
     # a long step that moves nothing is a singular matrix (a saddle), not a minimum
-    rounding = (moved <= (4.0 * _EPS * magnitude) ** 2) & (length <= 1e-6 * magnitude)
-    return (length <= tolerance * magnitude) | rounding
+    rounding = (change <= (4.0 * _EPS * size) ** 2) & (length <= 1e-6 * size)
+    return (length <= tolerance * size) | rounding
 
 
 def _is_no_worse(cost: Array, before: Array, m: int, state: State) -> Mask:
     """Whether a cost (B,) exceeds the one before by no more than the rounding of m distances explains."""
-    rounding = 16.0 * _EPS * _magnitude(state) * np.sqrt(m)
+    rounding = 16.0 * _EPS * magnitude(state) * np.sqrt(m)
     return np.sqrt(cost) <= np.sqrt(before) * (1.0 + 1e-13) + rounding
 
 
@@ -123,7 +123,7 @@ def descend(
     for _ in range(MAX_STEPS):
         step = _solve(equations, damping)
         finished = ~done & (damping < 1e-3) & _is_done(equations, step, state, m, tolerance)
-        trial = _moved(element, free, state, frame, step)
+        trial = moved(element, free, state, frame, step)
         now, turned = _equations(element, free, data, trial)
         better = ~done & _is_no_worse(now.cost, equations.cost, m, state)
         if better.all():

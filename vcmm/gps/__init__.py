@@ -1,3 +1,4 @@
-"""Geometrical product specification: values of characteristics, and decisions about them (lazy: import the
-modules).
+"""Characteristics of a drawing, and the decisions about them.
+
+Imports core, fit, part.
 """

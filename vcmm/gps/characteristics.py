@@ -5,12 +5,12 @@
 Everything is evaluated in the drawing frame. All types but position do not depend on the pose beyond the
 second order; it tells which side is which and where the nominal centres and ends of features lie.
 
-size         diameter of circle, sphere, cylinder; tube diameter of a torus
+size         diameter of circle, sphere, cylinder; tube diameter of a torus; local sizes by rank (criteria.py)
 distance     of two centres; or of the second feature's centre from the first feature's plane or axis. The
              centre of a plane or axis is its point nearest to the nominal centre of the feature.
 angle        between normals, between axes; of an axis to a plane: to the surface, not to its normal. Acute
              or obtuse does not depend on how directions are drawn: the nominal angle is at most 90 deg.
-form         range of the residuals of the least-squares element (criterion GG)
+form         range of the residuals of the element by the criterion: least squares (G), minimum zone (C), ...
 orientation  orientation.py · location: location.py
 """
 
@@ -23,10 +23,11 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, Pose, dot, length
+from vcmm.fit import Fitted
+from vcmm.gps import criteria
 from vcmm.gps.elements import (
     AXES,
     CENTRES,
-    FittedLike,
     MeasuredElement,
     anchor,
     from_axis,
@@ -55,7 +56,7 @@ IMPLEMENTED = (
 def evaluate(
     characteristic: Characteristic,
     features: Mapping[str, Feature],
-    fitted: Mapping[str, FittedLike],
+    fitted: Mapping[str, Fitted],
     pose: Pose | None = None,
 ) -> Array:
     """Value (...) in mm or rad. `pose` = part_from_measured, one or a batch; None: fitted in the drawing
@@ -67,9 +68,14 @@ def evaluate(
     """
     c = characteristic
     check(c)
+    choice = criteria.chosen(c)
     if c.type == "position" and c.datums:
-        pose = datum_system(c.datums, features, fitted, Pose.identity() if pose is None else pose)
-    return _value(c, {name: place(name, features, fitted, pose) for name in needs(c)})
+        by = {
+            n: criteria.by_criterion(n, fitted[n], k) for n, k in zip(c.datums, choice.datums) if n in fitted
+        }
+        pose = datum_system(c.datums, features, by, Pose.identity() if pose is None else pose)
+    of = [place(n, features, fitted, pose, k) for n, k in zip((*c.of, *c.between), choice.of)]
+    return _value(c, of, [place(n, features, fitted, pose, k) for n, k in zip(c.datums, choice.datums)])
 
 
 def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> float:
@@ -77,21 +83,19 @@ def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> 
 
     Raises what `evaluate` would raise, so it also checks a characteristic before anything is measured.
     """
-    check(characteristic)
-    return float(
-        _value(characteristic, {name: nominal_element(features[name]) for name in needs(characteristic)})
-    )
+    c = characteristic
+    check(c)
+    criteria.check_kinds(c, features)
+    of, datums = ([nominal_element(features[n]) for n in names] for names in ((*c.of, *c.between), c.datums))
+    return float(_value(c, of, datums))
 
 
 def check(characteristic: Characteristic) -> None:
-    """UsageError for a type or criterion that is not evaluated yet."""
+    """UsageError for a type that is not evaluated yet, or words that are no criterion of the type."""
     c = characteristic
     if c.type in LATER:
         raise UsageError(f'"{c.name}": {c.type} comes later. Working now: {", ".join(IMPLEMENTED)}.')
-    if c.criterion != "GG":
-        raise UsageError(
-            f'"{c.name}": criterion {c.criterion} comes later; use "GG" (least squares, ISO 14405-1).'
-        )
+    criteria.chosen(c)
 
 
 def needs(characteristic: Characteristic) -> tuple[str, ...]:
@@ -101,12 +105,12 @@ def needs(characteristic: Characteristic) -> tuple[str, ...]:
 
 
 def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | None = None) -> bool:
-    """Whether the value is smooth with a gradient other than zero: size, distance, angle.
+    """Whether the value is smooth with a gradient other than zero: size, distance, angle of least-squares elements.
 
-    False for extreme values and roots (form, orientation, location) and, when `features` are given, for a
-    distance or angle that is 0 in the drawing.
+    False for extreme values and roots (form, orientation, location; any criterion of contact, local sizes) and, when
+    `features` are given, for a distance or angle that is 0 in the drawing.
     """
-    if characteristic.type not in ("size", "distance", "angle"):
+    if characteristic.type not in ("size", "distance", "angle") or not criteria.chosen(characteristic).gauss:
         return False
     return features is None or nominal(characteristic, features) > 1e-6
 
@@ -131,14 +135,12 @@ def one_sided(characteristic: Characteristic) -> bool:
     return characteristic.type not in ("size", "distance", "angle")
 
 
-def _value(c: Characteristic, elements: Mapping[str, MeasuredElement]) -> Array:
-    of = [elements[name] for name in c.of]
-    datums = [elements[name] for name in c.datums]
+def _value(c: Characteristic, of: list[MeasuredElement], datums: list[MeasuredElement]) -> Array:
+    """of: the features of `of`, then those of `between`."""
     if c.type == "size":
         return _size(c, of[0])
     if c.type in ("distance", "angle"):
-        pair = elements[c.between[0]], elements[c.between[1]]
-        return _distance(c, *pair) if c.type == "distance" else _angle(c, *pair)
+        return _distance(c, of[0], of[1]) if c.type == "distance" else _angle(c, of[0], of[1])
     if c.type in FORM:
         return _form(c, of[0])
     if c.type == "position":
@@ -156,7 +158,10 @@ def _size(c: Characteristic, e: MeasuredElement) -> Array:
         )
     if e.feature.kind not in SIZES:
         raise UsageError(f'"{c.name}": a {e.feature.kind} has no size; size is for {", ".join(SIZES)}.')
-    return np.asarray(2.0 * e.sizes[..., SIZES[e.feature.kind]])
+    which = SIZES[e.feature.kind]
+    if criteria.chosen(c).of[0] in criteria.LOCAL:
+        return criteria.local_size(c, 2.0 * e.sizes, 2.0 * float(e.feature.sizes[which]))
+    return np.asarray(2.0 * e.sizes[..., which])
 
 
 def _distance(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:

@@ -4,28 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length
-from vcmm.part.part import KINDS, Feature, Shape, centre, ends
+from vcmm.fit import Fitted
+from vcmm.gps.criteria import by_criterion
+from vcmm.part.part import KINDS, Feature, centre, ends
 
 AXES = ("line", "cylinder", "cone")
 CENTRES = ("point", "circle", "sphere", "torus")
 MAX_TILT = 0.2  # rad between a fitted and its nominal direction; more means that the pose is missing
-
-
-class FittedLike(Shape, Protocol):
-    """What is read of vcmm.fit.Fitted: point, axis (..., 3), sizes (..., s), residuals (..., n), normals
-    (..., n, 3).
-    """
-
-    @property
-    def residuals(self) -> Array: ...
-    @property
-    def normals(self) -> Array: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +40,14 @@ def nominal_element(feature: Feature) -> MeasuredElement:
 
 
 def place(
-    name: str, features: Mapping[str, Feature], fitted: Mapping[str, FittedLike], pose: Pose | None
+    name: str,
+    features: Mapping[str, Feature],
+    fitted: Mapping[str, Fitted],
+    pose: Pose | None,
+    criterion: str = "G",
 ) -> MeasuredElement:
-    """The fitted element `name` moved to the drawing frame by `pose` = part_from_measured (None: it is there
-    already).
+    """The element `name` by a criterion, moved to the drawing frame by `pose` = part_from_measured (None: it is
+    there already).
 
     UsageError: the feature is unknown or not measured. ModelLimit: its direction is more than MAX_TILT off
     nominal.
@@ -62,7 +56,7 @@ def place(
         raise UsageError(f'Unknown feature "{name}".{choose_from(name, features)}')
     if name not in fitted:
         raise UsageError(f'Feature "{name}" is not measured; add a step for it to the plan.')
-    feature, raw = features[name], fitted[name]
+    feature, raw = features[name], by_criterion(name, fitted[name], criterion)
     by = Pose.identity() if pose is None else pose
     axis = _signed(feature, by.turn_each(raw.axis))
     # only a line needs them: its residuals have a direction, those of surfaces a sign

@@ -1,1 +1,4 @@
-"""Virtual machining: the part that a machine tool will cut, with its uncertainty."""
+"""The part before it is cut: program, machine and set-up to deviations of features with their uncertainty.
+
+Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, evaluation, placing.
+"""

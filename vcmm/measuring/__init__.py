@@ -1,1 +1,4 @@
-"""The measuring task: plan, points, contact, qualification, fixture, scenario. Imports core, part, fit and gps."""
+"""The measuring task: plan, strategies, contact, qualification, fixture, scenario.
+
+Imports core, fit, part, gps, effects.
+"""

@@ -18,6 +18,7 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.fit import Fitted, gauss
 from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import with_criteria
 from vcmm.measuring.contact import touch
 from vcmm.measuring.plan import Ints, Plan, Touches
 from vcmm.part.alignment import align
@@ -77,7 +78,9 @@ def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
 
 
 def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
-    """Gauss elements of all measured features; points (..., n, 3) in the drawing frame."""
+    """Gauss elements of all measured features, with those by other criteria that the characteristics ask for;
+    points (..., n, 3) in the drawing frame.
+    """
     out = {}
     for name, rows in task.touches.rows.items():
         feature = task.part.features[name]
@@ -86,7 +89,10 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
         fixed = feature.axis if feature.kind == "circle" else None
         fitted = gauss(feature.kind, points[..., rows, :], nominal_element(feature), fixed_axis=fixed)
         out[name] = _signed(fitted, feature, points[..., rows, :]) if feature.kind == "line" else fitted
-    return out
+    rows_of = task.touches.rows
+    return with_criteria(
+        task.part.characteristics, task.part.features, lambda name: points[..., rows_of[name], :], out
+    )
 
 
 def _signed(fitted: Fitted, feature: Feature, points: Array) -> Fitted:

@@ -1,1 +1,4 @@
-"""How a program moves the machine in time: curves, blends, servo, time law, toolpath. Imports nc."""
+"""How a program moves the machine in time: curves, blends, servo, time law, toolpath.
+
+Imports core, nc.
+"""

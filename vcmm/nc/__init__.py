@@ -1,1 +1,4 @@
-"""NC programs: what they mean, in the words that all controls share. Imports core; never a reader of one control."""
+"""What NC programs of all controls have in common: moves, tools, set-up, state of the control, cutter compensation.
+
+Imports core.
+"""

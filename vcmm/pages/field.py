@@ -15,12 +15,12 @@ from vcmm.tables.table import html
 LINES = 5  # grid lines per axis in the picture
 
 
-def field_page(machine: Machine, found: ErrorField) -> str:
+def field_page(machine: Machine, error_map: ErrorField) -> str:
     """One self-contained HTML file."""
-    blocks = [r.heading("Volumetric error"), html(summary(found))]
-    if found.diagonals:
-        blocks += [r.heading("Body diagonals (ISO 230-6)"), html(diagonals(found))]
-    blocks += [r.heading("The deformed volume"), picture(machine, found)]
+    blocks = [r.heading("Volumetric error"), html(summary(error_map))]
+    if error_map.diagonals:
+        blocks += [r.heading("Body diagonals (ISO 230-6)"), html(diagonals(error_map))]
+    blocks += [r.heading("The deformed volume"), picture(machine, error_map)]
     footer = f"vcmm {__version__}. Tip error = actual - nominal in workpiece axes; a CMM's indication has the opposite sign."
     return r.page(
         f"Error field of {machine.name}",
@@ -30,17 +30,17 @@ def field_page(machine: Machine, found: ErrorField) -> str:
     )
 
 
-def picture(machine: Machine, found: ErrorField) -> str:
+def picture(machine: Machine, error_map: ErrorField) -> str:
     """A grid of the travels, ideal and deformed; for given positions, arrows at them."""
     axes = linear_axes(machine)
-    n = round(found.run.n ** (1 / max(1, len(axes))))
-    if not _is_grid(found, axes, n):
-        return _arrows(found)
-    nominal = _points(found)
-    factor = _magnification(nominal, found.tip_error)
+    n = round(error_map.run.n ** (1 / max(1, len(axes))))
+    if not _is_grid(error_map, axes, n):
+        return _arrows(error_map)
+    nominal = _points(error_map)
+    factor = _magnification(nominal, error_map.tip_error)
     shape = (n,) * len(axes) + (3,)
     ideal = nominal.reshape(shape)
-    bent = ideal + factor * found.tip_error.reshape(shape)
+    bent = ideal + factor * error_map.tip_error.reshape(shape)
     items = [
         r.Lines(_segments(ideal), "muted", 0.6, name="nominal"),
         r.Lines(_segments(bent), "accent", 1.4, name=f"with errors x {factor:,.0f}"),
@@ -52,22 +52,25 @@ def picture(machine: Machine, found: ErrorField) -> str:
     )
 
 
-def _is_grid(found: ErrorField, axes: list[str], n: int) -> bool:
+def _is_grid(error_map: ErrorField, axes: list[str], n: int) -> bool:
     """Whether the positions are n values of each linear axis, as `volumetric.grid` lays them."""
-    values = (np.unique(found.run.position[a]) for a in axes if a in found.run.position)
-    return n > 1 and found.run.n == n ** len(axes) and all(len(q) == n for q in values)
+    values = (np.unique(error_map.run.position[a]) for a in axes if a in error_map.run.position)
+    return n > 1 and error_map.run.n == n ** len(axes) and all(len(q) == n for q in values)
 
 
-def _points(found: ErrorField) -> Array:
+def _points(error_map: ErrorField) -> Array:
     """Positions of the linear axes (n, 3) mm; an axis that the machine lacks stays at zero."""
-    zero = np.zeros(found.run.n)
-    return np.column_stack([found.run.position.get(a, zero) for a in "XYZ"])
+    zero = np.zeros(error_map.run.n)
+    return np.column_stack([error_map.run.position.get(a, zero) for a in "XYZ"])
 
 
-def _arrows(found: ErrorField) -> str:
-    points = _points(found) + found.run.offset
-    factor = _magnification(points, found.tip_error)
-    dots, arrows = r.Points(points, "muted", 1.5), r.Arrows(points, found.tip_error, factor, name="tip error")
+def _arrows(error_map: ErrorField) -> str:
+    points = _points(error_map) + error_map.run.offset
+    factor = _magnification(points, error_map.tip_error)
+    dots, arrows = (
+        r.Points(points, "muted", 1.5),
+        r.Arrows(points, error_map.tip_error, factor, name="tip error"),
+    )
     return r.scene([dots, arrows], title="Tip errors at the given positions")
 
 

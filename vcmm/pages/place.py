@@ -19,31 +19,31 @@ from vcmm.tables.table import html
 WORDS = {"x": "shift x / mm", "y": "shift y / mm", "z": "shift z / mm", "turn_x": "turn x / °", "turn_y": "turn y / °", "turn_z": "turn z / °"}  # fmt: skip
 
 
-def place_page(found: Placed) -> str:
+def place_page(placed: Placed) -> str:
     """One self-contained HTML file."""
-    scenario = found.objective.scenario
+    scenario = placed.objective.scenario
     blocks = [
-        r.paragraph(f"Minimised: {goal_text(found.objective.goal)}."),
+        r.paragraph(f"Minimised: {goal_text(placed.objective.goal)}."),
         r.heading("Poses compared"),
-        html(compared_poses(found), emphasise=(0,)),
+        html(compared_poses(placed), emphasise=(0,)),
     ]
-    blocks += [r.note(w, "warning") for w in found.warnings]
-    blocks += [r.heading("How sure"), sure_table(found)]
-    blocks += [r.heading("Over the table"), *maps(found)]
-    if found.before is not None:
-        blocks += [r.heading("Why: which influence shrinks"), *budgets(found)]
-    blocks += [r.heading("Where the part goes"), scene(found)]
+    blocks += [r.note(w, "warning") for w in placed.warnings]
+    blocks += [r.heading("How sure"), sure_table(placed)]
+    blocks += [r.heading("Over the table"), *maps(placed)]
+    if placed.before is not None:
+        blocks += [r.heading("Why: which influence shrinks"), *budgets(placed)]
+    blocks += [r.heading("Where the part goes"), scene(placed)]
     footer = (
-        f"vcmm {__version__}, seed {found.seed}. Pose: shift of the part's origin after turns about the fixed x, then y, "
+        f"vcmm {__version__}, seed {placed.seed}. Pose: shift of the part's origin after turns about the fixed x, then y, "
         "then z. The search is in closed form; budgets and the gain are those of the full evaluation."
     )
     return r.page(f"Placement: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
 
 
-def sure_table(found: Placed) -> str:
+def sure_table(placed: Placed) -> str:
     """Certificate, confirmation, flatness, effort."""
-    rows: list[list[object]] = [["certificate", found.certificate.text], ["flatness", region_text(found)]]
-    sure = found.confirmation
+    rows: list[list[object]] = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]
+    sure = placed.confirmation
     if sure is not None:
         verdict = r.Cell(
             "confirmed" if sure.confirmed else "not confirmed", kind="good" if sure.confirmed else "warning"
@@ -57,33 +57,33 @@ def sure_table(found: Placed) -> str:
     rows.append(
         [
             "search",
-            f"{found.evaluations} evaluations; {found.feasible_share:.1%} of the fixture's poses can be used",
+            f"{placed.evaluations} evaluations; {placed.feasible_share:.1%} of the fixture's poses can be used",
         ]
     )
-    if found.region.convenient is not None:
-        rows.append(["convenient pose", pose_text(found.region.convenient)])
+    if placed.region.convenient is not None:
+        rows.append(["convenient pose", pose_text(placed.region.convenient)])
     return r.table(["", ""], rows)
 
 
-def maps(found: Placed) -> list[str]:
+def maps(placed: Placed) -> list[str]:
     """The objective over two degrees of freedom, and where it lies within 2 % of the value found."""
-    chart = found.map
+    chart = placed.map
     if len(chart.names) < 2:
         return (
-            [_line(found)]
+            [_line(placed)]
             if chart.names
             else [r.paragraph("Nothing is free to move continuously: there is no map.")]
         )
-    word, scale = UNITS.get(found.objective.unit, ("", 1.0))
+    word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     x, y = _axis(chart, 0), _axis(chart, 1)
-    marks = [("found", *_at(found, found.best.pose))]
-    if found.present is not None:
-        marks.append(("present", *_at(found, found.present.pose)))
+    marks = [("found", *_at(placed, placed.best.pose))]
+    if placed.present is not None:
+        marks.append(("present", *_at(placed, placed.present.pose)))
     labels: Any = {"x_label": WORDS[chart.names[0]], "y_label": WORDS[chart.names[1]]}
     whole = r.heat_map(
         chart.values * scale, x, y, unit=word or "objective", title="Objective, other freedoms as at the pose found", marks=marks, **labels
     )  # fmt: skip
-    loss = np.round(100 * (chart.values / found.best.value - 1), 3) + 0.0  # the rest is rounding
+    loss = np.round(100 * (chart.values / placed.best.value - 1), 3) + 0.0  # the rest is rounding
     flat = r.heat_map(
         np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels
     )  # fmt: skip
@@ -95,36 +95,36 @@ def _axis(chart: Map, k: int) -> np.ndarray:
     return np.degrees(values) if chart.names[k].startswith("turn") else values
 
 
-def _at(found: Placed, six: np.ndarray) -> tuple[float, float]:
+def _at(placed: Placed, six: np.ndarray) -> tuple[float, float]:
     """The place of a pose in the map; NaN where it lies outside of it."""
     out = []
-    for k, name in enumerate(found.map.names[:2]):
+    for k, name in enumerate(placed.map.names[:2]):
         value = float(six[DOFS.index(name)])
-        axis = (found.map.x, found.map.y)[k]
+        axis = (placed.map.x, placed.map.y)[k]
         inside = axis[0] - 1e-9 <= value <= axis[-1] + 1e-9
         out.append((np.degrees(value) if name.startswith("turn") else value) if inside else np.nan)
     return float(out[0]), float(out[1])
 
 
-def _line(found: Placed) -> str:
+def _line(placed: Placed) -> str:
     """The objective over the one degree of freedom that is free."""
-    word, scale = UNITS.get(found.objective.unit, ("", 1.0))
-    name = found.map.names[0]
-    good = np.isfinite(found.map.values[0])
-    series = [r.PlotSeries(_axis(found.map, 0)[good], found.map.values[0][good] * scale, "objective")]
+    word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
+    name = placed.map.names[0]
+    good = np.isfinite(placed.map.values[0])
+    series = [r.PlotSeries(_axis(placed.map, 0)[good], placed.map.values[0][good] * scale, "objective")]
     return r.curve(
         series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective"
     )
 
 
-def budgets(found: Placed) -> list[str]:
+def budgets(placed: Placed) -> list[str]:
     """Contributions of the influences at both poses, side by side, for every characteristic that counts."""
     out = []
-    assert found.before is not None
-    for name, unit, lines, _ in changes(found):
+    assert placed.before is not None
+    for name, unit, lines, _ in changes(placed):
         word, scale = UNITS[unit]
-        before = next(c for c in found.before.characteristics if c.name == name)
-        after = next(c for c in found.after.characteristics if c.name == name)
+        before = next(c for c in placed.before.characteristics if c.name == name)
+        after = next(c for c in placed.after.characteristics if c.name == name)
         kept = [line for line in lines if max(line[1], line[2]) > 1e-3 * before.u][:8]
         kept.sort(key=lambda line: -line[1])
         charts = []
@@ -143,9 +143,9 @@ def budgets(found: Placed) -> list[str]:
     return out
 
 
-def scene(found: Placed) -> str:
+def scene(placed: Placed) -> str:
     """The machine with the part at the pose found, and a ghost where it lies now."""
-    task = found.after.model.task
+    task = placed.after.model.task
     t = task.touches
     features = list(task.part.features.values())
     last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
@@ -155,8 +155,8 @@ def scene(found: Placed) -> str:
         *part_items(features, t.pose, task.part.mesh),
         *touch_items(t),
     ]
-    if found.present is not None:
-        here = pose_of(found.present.pose).apply(t.points)
+    if placed.present is not None:
+        here = pose_of(placed.present.pose).apply(t.points)
         items.append(r.Points(here, "muted", 1.6, name="touches at the present pose"))
     return r.scene(
         items, title="Part at the pose found", caption="Machine frame; the wire box is the reach of the tip."

@@ -11,29 +11,29 @@ from vcmm.tables.placed import compared_cut_poses, gains
 from vcmm.tables.table import html, listing
 
 
-def place_cut_page(scenario: CutScenario, found: PlacedCut) -> str:
+def place_cut_page(scenario: CutScenario, placed: PlacedCut) -> str:
     """One self-contained HTML file."""
     blocks = [
         r.heading("Poses"),
-        html(compared_cut_poses(found)),
+        html(compared_cut_poses(placed)),
         r.heading("What each characteristic gains"),
-        html(gains(found)),
+        html(gains(placed)),
     ]
-    blocks += [r.heading("Map over the table"), _map(found)]
-    sure = [["certificate", found.certificate.text], ["flatness", region_text(found)]]  # type: ignore[arg-type]
+    blocks += [r.heading("Map over the table"), _map(placed)]
+    sure = [["certificate", placed.certificate.text], ["flatness", region_text(placed)]]  # type: ignore[arg-type]
     blocks += [r.heading("How sure, how flat"), html(listing("", ["", ""], sure, words=(0, 1)))]
-    footer = f"vcmm {__version__}, seed {found.seed}. Part and work offset move together; the program stays as it is."
+    footer = f"vcmm {__version__}, seed {placed.seed}. Part and work offset move together; the program stays as it is."
     return r.page(
         f"Place of the part: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer
     )
 
 
-def _map(found: PlacedCut) -> str:
-    chart = found.map
+def _map(placed: PlacedCut) -> str:
+    chart = placed.map
     if len(chart.names) < 2:
         return r.paragraph("One degree of freedom or none: no map.")
     return r.heat_map(
         chart.values, chart.x, chart.y, x_label=f"{chart.names[0]} / mm", y_label=f"{chart.names[1]} / mm", unit="",
-        title="objective", marks=[("found", found.best.pose[0], found.best.pose[1]), ("present", found.present.pose[0], found.present.pose[1])],
+        title="objective", marks=[("found", placed.best.pose[0], placed.best.pose[1]), ("present", placed.present.pose[0], placed.present.pose[1])],
         width=900, height=480,
     )  # fmt: skip

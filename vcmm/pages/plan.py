@@ -16,11 +16,11 @@ from vcmm.tables.quantities import SMALL_SCALE
 from vcmm.tables.table import SMALL, html
 
 
-def plan_page(scenario: Scenario, found: PlanResult) -> str:
+def plan_page(scenario: Scenario, result: PlanResult) -> str:
     """One self-contained HTML file."""
-    blocks = [r.heading("U against measuring time"), *_curves(scenario, found), _table(scenario, found)]
-    blocks += [r.heading("The chosen touches"), _picture(scenario, found)]
-    footer = f"vcmm {__version__}. U in closed form, form of the part included; time as planned, with {found.budget_s:g} s allowed."
+    blocks = [r.heading("U against measuring time"), *_curves(scenario, result), _table(scenario, result)]
+    blocks += [r.heading("The chosen touches"), _picture(scenario, result)]
+    footer = f"vcmm {__version__}. U in closed form, form of the part included; time as planned, with {result.budget_s:g} s allowed."
     return r.page(f"Measuring plan: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer)
 
 
@@ -28,11 +28,11 @@ def _units(scenario: Scenario) -> dict[str, str]:
     return {c.name: gps.unit(c) for c in scenario.part.characteristics}
 
 
-def _curves(scenario: Scenario, found: PlanResult) -> list[str]:
+def _curves(scenario: Scenario, result: PlanResult) -> list[str]:
     """One curve per characteristic, with the present and the chosen plan as dots; two side by side."""
     charts = []
     for name, unit in _units(scenario).items():
-        if name not in found.chosen.expanded:
+        if name not in result.chosen.expanded:
             continue
         word, scale = SMALL[unit], SMALL_SCALE[unit]
 
@@ -43,23 +43,23 @@ def _curves(scenario: Scenario, found: PlanResult) -> list[str]:
             return r.PlotSeries(x, y, title, marker=not line, line=line)
 
         series = [
-            dots(list(found.pareto), "best plans", True),
-            dots([found.chosen], "chosen", False),
-            dots([found.present], "present", False),
+            dots(list(result.pareto), "best plans", True),
+            dots([result.chosen], "chosen", False),
+            dots([result.present], "present", False),
         ]
         charts.append(r.curve(series, x_label="measuring time / min", y_label=f"U / {word}", title=name))
     return [r.columns(*charts[i : i + 2]) for i in range(0, len(charts), 2)]
 
 
-def _table(scenario: Scenario, found: PlanResult) -> str:
+def _table(scenario: Scenario, result: PlanResult) -> str:
     """The present plan, then ten of the curve, the chosen one among them."""
-    some = {int(i) for i in np.linspace(0, len(found.pareto) - 1, 10)}
-    shown = [p for i, p in enumerate(found.pareto) if i in some or p is found.chosen]
-    return html(curve(scenario, found, shown))
+    some = {int(i) for i in np.linspace(0, len(result.pareto) - 1, 10)}
+    shown = [p for i, p in enumerate(result.pareto) if i in some or p is result.chosen]
+    return html(curve(scenario, result, shown))
 
 
-def _picture(scenario: Scenario, found: PlanResult) -> str:
-    points = np.concatenate([step.points for step in found.plan.steps])
+def _picture(scenario: Scenario, result: PlanResult) -> str:
+    points = np.concatenate([step.points for step in result.plan.steps])
     items = [
         *part_items(list(scenario.part.features.values()), Pose.identity(), scenario.part.mesh),
         r.Points(points, "accent", 2.4),
@@ -67,5 +67,5 @@ def _picture(scenario: Scenario, found: PlanResult) -> str:
     return r.scene(
         items,
         title="Touches",
-        caption=f"{len(points)} touches in {found.chosen.minutes:.2f} min; drawing frame.",
+        caption=f"{len(points)} touches in {result.chosen.minutes:.2f} min; drawing frame.",
     )

@@ -1,1 +1,4 @@
-"""The founding papers, each as a twin with its page and its command. Imports every job; only the command line imports it."""
+"""The founding papers: each a twin with its page and its command in one folder.
+
+Imports core, effects, nc, cutting, machining.
+"""

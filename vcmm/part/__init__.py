@@ -1,1 +1,4 @@
-"""The part: features, drawing frame, mesh, form, and how it is aligned. Imports core and fit."""
+"""The part: features in the drawing frame, mesh, form, alignment.
+
+Imports core.
+"""

@@ -155,7 +155,8 @@ def _number_problems(names: tuple[str, ...], values: list[float]) -> Iterable[st
 class Characteristic:
     """One requirement. `limits` (lower, upper) count from nominal; `zone` is the width of a tolerance zone.
 
-    mm, or rad for an angle. `criterion` is the association of ISO 14405-1 (GG = least squares).
+    mm, or rad for an angle. `criterion` and `datum_criterion`: the association of features and datums, words of
+    vcmm.gps.criteria (GG, G = least squares).
     """
 
     name: str
@@ -166,6 +167,7 @@ class Characteristic:
     criterion: str = "GG"
     limits: tuple[float, float] | None = None
     zone: float | None = None
+    datum_criterion: str = "G"
 
     def __post_init__(self) -> None:
         for role in ("of", "between", "datums"):

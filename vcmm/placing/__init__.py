@@ -1,1 +1,4 @@
-"""Placement: the pose that serves best, and by how much any other could still be better."""
+"""The best pose of a part and the best points of a plan, and by how much any other could be better.
+
+Imports core, fit, part, gps, effects, measuring, response, evaluation.
+"""

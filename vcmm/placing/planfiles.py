@@ -66,7 +66,7 @@ def _names(value: str | tuple[str, ...]) -> str:
 
 
 def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:
-    """The body of vcmm.measuring.plan/1: budget, styli, forms, curve, chosen and present plan."""
+    """The body of vcmm.plan/1: budget, styli, forms, curve, chosen and present plan."""
     units = {c.name: gps.unit(c) for c in scenario.part.characteristics}
     return {
         "budget_minutes": result.budget_s / 60.0,

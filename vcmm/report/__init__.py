@@ -1,4 +1,6 @@
-"""Building blocks of a report: each function returns HTML, `page` joins them into one self-contained file.
+"""Blocks of a page: tables, charts, scenes. They know numbers, not measuring.
+
+Imports core.
 
 The names below are functions; the modules of the same name hold the rest (`from vcmm.report.bars import shares`).
 """

@@ -1,1 +1,4 @@
-"""What a run shows of every error: influences, observations, nuisances, logs. One home for the columns of G."""
+"""The columns of G: what every error does to every observation of a run, a recording or a task.
+
+Imports core, effects.
+"""

@@ -1,1 +1,4 @@
-"""Every table of results: its columns, declared once, serve the terminal, the page, CSV and JSON. Imports every job."""
+"""Every table of results: columns declared once for terminal, page, CSV and documents.
+
+Imports core, gps, report, nc, motion, measuring, response, evaluation, placing, machining, compensating, diagnosis.
+"""

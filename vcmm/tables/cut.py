@@ -36,15 +36,15 @@ PART: tuple[Column[CharacteristicResult], ...] = (
 )
 
 
-def finished_part(found: CutResult) -> ResultTable[CharacteristicResult]:
+def finished_part(result: CutResult) -> ResultTable[CharacteristicResult]:
     """What to expect of each characteristic, and whether it will conform."""
-    p = found.characteristics[0].p
+    p = result.characteristics[0].p
     caption = (
         f"Deviation to expect, of it by the known errors of the machine, and coverage interval for p = {p:.0%}; lengths "
         "in mm and µm, angles in deg and µrad."
     )
     title = f"the finished part: expected deviation from nominal and its coverage interval for p = {p:.0%}"
-    return ResultTable(title, PART, found.characteristics, page_caption=caption)
+    return ResultTable(title, PART, result.characteristics, page_caption=caption)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +61,10 @@ class Owned:
         return self.of.unit
 
 
-def owned(found: CutResult) -> list[Owned]:
+def owned(result: CutResult) -> list[Owned]:
     return [
-        Owned(c, dict(found.shares[c.name]), found.repeats[c.name], found.scatters[c.name])
-        for c in found.characteristics
+        Owned(c, dict(result.shares[c.name]), result.repeats[c.name], result.scatters[c.name])
+        for c in result.characteristics
     ]
 
 
@@ -85,9 +85,9 @@ def _share(name: str, row: Owned) -> float:
     return row.shares[name]
 
 
-def owners(found: CutResult) -> ResultTable[Owned]:
+def owners(result: CutResult) -> ResultTable[Owned]:
     """Whose uncertainty it is; on the page also what of it a batch shares."""
-    rows = owned(found)
+    rows = owned(result)
     u: Column[Owned] = Column("u", lambda o: o.of.u, SIZE, on="page")
     shares: list[Column[Owned]] = [
         Column(name, partial(_share, name), OWNER, page_head=GROUP_WORDS.get(name)) for name in rows[0].shares
@@ -100,50 +100,50 @@ def owners(found: CutResult) -> ResultTable[Owned]:
     return ResultTable("share of u² by owner", [_NAME, u, *shares, *batch], rows, page_caption=caption)
 
 
-def largest_contributions(found: CutResult, most: int = 4) -> ResultTable[BudgetRow]:
+def largest_contributions(result: CutResult, most: int = 4) -> ResultTable[BudgetRow]:
     columns = [c for c in BUDGET if c.head != "law"]
-    rows = [row for c in found.characteristics for row in budget_rows(c)[:most]]
+    rows = [row for c in result.characteristics for row in budget_rows(c)[:most]]
     return ResultTable("largest contributions", columns, rows)
 
 
-def batch(found: CutResult) -> ResultTable[Owned]:
-    return ResultTable("in a batch", [_NAME, REPEATS, SCATTERS], owned(found))
+def batch(result: CutResult) -> ResultTable[Owned]:
+    return ResultTable("in a batch", [_NAME, REPEATS, SCATTERS], owned(result))
 
 
-def surface(found: CutResult) -> ResultTable[Any]:
+def surface(result: CutResult) -> ResultTable[Any]:
     """What the nets over all features say of the surface, for the page."""
-    s = found.surface
-    minutes, seconds = divmod(found.seconds, 60)
+    s = result.surface
+    minutes, seconds = divmod(result.seconds, 60)
     rows = [
         ["largest departure", f"{s.max_um:.2f} µm"],
         ["rms departure", f"{s.rms_um:.2f} µm"],
         ["points looked at, on nets over all features", f"{s.points:,}"],
         ["of these left uncut", f"{s.uncut:,}"],
         [f"of these gouged by the program itself, deeper than {s.deep_um:g} µm", f"{s.gouges:,}"],
-        ["contacts against displaced tools", f"{found.recut.largest * 1e3:.3f} µm" if found.recut else "–"],
+        ["contacts against displaced tools", f"{result.recut.largest * 1e3:.3f} µm" if result.recut else "–"],
         ["cycle time", f"{minutes:.0f} min {seconds:.1f} s"],
     ]
     return listing("", ["", ""], rows)
 
 
-def cut_json(found: CutResult) -> dict[str, Any]:
+def cut_json(result: CutResult) -> dict[str, Any]:
     """The body of the JSON document: the characteristics of `uncertainty`, and what belongs to cutting."""
-    s = found.surface
-    added = records(ADDED, owned(found))
+    s = result.surface
+    added = records(ADDED, owned(result))
     return {
-        "trials": found.uncertainty.trials,
-        "characteristics": [characteristic_json(c) | more for c, more in zip(found.characteristics, added)],
+        "trials": result.uncertainty.trials,
+        "characteristics": [characteristic_json(c) | more for c, more in zip(result.characteristics, added)],
         "surface": {
             "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,
             "gouge_depth_um": s.deep_um,
-            "recut": None if found.recut is None else {"points": found.recut.points, "largest_um": found.recut.largest * 1e3},
+            "recut": None if result.recut is None else {"points": result.recut.points, "largest_um": result.recut.largest * 1e3},
         },
-        "time_s": found.seconds,
-        "stock": None if found.blank is None else {
-            "removed_mm3": found.blank.removed,
-            "kept_as": found.blank.kept_as,
-            "collisions": [{"line": line, "depth_mm": depth} for line, depth in found.blank.collisions],
-            "shanks": [{"line": line, "tool": tool, "depth_mm": depth} for line, tool, depth in found.blank.shanks],
+        "time_s": result.seconds,
+        "stock": None if result.blank is None else {
+            "removed_mm3": result.blank.removed,
+            "kept_as": result.blank.kept_as,
+            "collisions": [{"line": line, "depth_mm": depth} for line, depth in result.blank.collisions],
+            "shanks": [{"line": line, "tool": tool, "depth_mm": depth} for line, tool, depth in result.blank.shanks],
         },
     }  # fmt: skip
 
@@ -158,8 +158,8 @@ class SurfacePoint:
     program_alone: float
 
 
-def _surface_points(found: CutResult) -> Iterator[SurfacePoint]:
-    for patch in found.patches:
+def _surface_points(result: CutResult) -> Iterator[SurfacePoint]:
+    for patch in result.patches:
         net = patch.net
         for point, normal, height, nominal in zip(net.points, net.normals, patch.height, patch.nominal):
             yield SurfacePoint(net.feature, (*point, *normal), float(height), float(nominal))  # type: ignore[arg-type]
@@ -180,6 +180,6 @@ SURFACE: tuple[Column[SurfacePoint], ...] = (
 )
 
 
-def surface_csv(found: CutResult) -> str:
+def surface_csv(result: CutResult) -> str:
     """Every point of the maps: drawing frame, mm; departure in um, empty where nothing was cut."""
-    return csv_text(ResultTable("", SURFACE, list(_surface_points(found))))
+    return csv_text(ResultTable("", SURFACE, list(_surface_points(result))))

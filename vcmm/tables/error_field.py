@@ -29,46 +29,48 @@ DIAGONALS: tuple[Column[Diagonal], ...] = (
 )
 
 
-def diagonals(found: ErrorField) -> ResultTable[Diagonal]:
-    return ResultTable("body diagonals (ISO 230-6)", DIAGONALS, found.diagonals)
+def diagonals(error_map: ErrorField) -> ResultTable[Diagonal]:
+    return ResultTable("body diagonals (ISO 230-6)", DIAGONALS, error_map.diagonals)
 
 
-def engine_text(found: ErrorField) -> str:
-    return "exact transforms" if found.exact else "first order"
+def engine_text(error_map: ErrorField) -> str:
+    return "exact transforms" if error_map.exact else "first order"
 
 
-def maxima(machine: Machine, found: ErrorField) -> ResultTable[Any]:
+def maxima(machine: Machine, error_map: ErrorField) -> ResultTable[Any]:
     """Largest and mean tip error with the place of the largest, and the body diagonals: all on one screen."""
-    size, worst = found.size, int(found.size.argmax())
-    place = ", ".join(f"{a} {_shown(a, found.run.q(a)[worst]):.4g} {_unit(a)}" for a in machine.chain.letters)
+    size, worst = error_map.size, int(error_map.size.argmax())
+    place = ", ".join(
+        f"{a} {_shown(a, error_map.run.q(a)[worst]):.4g} {_unit(a)}" for a in machine.chain.letters
+    )
     rows = [
         ["largest tip error", f"{size.max() * 1e3:.3f} um", f"at {place}"],
-        ["mean tip error", f"{size.mean() * 1e3:.3f} um", f"{found.run.n} points"],
-        ["largest in x, y, z", " ".join(f"{v:.3f}" for v in _largest(found)) + " um", ""],
+        ["mean tip error", f"{size.mean() * 1e3:.3f} um", f"{error_map.run.n} points"],
+        ["largest in x, y, z", " ".join(f"{v:.3f}" for v in _largest(error_map)) + " um", ""],
     ]
-    for d in found.diagonals:
+    for d in error_map.diagonals:
         ends = f"{_ends(d.start, ' ')} to {_ends(d.end, ' ')}"
         rows.append(["body diagonal", f"{d.length_error * 1e3:+.3f} um", ends])
-    title = f"{machine.name}: tip error, actual - nominal ({engine_text(found)})"
+    title = f"{machine.name}: tip error, actual - nominal ({engine_text(error_map)})"
     return listing(title, ["", "value", "where"], rows, words=(0, 2))
 
 
-def summary(found: ErrorField) -> ResultTable[Any]:
+def summary(error_map: ErrorField) -> ResultTable[Any]:
     """The same for the page, which has the diagonals apart."""
-    size = found.size * 1e3
+    size = error_map.size * 1e3
     rows = [
         ["largest tip error", f"{size.max():.3f} µm"],
         ["mean tip error", f"{size.mean():.3f} µm"],
-        *([f"largest in {c}", f"{v:.3f} µm"] for c, v in zip("xyz", _largest(found))),
-        ["points", str(found.run.n)],
-        ["engine", engine_text(found)],
+        *([f"largest in {c}", f"{v:.3f} µm"] for c, v in zip("xyz", _largest(error_map))),
+        ["points", str(error_map.run.n)],
+        ["engine", engine_text(error_map)],
     ]
     return listing("Volumetric error", ["", "tip error, actual - nominal"], rows)
 
 
-def _largest(found: ErrorField) -> Array:
+def _largest(error_map: ErrorField) -> Array:
     """(3,) um."""
-    return np.asarray(np.abs(found.tip_error).max(axis=0) * 1e3)
+    return np.asarray(np.abs(error_map.tip_error).max(axis=0) * 1e3)
 
 
 def _unit(axis: str) -> str:
@@ -80,30 +82,30 @@ def _shown(axis: str, position: float) -> float:
     return math.degrees(position) if axis in "ABC" else float(position)
 
 
-def field_json(found: ErrorField) -> dict[str, Any]:
+def field_json(error_map: ErrorField) -> dict[str, Any]:
     """The body of the JSON document."""
-    size = found.size
+    size = error_map.size
     return {
-        "engine": "exact" if found.exact else "first-order",
-        "points": int(found.run.n),
-        "tip_error_mm": found.tip_error.tolist(),
+        "engine": "exact" if error_map.exact else "first-order",
+        "points": int(error_map.run.n),
+        "tip_error_mm": error_map.tip_error.tolist(),
         "summary": {
             "max_mm": float(size.max(initial=0.0)),
             "mean_mm": float(size.mean()) if len(size) else 0.0,
-            "max_xyz_mm": np.abs(found.tip_error).max(axis=0, initial=0.0).tolist(),
-            "body_diagonals_mm": records(DIAGONALS, found.diagonals),
+            "max_xyz_mm": np.abs(error_map.tip_error).max(axis=0, initial=0.0).tolist(),
+            "body_diagonals_mm": records(DIAGONALS, error_map.diagonals),
         },
     }
 
 
-def field_csv(machine: Machine, found: ErrorField) -> str:
+def field_csv(machine: Machine, error_map: ErrorField) -> str:
     """Axis positions in mm and deg, tip errors in um, nine significant digits."""
 
     def position(axis: str, row: int) -> float:
-        return _shown(axis, found.run.q(axis)[row])
+        return _shown(axis, error_map.run.q(axis)[row])
 
     def error(component: int, row: int) -> float:
-        return float(found.tip_error[row, component] * 1e3)
+        return float(error_map.tip_error[row, component] * 1e3)
 
     columns: list[Column[int]] = [
         Column(None, partial(position, a), csv=f"{a}_{_unit(a)}", file=_nine_digits)
@@ -112,7 +114,7 @@ def field_csv(machine: Machine, found: ErrorField) -> str:
     columns += [
         Column(None, partial(error, i), csv=f"error_{c}_um", file=_nine_digits) for i, c in enumerate("xyz")
     ]
-    return csv_text(ResultTable("", columns, range(found.run.n)))
+    return csv_text(ResultTable("", columns, range(error_map.run.n)))
 
 
 def _nine_digits(value: float, unit: str) -> str:

@@ -93,9 +93,9 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
 )
 
 
-def results(found: UncertaintyResult) -> ResultTable[CharacteristicResult]:
+def results(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
     """characteristic | nominal | y | bias | U | k | interval | tolerance | decision."""
-    first = found.characteristics[0]
+    first = result.characteristics[0]
     corrected = " (bias corrected)" if first.corrected else ""
     title = (
         f"measured value y{corrected}, U and {first.interval_kind} coverage interval for p = {first.p:.0%}"
@@ -105,7 +105,7 @@ def results(found: UncertaintyResult) -> ResultTable[CharacteristicResult]:
         f"U: half the {first.interval_kind} coverage interval for p = {first.p:.0%}. y: indicated value"
         f"{' ' if first.corrected else ', '}{said}. Lengths: mm and µm; angles: deg and µrad."
     )
-    return ResultTable(title, RESULTS, found.characteristics, page_caption=caption)
+    return ResultTable(title, RESULTS, result.characteristics, page_caption=caption)
 
 
 @dataclass(frozen=True)
@@ -230,9 +230,9 @@ def combined(c: CharacteristicResult) -> BudgetLine:
     )  # fmt: skip
 
 
-def budget_csv(found: UncertaintyResult) -> str:
+def budget_csv(result: UncertaintyResult) -> str:
     """The budget as an assessor reads it, one row per input, then the combined row of each characteristic."""
-    rows = [b for c in found.characteristics for b in (*budget_rows(c), BudgetRow(c, combined(c)))]
+    rows = [b for c in result.characteristics for b in (*budget_rows(c), BudgetRow(c, combined(c)))]
     return csv_text(ResultTable("", BUDGET, rows))
 
 
@@ -250,15 +250,15 @@ COMPUTED: tuple[Column[CharacteristicResult], ...] = (
 )
 
 
-def computed(found: UncertaintyResult) -> ResultTable[CharacteristicResult]:
+def computed(result: UncertaintyResult) -> ResultTable[CharacteristicResult]:
     """Which tier answered, how many trials, and the certified error of the linear model."""
     caption = "The linear model is compared with multiplied transforms, contact and iterated fits on the same draws."
-    return ResultTable("how it was computed", COMPUTED, found.characteristics, page_caption=caption)
+    return ResultTable("how it was computed", COMPUTED, result.characteristics, page_caption=caption)
 
 
-def uncertainty_json(found: UncertaintyResult) -> dict[str, Any]:
+def uncertainty_json(result: UncertaintyResult) -> dict[str, Any]:
     """The body of the JSON document; angles use _rad keys."""
-    return {"trials": found.trials, "characteristics": records(RESULTS, found.characteristics)}
+    return {"trials": result.trials, "characteristics": records(RESULTS, result.characteristics)}
 
 
 def characteristic_json(c: CharacteristicResult) -> dict[str, Any]:

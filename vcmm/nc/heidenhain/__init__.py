@@ -1,1 +1,4 @@
-"""HEIDENHAIN Klartext programs. Imports nc."""
+"""HEIDENHAIN Klartext programs.
+
+Imports core, nc.
+"""

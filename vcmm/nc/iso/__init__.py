@@ -1,1 +1,4 @@
-"""The G-code family: Fanuc mill and lathe, LinuxCNC. Imports nc."""
+"""The G-code family: Fanuc mills and lathes, LinuxCNC.
+
+Imports core, nc.
+"""

@@ -1,1 +1,4 @@
-"""Sinumerik programs. Imports nc."""
+"""Sinumerik programs.
+
+Imports core, nc.
+"""

@@ -30,14 +30,6 @@ class SinumerikModes:
     rnd: float = 0.0  # RNDM
 
 
-class SinumerikControl:
-    """Recorder and modes. `column`: of the function being executed, for messages."""
-
-    def __init__(self, recorder: Recorder, by_m6: bool) -> None:
-        self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
-        self.column = 1
-
-
 @dataclass(eq=False)
 class SinumerikWords:
     """The words of one block, taken as they are used; what is left over at the end is refused."""

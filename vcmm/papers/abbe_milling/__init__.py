@@ -1,1 +1,4 @@
-"""Abbe-consistent volumetric errors of milling: spline slots in two models."""
+"""Abbe-consistent volumetric errors: slots milled under two models of the same machine.
+
+Imports core, effects, report, response, machining, tables, papers.
+"""

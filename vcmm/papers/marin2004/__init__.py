@@ -1,1 +1,4 @@
-"""Marin et al. 2004: chain of a milling machine, warm-up, rewritten program."""
+"""Marin et al. 2004: a mill that warms up, its error model and a rewritten program.
+
+Imports core, effects, report, machining, tables, papers.
+"""

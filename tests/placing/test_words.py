@@ -5,18 +5,18 @@ from __future__ import annotations
 from types import SimpleNamespace as Made
 
 import numpy as np
-from vcmm.placing.tables import (
+
+from vcmm.measuring.fixture import Goal
+from vcmm.placing.words import (
     amount,
     change,
     changes,
     goal_text,
     pose_text,
-    poses_rows,
     region_text,
-    why_rows,
 )
-
-from vcmm.measuring.fixture import Goal
+from vcmm.tables.placed import compared_poses, why
+from vcmm.tables.table import in_terminal
 
 SIX = np.array([100.0, 20.5, -0.0001, 0.0, 0.0, np.pi / 2])
 
@@ -40,7 +40,7 @@ def placed():
         result("gap", 3.2e-3, {"a": 1e-3, "b": 3e-3}),
     )
     return Made(
-        objective=Made(unit="mm", weights={"gap": 1.0}), best=at(1.5e-3), present=at(2.0e-3), median=at(3e-3),
+        objective=Made(unit="mm", weights={"gap": 1.0}, goal=Goal()), best=at(1.5e-3), present=at(2.0e-3), median=at(3e-3),
         worst=at(4e-3), region=region, before=Made(characteristics=[before]), after=Made(characteristics=[after]),
     )  # fmt: skip
 
@@ -54,7 +54,7 @@ def test_amounts_and_poses():
 
 
 def test_rows_of_the_poses():
-    rows = poses_rows(placed())
+    rows = in_terminal(compared_poses(placed())).rows
     assert [r[0] for r in rows] == [
         "found",
         "convenient",
@@ -65,13 +65,16 @@ def test_rows_of_the_poses():
     assert [r[-1] for r in rows] == ["-25.00%", "-20.00%", "+0.00%", "+50.00%", "+100.00%"]
     none = placed()
     none.present = None
-    assert poses_rows(none)[0][-1] == "–"
+    assert in_terminal(compared_poses(none)).rows[0][-1] == "–"
 
 
 def test_why_rows_by_hand():
     """a: (1^2 - 4^2) / 5^2 = -60 %; b does not change."""
-    assert why_rows(placed()) == [["gap", "a", "4 um", "1 um", "-60.0%"], ["", "b", "3 um", "3 um", "+0.0%"]]
-    assert why_rows(placed(), most=1) == [["gap", "a", "4 um", "1 um", "-60.0%"]]
+    assert in_terminal(why(placed())).rows == [
+        ["gap", "a", "4 um", "1 um", "-60.0%"],
+        ["", "b", "3 um", "3 um", "+0.0%"],
+    ]
+    assert in_terminal(why(placed(), most=1)).rows == [["gap", "a", "4 um", "1 um", "-60.0%"]]
 
 
 def test_what_is_rounding_is_left_out():

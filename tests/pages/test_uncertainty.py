@@ -1,0 +1,39 @@
+"""Blocks of the report: the histogram made coarse, the closing rows of a budget, which pictures a result has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tests.tables.test_evaluated import LINE, result
+from vcmm.pages.uncertainty import _coarse, budget_table, characteristic_blocks
+
+
+def test_a_fine_histogram_in_few_bars():
+    """1000 counts in each of 161 cells, of which the last is beyond all but 0.05 %: 80 bars of two cells."""
+    counts = np.zeros(400, dtype=int)
+    counts[100:261] = 1000
+    edges, coarse = _coarse(np.arange(401.0), counts)
+    assert np.diff(edges).tolist() == [2.0] * 80
+    assert coarse.tolist() == [2000] * 80
+    assert edges[0] == 100.0
+
+
+def test_a_budget_says_what_it_leaves_away_and_what_inputs_do_together():
+    page = budget_table(result(interaction_share=0.0123))
+    assert "1 further, each under 10⁻⁴ U" in page
+    assert "what inputs do only together" in page
+    assert "1.2%" in page
+    assert "u = 0.200 µm, k = 2.00, U = 0.400 µm (p = 95%)" in page
+    assert "c / (µm/unit)" in page
+    assert "∞" not in page  # the line with infinite degrees of freedom is among those left away
+
+
+def test_without_a_decision_there_are_no_zones():
+    blocks = "".join(characteristic_blocks(result()))
+    assert "Budget: contributions u_i" in blocks
+    assert "ISO 14253-1" not in blocks
+    assert "Distribution of the measured value" not in blocks
+    none = replace(LINE, u=0.0)
+    assert "Budget: contributions" not in "".join(characteristic_blocks(result(budget=(none,))))
