@@ -29,7 +29,7 @@ from vcmm.effects.component import ComponentPolynomial
 from vcmm.effects.squareness import Squareness
 from vcmm.instruments import find
 from vcmm.instruments.artefact import plate
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.instruments.laser import line
 from vcmm.instruments.laying import simulated
 from vcmm.instruments.tracker import lengths_to, moved
@@ -131,7 +131,7 @@ def test_u_of_the_instrument_stays_in_the_slope():
         machine,
         np.random.default_rng(1),
     )
-    laser = Certificate.of(find("laser linear"), {"scale": "2 um/m"})
+    laser = InstrumentCertificate.of(find("laser linear"), {"scale": "2 um/m"})
     sharp = calibrate([read], bare(), only=("EXX",))
     blunt = calibrate([read], bare(), {read.name: laser}, only=("EXX",))
     assert sharp.band("EXX")[2][-1] < 0.05e-3

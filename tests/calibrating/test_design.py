@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.calibrating.drawn import TRAVEL, U, bare, draw, laser_and_plates, recorded
-from vcmm.calibrating.design import Setup, best_within, cheapest_complete, plan_of, proposal
+from vcmm.calibrating.design import PlannedSetup, best_within, cheapest_complete, plan_of, proposal
 from vcmm.calibrating.job import calibrate
 from vcmm.core.errors import DataError, UsageError
 from vcmm.effects.component import ComponentTable
@@ -27,7 +27,7 @@ def plane_machine():
 def plan():
     machine = plane_machine()
     minutes = {"plate": 30.0}
-    made = [Setup(r.name, r, minutes.get(r.name.split()[0], 15.0)) for r in laser_and_plates(machine)]
+    made = [PlannedSetup(r.name, r, minutes.get(r.name.split()[0], 15.0)) for r in laser_and_plates(machine)]
     return plan_of(made, machine)
 
 

@@ -20,7 +20,7 @@ from vcmm.effects.component import ComponentPolynomial
 from vcmm.effects.scatter import Scatter
 from vcmm.effects.squareness import Squareness
 from vcmm.instruments import find
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.instruments.laser import line
 
 # two targets, two runs, um: up (1, 3) and (4, 6), down (0, 2) and (8, 8)
@@ -116,7 +116,7 @@ def laser_record():
 
 def test_a_recorded_test_by_hand():
     # B = 2 um, M = 4 um, E = 6 um; a laser with u(scale) = 1 um/m: u(M) = 0.4 m * 1 um/m = 0.4 um, u(B) = 0
-    laser = Certificate.of(find("laser linear"), {"scale": "1 um/m"})
+    laser = InstrumentCertificate.of(find("laser linear"), {"scale": "1 um/m"})
     found = {f.name: f for f in recorded_positioning(laser_record(), bare(), laser, limits_of(["E = 7 um"]))}
     assert found["B X"].value_um == pytest.approx(2.0, abs=1e-9)
     assert found["M X"].value_um == pytest.approx(4.0, abs=1e-9)

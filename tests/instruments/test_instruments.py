@@ -14,7 +14,7 @@ from vcmm.effects.component import ComponentPolynomial
 from vcmm.effects.squareness import Squareness
 from vcmm.instruments import ALL, find
 from vcmm.instruments.ball_bar import circle
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.instruments.laser import line
 from vcmm.instruments.laying import simulated
 from vcmm.instruments.level import readings
@@ -63,14 +63,14 @@ def test_a_ball_bar_reads_squareness():
 
 def test_own_errors_by_hand():
     one = line(bare(), "X", np.array([0.0, 600.0]), AT, np.zeros(3), "X", 1e-3)
-    laser = Certificate.of(find("laser linear"), {"scale": "0.5 um/m"})
+    laser = InstrumentCertificate.of(find("laser linear"), {"scale": "0.5 um/m"})
     ((name, column),) = laser.columns(one, Observer(one, bare()).run)
     assert name == "laser linear scale"
     assert column[:, 0] == pytest.approx([0, 0.3e-3, 0.3e-3, 0])  # 0.5e-6 * 600 mm
     with pytest.raises(UsageError, match="is negative"):
-        Certificate.of(find("laser linear"), {"scale": "-1 um/m"})
+        InstrumentCertificate.of(find("laser linear"), {"scale": "-1 um/m"})
     with pytest.raises(UsageError, match="no such label column"):
-        Certificate(find("laser linear"), {"scale": 1e-6}, "setup").columns(one, one.run)
+        InstrumentCertificate(find("laser linear"), {"scale": 1e-6}, "setup").columns(one, one.run)
 
 
 def test_a_station_is_found_from_lengths():

@@ -37,15 +37,6 @@ class Figure:
     limit_um: float | None = None
     p_pass: float | None = None
 
-    def document(self) -> dict[str, object]:
-        return {
-            "name": self.name,
-            "value_um": self.value_um,
-            "u_um": self.u_um,
-            "limit_um": self.limit_um,
-            "p_pass": self.p_pass,
-        }
-
 
 def predicted(
     machine: Machine,

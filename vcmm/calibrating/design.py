@@ -25,7 +25,7 @@ from vcmm.calibrating.solve import Before, columns_of, project
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.instruments.laying import layout
 from vcmm.response.observe import Observer
 from vcmm.response.recording import Recording
@@ -38,17 +38,17 @@ GAIN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Setup:
+class PlannedSetup:
     """One set-up: its recording, not read yet, its instrument, and how long it takes."""
 
     name: str
     recording: Recording
     minutes: float
-    certificate: Certificate | None = None
+    certificate: InstrumentCertificate | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class SetupPlan:
     """information: per set-up (size, size); field: (3 n, size) tip errors per unit of theta; minutes (k,)."""
 
     model: ErrorModel
@@ -86,7 +86,7 @@ class Proposal:
     identified: Identified
 
 
-def plan_of(setups: Sequence[Setup], machine: Machine) -> Plan:
+def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
     """The information of every set-up, by the travels of the machine. Raises UsageError for a plan without set-ups."""
     if not setups:
         raise UsageError("the plan has no set-ups; add [[setups]] with name, instrument and minutes")
@@ -101,7 +101,7 @@ def plan_of(setups: Sequence[Setup], machine: Machine) -> Plan:
     lengths = {c.component: 0.35 * c.travel for c in model.curves}
     factor = scaled(prior(model, lengths), usual(model))
     minutes = np.array([s.minutes for s in setups])
-    return Plan(
+    return SetupPlan(
         model, tuple(s.name for s in setups), tuple(information), minutes, _field(model, machine), factor
     )
 
@@ -131,13 +131,13 @@ def _field(model: ErrorModel, machine: Machine) -> Array:
     return np.concatenate(out)
 
 
-def proposal(plan: Plan, chosen: Sequence[int]) -> Proposal:
+def proposal(plan: SetupPlan, chosen: Sequence[int]) -> Proposal:
     found = identified(plan.reduced(chosen))
     names = tuple(plan.names[i] for i in sorted(chosen))
     return Proposal(names, plan.time(chosen), plan.volume(chosen) * 1e3, found)
 
 
-def best_within(plan: Plan, budget: float, seed: int = 0) -> list[int]:
+def best_within(plan: SetupPlan, budget: float, seed: int = 0) -> list[int]:
     """Numbers of the set-ups that leave the smallest volume_um within the budget (minutes), by exchange from several starts."""
     rng = np.random.default_rng(seed)
     starts = [_greedy(plan, budget, [])]
@@ -148,7 +148,7 @@ def best_within(plan: Plan, budget: float, seed: int = 0) -> list[int]:
     return min(found, key=plan.volume)
 
 
-def _greedy(plan: Plan, budget: float, chosen: list[int]) -> list[int]:
+def _greedy(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
     """Add the set-up that gains most per minute while there is time."""
     now = plan.volume(chosen)
     while True:
@@ -161,7 +161,7 @@ def _greedy(plan: Plan, budget: float, chosen: list[int]) -> list[int]:
         now = plan.volume(chosen)
 
 
-def _exchanged(plan: Plan, budget: float, chosen: list[int]) -> list[int]:
+def _exchanged(plan: SetupPlan, budget: float, chosen: list[int]) -> list[int]:
     """Swap one for another, fill the time that this leaves, while the volume gains."""
     now = plan.volume(chosen)
     while True:
@@ -180,7 +180,7 @@ def _exchanged(plan: Plan, budget: float, chosen: list[int]) -> list[int]:
         chosen, now = tried, value
 
 
-def cheapest_complete(plan: Plan) -> list[int] | None:
+def cheapest_complete(plan: SetupPlan) -> list[int] | None:
     """Set-ups that identify what all together do, in little time: drop the dearest ones that are not needed. None without any."""
     everything = list(range(len(plan.names)))
     due = set(identified(plan.reduced(everything)).names)

@@ -8,7 +8,7 @@ under their present priors; then only its own few numbers remain, with the preci
 
 A band that takes the best size and length for the truth is too narrow. So each curve is averaged over lengths and sizes, weighted
 by their evidence, and the mean and covariance of this mixture stand for its prior (moment matching as in expectation
-propagation, Minka 2001): `Site`.
+propagation, Minka 2001): `PriorSite`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Reduced:
 
 
 @dataclass(frozen=True, eq=False)
-class Site:
+class PriorSite:
     """What stands for the prior of one curve in its free coordinates: precision (g, g), precision times mean (g,)."""
 
     precision: Array
@@ -67,7 +67,7 @@ class Smoothness:
 
     lengths: Mapping[str, float]
     sizes: Array
-    sites: tuple[Site, ...]
+    sites: tuple[PriorSite, ...]
     log_evidence: float
 
 
@@ -87,9 +87,11 @@ def smoothness(told: Reduced, start: Smoothness | None = None) -> Smoothness:
     sizes = np.array(start.sizes if start else usual(model))
     for _ in range(ROUNDS):
         gain = 0.0
-        joint = Joint(told, [_plain(c, lengths[c.component], s) for c, s in zip(model.curves, sizes)])
+        joint = JointPosterior(
+            told, [_plain(c, lengths[c.component], s) for c, s in zip(model.curves, sizes)]
+        )
         for number, curve in enumerate(model.curves):
-            local = Local(curve, *joint.without(number))
+            local = OneCurve(curve, *joint.without(number))
             before = local.value(lengths[curve.component], float(sizes[number]))[0]
             length, size, value = local.best(lengths[curve.component], float(sizes[number]))
             if value > before + ENOUGH / 10:
@@ -102,13 +104,13 @@ def smoothness(told: Reduced, start: Smoothness | None = None) -> Smoothness:
     return Smoothness(lengths, sizes, _sites(told, lengths, sizes), best)
 
 
-def _sites(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> tuple[Site, ...]:
+def _sites(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> tuple[PriorSite, ...]:
     """Every curve averaged over lengths and sizes, the others at theirs; twice, the second time beside the first sites."""
     curves = told.model.curves
-    joint = Joint(told, [_plain(c, lengths[c.component], s) for c, s in zip(curves, sizes)])
+    joint = JointPosterior(told, [_plain(c, lengths[c.component], s) for c, s in zip(curves, sizes)])
     for _ in range(2):
         for number, curve in enumerate(curves):
-            joint.replace(number, Local(curve, *joint.without(number)).averaged(float(sizes[number])))
+            joint.replace(number, OneCurve(curve, *joint.without(number)).averaged(float(sizes[number])))
     return tuple(joint.sites)
 
 
@@ -132,15 +134,15 @@ def _factor(curve: Curve, length: float, size: float) -> Array:
     return np.concatenate([unit_factor(curve, length) * size, curve.free.T @ line_factor(curve)], axis=1)
 
 
-def _plain(curve: Curve, length: float, size: float) -> Site:
+def _plain(curve: Curve, length: float, size: float) -> PriorSite:
     factor = _factor(curve, length, size)
-    return Site(np.asarray(np.linalg.inv(factor @ factor.T), dtype=np.float64), np.zeros(len(factor)))
+    return PriorSite(np.asarray(np.linalg.inv(factor @ factor.T), dtype=np.float64), np.zeros(len(factor)))
 
 
-class Joint:
+class JointPosterior:
     """The posterior of all numbers in free coordinates (curves, then squareness and instruments), and of it without one prior."""
 
-    def __init__(self, told: Reduced, sites: Sequence[Site]) -> None:
+    def __init__(self, told: Reduced, sites: Sequence[PriorSite]) -> None:
         model = told.model
         spans = np.cumsum([0, *(c.free.shape[1] for c in model.curves)])
         self.sites, self.parts = list(sites), [slice(a, b) for a, b in pairwise(spans)]
@@ -176,7 +178,7 @@ class Joint:
         pull = precision @ (self.inverse[part] @ self.b) - site.shift
         return (ways * size) @ ways.T, ways @ (ways.T @ pull)
 
-    def replace(self, number: int, site: Site) -> None:
+    def replace(self, number: int, site: PriorSite) -> None:
         """Another prior of one curve (Woodbury)."""
         part, old = self.parts[number], self.sites[number]
         change = site.precision - old.precision
@@ -193,7 +195,7 @@ def _clipped(matrix: Array, least: float = 0.0) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
+class OneCurve:
     """What the readings say of one curve without its own prior: precision a (g, g), b (g,), free coordinates."""
 
     curve: Curve
@@ -235,7 +237,7 @@ class Local:
         far = np.log(length / (SPAN * self.curve.travel)) / WIDE
         return value - (away**2 + far**2) / 2, used - count - away / SPREAD, max(used, count)
 
-    def averaged(self, size: float) -> Site:
+    def averaged(self, size: float) -> PriorSite:
         """The mixture over correlation lengths and sizes by their evidence, as one site with its mean and covariance."""
         tried = []
         for share in SHARES:
@@ -255,7 +257,7 @@ class Local:
         covariance += np.einsum("w,wi,wj->ij", weights, away, away)
         precision = np.linalg.inv(covariance)
         own = _clipped(precision - self.a, 1e-9 * float(np.trace(precision)) / len(precision))
-        return Site(own, (own + self.a) @ mean - self.b)
+        return PriorSite(own, (own + self.a) @ mean - self.b)
 
     def _posterior(self, length: float, size: float) -> tuple[Array, Array]:
         factor = _factor(self.curve, length, size)

@@ -48,6 +48,10 @@ class Identified:
     ratio: dict[str, float]
     condition: float
 
+    def document(self) -> list[dict[str, object]]:
+        """What is not identified, for JSON documents."""
+        return [{"combination": list(c.names), "text": c.text} for c in self.combinations]
+
 
 def identified(reduced: Reduced) -> Identified:
     """See the head of this file; reduced: the readings with the weights of the covariance."""

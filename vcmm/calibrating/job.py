@@ -14,11 +14,11 @@ from vcmm.calibrating.known import Known, known_errors_of, known_ranges
 from vcmm.calibrating.model import ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
-from vcmm.calibrating.solve import Before, Posterior, solve
+from vcmm.calibrating.solve import Before, ErrorPosterior, solve
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.response.recording import Recording
 
 FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
@@ -58,7 +58,7 @@ def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
 def calibrate(
     recordings: Sequence[Recording],
     machine: Machine,
-    certificates: Mapping[str, Certificate] | None = None,
+    certificates: Mapping[str, InstrumentCertificate] | None = None,
     only: Sequence[str] = (),
     progress: Progress = lambda text, share: None,
 ) -> Calibration:
@@ -92,7 +92,14 @@ def calibrate(
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names))
     remarks = (*_remarks(parts, post, only, bool(known.names)), *_as_before(found, known))
     return Calibration(
-        _travelled(machine, spans | ranges), kept, theta, covariance, post, found, tuple(parts), remarks
+        machine=_travelled(machine, spans | ranges),
+        kept=kept,
+        theta=theta,
+        covariance=covariance,
+        posterior=post,
+        identified=found,
+        readings=tuple(parts),
+        warnings=remarks,
     )
 
 
@@ -114,12 +121,12 @@ class _Job:
 
     recordings: Sequence[Recording]
     machine: Machine
-    certificates: Mapping[str, Certificate]
+    certificates: Mapping[str, InstrumentCertificate]
     ranges: Mapping[str, tuple[float, float]]
     only: tuple[str, ...]
     progress: Progress
 
-    def fitted(self, nodes: int) -> tuple[list[Readings], Posterior, Known]:
+    def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
         stated = bool(known_ranges(self.machine))
@@ -165,7 +172,7 @@ def _as_before(found: Identified, known: Known) -> list[str]:
     ]
 
 
-def _rough(post: Posterior) -> bool:
+def _rough(post: ErrorPosterior) -> bool:
     """Is a curve so rough that more nodes may be needed: its correlation length near the shortest that was tried?"""
     spans = {c.axis: float(c.nodes[-1] - c.nodes[0]) for c in post.model.curves}
     return any(length < 0.15 * spans[name[-1]] for name, length in post.smooth.lengths.items())
@@ -180,7 +187,9 @@ def _refuse_if_nothing(found: Identified) -> None:
         )
 
 
-def _kept(post: Posterior, known: Known, names: Sequence[str]) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
+def _kept(
+    post: ErrorPosterior, known: Known, names: Sequence[str]
+) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
     """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty)."""
     model = post.model
     kept = ErrorModel(
@@ -201,7 +210,7 @@ def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Ma
     return replace(machine, axes=axes)
 
 
-def _remarks(parts: Sequence[Readings], post: Posterior, only: Sequence[str], stated: bool) -> list[str]:
+def _remarks(parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool) -> list[str]:
     """Sentences about what was assumed and what was found to be otherwise."""
     out = [a for p in parts for a in p.assumed]
     if only:

@@ -23,7 +23,7 @@ GRAIN = 1e-6  # share of the variance without correlation from node to node
 
 
 @dataclass(frozen=True, eq=False)
-class Prior:
+class CurvePrior:
     """factor (size, r) for unit sizes; block (r,): number of the curve whose size scales a column, -1 for a fixed one."""
 
     factor: Array
@@ -48,7 +48,7 @@ def line_factor(curve: Curve) -> Array:
     return SLOPE * (curve.nodes - curve.nodes.mean())[:, None]
 
 
-def prior(model: ErrorModel, lengths: Mapping[str, float]) -> Prior:
+def prior(model: ErrorModel, lengths: Mapping[str, float]) -> CurvePrior:
     """The factor for the lengths (mm) of the curves, by component; columns: smooth curves, then lines and squareness."""
     columns: list[Array] = []
     blocks: list[int] = []
@@ -62,7 +62,7 @@ def prior(model: ErrorModel, lengths: Mapping[str, float]) -> Prior:
     for pair in model.pairs:
         columns.append(_placed(model, pair, np.array([[ANGLE]])))
         blocks.append(-1)
-    return Prior(np.concatenate(columns, axis=1), np.array(blocks))
+    return CurvePrior(np.concatenate(columns, axis=1), np.array(blocks))
 
 
 def _placed(model: ErrorModel, name: str, block: Array) -> Array:
@@ -76,10 +76,10 @@ def usual(model: ErrorModel) -> Array:
     return np.array([c.usual for c in model.curves])
 
 
-def scaled(prior: Prior, sizes: Array) -> Array:
+def scaled(prior: CurvePrior, sizes: Array) -> Array:
     """(size, r): the factor with the sizes of the curves."""
     return np.asarray(prior.factor * column_sizes(prior, sizes))
 
 
-def column_sizes(prior: Prior, sizes: Array) -> Array:
+def column_sizes(prior: CurvePrior, sizes: Array) -> Array:
     return np.where(prior.block < 0, 1.0, sizes[np.maximum(prior.block, 0)])

@@ -20,7 +20,7 @@ from vcmm.core.kinematics import Motion, tip_motion
 from vcmm.core.laws import Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.instruments.tracker import settled
 from vcmm.response.nuisance import nuisance_columns
 from vcmm.response.observe import Observer, lacking, noise_u
@@ -54,7 +54,10 @@ class Readings:
 
 
 def readings(
-    recording: Recording, machine: Machine, model: ErrorModel, certificate: Certificate | None = None
+    recording: Recording,
+    machine: Machine,
+    model: ErrorModel,
+    certificate: InstrumentCertificate | None = None,
 ) -> Readings:
     """Make a recording ready. machine: what is known, its own effects are the baseline.
 
@@ -68,17 +71,17 @@ def readings(
     own = certificate.columns(recording, observer.run) if certificate else []
     u, stated, dof = _noise(recording, machine)
     return Readings(
-        recording,
-        error_columns(observer, model),
-        tuple(own),
-        np.concatenate([nuisance, turns], axis=1),
-        names,
-        recording.value - observer.baseline(),
-        u,
-        stated,
-        dof,
-        assumed,
-        way,
+        recording=recording,
+        errors=error_columns(observer, model),
+        own=tuple(own),
+        nuisance=np.concatenate([nuisance, turns], axis=1),
+        names=names,
+        value=recording.value - observer.baseline(),
+        u=u,
+        stated=stated,
+        dof=dof,
+        assumed=assumed,
+        moved=way,
     )
 
 

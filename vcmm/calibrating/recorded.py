@@ -11,7 +11,7 @@ from vcmm.calibrating.standards import positioning
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.response.recording import Ints, Recording
 
 TRIALS, SAME = 2000, 1e-6
@@ -20,7 +20,7 @@ TRIALS, SAME = 2000, 1e-6
 def recorded_positioning(
     recording: Recording,
     machine: Machine,
-    certificate: Certificate | None = None,
+    certificate: InstrumentCertificate | None = None,
     limits: Mapping[str, Limit] | None = None,
 ) -> list[Figure]:
     """ISO 230-2 figures of a recording of one axis, approached from both sides run after run.
@@ -115,7 +115,12 @@ def check_senses(recording: Recording, axis: str, q: Array, sense: Array) -> Non
 
 
 def _drawn(
-    recording: Recording, machine: Machine, certificate: Certificate, value: Array, up: Ints, down: Ints
+    recording: Recording,
+    machine: Machine,
+    certificate: InstrumentCertificate,
+    value: Array,
+    up: Ints,
+    down: Ints,
 ) -> dict[str, Array]:
     """Figures (TRIALS,) when the instrument errs as its certificate says."""
     rng = np.random.default_rng(0)

@@ -10,7 +10,7 @@ import numpy as np
 from vcmm.calibrating.identified import Identified, is_angle
 from vcmm.calibrating.model import ErrorModel
 from vcmm.calibrating.readings import Readings
-from vcmm.calibrating.solve import Posterior
+from vcmm.calibrating.solve import ErrorPosterior
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 
@@ -26,7 +26,7 @@ class Calibration:
     kept: ErrorModel
     theta: Array
     covariance: Array
-    posterior: Posterior
+    posterior: ErrorPosterior
     identified: Identified
     readings: tuple[Readings, ...]
     warnings: tuple[str, ...]

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vcmm.calibrating.evidence import Joint, Reduced, Smoothness, smoothness
+from vcmm.calibrating.evidence import JointPosterior, Reduced, Smoothness, smoothness
 from vcmm.calibrating.model import ErrorModel
 from vcmm.calibrating.readings import Readings
 from vcmm.core.run import Array
@@ -33,7 +33,7 @@ EXCESS, CHANCE = (
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
+class ReadingNoise:
     """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool."""
 
     scale: float
@@ -47,7 +47,7 @@ class Noise:
 
 
 @dataclass(frozen=True, eq=False)
-class Posterior:
+class ErrorPosterior:
     """theta (size,), covariance (size, size) of the errors; own (c,) errors of instruments in units of their u.
 
     residual: per recording (m,) mm or rad, after everything; noise per recording; information: Reduced with the weights of
@@ -61,7 +61,7 @@ class Posterior:
     own: Array
     own_names: tuple[str, ...]
     residual: tuple[Array, ...]
-    noise: tuple[Noise, ...]
+    noise: tuple[ReadingNoise, ...]
     information: Reduced
     used: float
     log_evidence: float
@@ -144,11 +144,11 @@ def reduced(whitened: Sequence[Whitened], model: ErrorModel) -> Reduced:
     return Reduced(a, np.sum([w.x.T @ w.y for w in whitened], axis=0), model)
 
 
-def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> Posterior:
+def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> ErrorPosterior:
     """The joint posterior. The parts' columns belong to this model; theta is the departure from the numbers known before."""
     known = known or Before.nothing(model)
     columns, names = columns_of(parts, known)
-    noise = [Noise(1.0, np.inf if p.dof is None else p.dof, np.zeros(p.m, dtype=bool)) for p in parts]
+    noise = [ReadingNoise(1.0, np.inf if p.dof is None else p.dof, np.zeros(p.m, dtype=bool)) for p in parts]
     weights = [1.0 / p.u**2 for p in parts]
     smooth: Smoothness | None = None
     before: Array | None = None
@@ -174,15 +174,24 @@ def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = N
     lift, own = known.lift(len(mean)), model.size + known.factor.shape[1]
     used = float((told.a * covariance).sum())
     shared = sum(float(np.log(w.root).sum()) - float(w.y @ w.y) / 2 for w in white)
-    return Posterior(
-        model, smooth, lift @ mean, lift @ covariance @ lift.T, mean[own:], names, tuple(residual), tuple(noise), told, used,
-        smooth.log_evidence + shared,
-    )  # fmt: skip
+    return ErrorPosterior(
+        model=model,
+        smooth=smooth,
+        theta=lift @ mean,
+        covariance=lift @ covariance @ lift.T,
+        own=mean[own:],
+        own_names=names,
+        residual=tuple(residual),
+        noise=tuple(noise),
+        information=told,
+        used=used,
+        log_evidence=smooth.log_evidence + shared,
+    )
 
 
 def posterior(told: Reduced, smooth: Smoothness) -> tuple[Array, Array]:
     """Mean and covariance of theta and the numbers behind it."""
-    return Joint(told, smooth.sites).posterior()
+    return JointPosterior(told, smooth.sites).posterior()
 
 
 def conditioned(told: Reduced, factor: Array) -> tuple[Array, Array]:
@@ -197,7 +206,7 @@ def conditioned(told: Reduced, factor: Array) -> tuple[Array, Array]:
     return mean, half.T @ half
 
 
-def _noise(part: Readings, residual: Array, spent: float) -> Noise:
+def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
     """Scale and law of the residuals. A stated noise stands unless the residuals contradict it."""
     e = residual / part.u * np.sqrt(part.m / max(part.m - spent, 1.0))
     left = max(part.m - spent, 1.0)
@@ -206,7 +215,7 @@ def _noise(part: Readings, residual: Array, spent: float) -> Noise:
     if part.stated and not _too_large(scale, dof, part, left):
         scale = 1.0 if np.isinf(dof) or part.dof is not None else min(scale, 1.0)
     limit = 4.0 if np.isinf(dof) else 4.5
-    return Noise(scale, dof, np.abs(e) > limit * scale)
+    return ReadingNoise(scale, dof, np.abs(e) > limit * scale)
 
 
 def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:
@@ -242,14 +251,14 @@ def _t_scale(e: Array, dof: float) -> float:
     return float(np.sqrt(s2))
 
 
-def _weights(part: Readings, residual: Array, noise: Noise) -> Array:
+def _weights(part: Readings, residual: Array, noise: ReadingNoise) -> Array:
     spread = noise.scale * part.u
     if np.isinf(noise.dof):
         return 1.0 / spread**2
     return np.asarray((noise.dof + 1) / (noise.dof + (residual / spread) ** 2) / spread**2)
 
 
-def _information(part: Readings, noise: Noise) -> Array:
+def _information(part: Readings, noise: ReadingNoise) -> Array:
     share = 1.0 if np.isinf(noise.dof) else (noise.dof + 1) / (noise.dof + 3)
     return share / (noise.scale * part.u) ** 2
 

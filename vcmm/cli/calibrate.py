@@ -39,6 +39,7 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
+    from vcmm.console.documents import print_json
     from vcmm.core.errors import UsageError
 
     if design is not None:
@@ -53,22 +54,25 @@ def calibrate_command(
         raise UsageError(
             'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
         )
-    return _calibrate(list(recordings), structure, machine, errors.split(), report, json, out)
+    files = list(recordings)
+    found = _calibrated(files, structure, machine, errors.split(), out)
+    content = _document(found, files, machine, out)
+    if report is not None:
+        _report(found, report)
+    if json:
+        print_json(content)
+    else:
+        _show(found)
+    return 0
 
 
-def _calibrate(
-    files: list[Path],
-    structure: str | None,
-    machine: Path | None,
-    only: list[str],
-    report: Path | None,
-    json: bool,
-    out: Path | None,
-) -> int:
+def _calibrated(
+    files: list[Path], structure: str | None, machine: Path | None, only: list[str], out: Path | None
+) -> Any:
+    """The calibration; its machine file is written where it shall be."""
     from vcmm.calibrating.job import bare_machine, calibrate
     from vcmm.calibrating.machine_file import machine_texts
-    from vcmm.console.documents import document, print_json, sources
-    from vcmm.console.files import output_folder, write_files, write_text
+    from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say
     from vcmm.files.instruments import load_certificate
     from vcmm.files.machine import load_machine
@@ -85,70 +89,53 @@ def _calibrate(
     if out is not None:
         write_files(out.parent, machine_texts(found, out, [f.name for f in files], machine))
         say(f"wrote {out}, {out.stem}_errors.csv, {out.stem}_covariance.csv")
-    content = document(
-        "vcmm.calibration/1",
-        _body(found, out),
-        files=[f for path in [*files, *([machine] if machine else [])] for f in sources(path)],
-        warnings=found.warnings,
-    )
-    if report is not None:
-        from vcmm.pages.calibration import calibration_page
+    return found
 
-        write_text(report, calibration_page(found))
-        say(f"wrote {report}")
-    if json:
-        print_json(content)
-    else:
-        _show(found)
-    return 0
+
+def _document(found: Any, files: list[Path], machine: Path | None, out: Path | None) -> dict[str, Any]:
+    from vcmm.console.documents import document, sources
+
+    read = [f for path in [*files, *([machine] if machine else [])] for f in sources(path)]
+    return document("vcmm.calibration/1", _body(found, out), files=read, warnings=found.warnings)
+
+
+def _report(found: Any, path: Path) -> None:
+    from vcmm.console.files import write_text
+    from vcmm.console.terminal import say
+    from vcmm.pages.calibration import calibration_page
+
+    write_text(path, calibration_page(found))
+    say(f"wrote {path}")
 
 
 def _body(found: Any, out: Path | None) -> dict[str, Any]:
-    """The JSON document without its frame."""
+    """The JSON document without its frame; its figures are those of the file that was written, read back."""
+    from vcmm.calibrating.acceptance import volume_figures
     from vcmm.calibrating.result import rms
-    from vcmm.cli.calibrate_figures import field_figures
+    from vcmm.files.machine import load_machine
+    from vcmm.tables.calibrated import FIGURES, RESIDUALS, residuals
+    from vcmm.tables.table import records
 
-    residuals = [
-        {
-            "recording": r.recording.name,
-            "kind": r.recording.kind,
-            "observations": int(r.m),
-            "rms": rms(e) * (1e6 if r.recording.kind == "angle" else 1e3),
-            "unit": "urad" if r.recording.kind == "angle" else "um",
-            "noise_ratio": noise.scale,
-            "dof": noise.dof if noise.dof < 1e6 else None,
-            "outliers": int(noise.outliers.sum()),
-            "station_moved_mm": dict(r.moved),
-        }
-        for r, e, noise in zip(found.readings, found.posterior.residual, found.posterior.noise)
-    ]
+    pulls = zip(found.posterior.own_names, found.posterior.own)
     return {
         "machine": None if out is None else str(out),
         "identified": found.figures(),
-        "not_identified": [
-            {"combination": list(c.names), "text": c.text} for c in found.identified.combinations
-        ],
+        "not_identified": found.identified.document(),
         "condition": found.identified.condition,
         "residual_um": rms(found.residual) * 1e3,
-        "residuals": residuals,
-        "instruments": [
-            {"input": name, "pull": float(v)}
-            for name, v in zip(found.posterior.own_names, found.posterior.own)
-        ],
+        "residuals": records(RESIDUALS, residuals(found).rows),
+        "instruments": [{"input": name, "pull": float(v)} for name, v in pulls],
         "nodes": {c.axis: len(c.nodes) for c in found.kept.curves},
-        "figures": field_figures(out) if out is not None else [],
+        "figures": records(FIGURES, volume_figures(load_machine(out))) if out is not None else [],
     }
 
 
 def _show(found: Any) -> None:
     from vcmm.calibrating.result import rms
     from vcmm.console.terminal import say, show_table
+    from vcmm.tables.calibrated import errors
 
-    rows = []
-    for f in found.figures():
-        size = f"{f['value']:+.3f}" if "value" in f else f"{f['low']:+.3f} to {f['high']:+.3f}"
-        rows.append([str(f["error"]), f"{size} {f['unit']}", f"{f['u']:.2g} {f['unit']}"])
-    show_table("errors of the machine", ["error", "from ... to", "u (rms over the travel)"], rows)
+    show_table(errors(found))
     print(f"residuals: {rms(found.residual) * 1e3:.3f} um rms; condition {found.identified.condition:.3g}")
     for c in found.identified.combinations:
         print(f"not identified: {c.text}")

@@ -40,6 +40,9 @@ def test_command(
     from vcmm.console.terminal import show_table
     from vcmm.files.machine import load_machine
     from vcmm.files.toml import read_toml
+    from vcmm.tables.calibrated import FIGURES
+    from vcmm.tables.calibrated import figures as figures_table
+    from vcmm.tables.table import records
 
     limits = limits_of(limit or [])
     warnings: list[str] = []
@@ -50,27 +53,16 @@ def test_command(
     _refuse_unused(limits, figures)
     content = document(
         "vcmm.test/1",
-        {"test": f"ISO {iso}", "figures": [f.document() for f in figures]},
+        {"test": f"ISO {iso}", "figures": records(FIGURES, figures)},
         seed=seed, files=sources(file), warnings=warnings,
     )  # fmt: skip
     if json:
         print_json(content)
     else:
-        rows = [
-            [f.name, f"{f.value_um:.3f} um", _um(f.u_um), _um(f.limit_um), _share(f.p_pass)] for f in figures
-        ]
-        show_table(f"ISO {iso}", ["figure", "value", "u", "limit", "probability to pass"], rows)
+        show_table(figures_table(iso, figures))
         for warning in warnings:
             print(f"note: {warning}")
     return int(any(f.p_pass is not None and f.p_pass < 0.5 for f in figures))
-
-
-def _um(value: float | None) -> str:
-    return "" if value is None else f"{value:.3f} um"
-
-
-def _share(value: float | None) -> str:
-    return "" if value is None else f"{value:.3f}"
 
 
 def _refuse_unused(limits: Any, figures: Any) -> None:

@@ -20,7 +20,7 @@ from vcmm.files.problems import Problems
 from vcmm.files.schema import Point, Table, Travel, checked_model
 from vcmm.files.toml import check_version, read_toml
 from vcmm.instruments import artefact, ball_bar, find, laser, level, tracker
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.response.recording import Recording
 
 
@@ -63,7 +63,7 @@ class DesignFile(Table):
 
 def load_design(
     path: str | Path,
-) -> tuple[list[tuple[str, Recording, float, Certificate | None]], Machine, float | None]:
+) -> tuple[list[tuple[str, Recording, float, InstrumentCertificate | None]], Machine, float | None]:
     """(set-ups as name, recording, minutes, certificate), machine, budget in minutes or None.
 
     Raises DataError with every problem, each with file and line.
@@ -114,14 +114,14 @@ def _machine(model: DesignFile, folder: Path) -> Machine:
     return Machine("planned", "cmm", chain, axes)
 
 
-def _setup(table: SetupTable, machine: Machine) -> tuple[Recording, Certificate | None]:
+def _setup(table: SetupTable, machine: Machine) -> tuple[Recording, InstrumentCertificate | None]:
     instrument = find(table.instrument)
     u = quantity(table.u, "angle" if instrument.kind == "angle" else "length", "u", "0.2 um")
     makers: dict[str, Callable[..., Recording]] = {
         "displacement": _line, "angle": _line, "length": _lengths, "probe": _plate,
     }  # fmt: skip
     recording = replace(makers[instrument.kind](table, machine, u), name=table.name)
-    return recording, Certificate.of(instrument, table.own) if table.own else None
+    return recording, InstrumentCertificate.of(instrument, table.own) if table.own else None
 
 
 def _need(table: SetupTable, *keys: str) -> None:
@@ -143,7 +143,9 @@ def _line(table: SetupTable, machine: Machine, u: float) -> Recording:
     if table.instrument == "level":
         about = "XYZ"["ABC".index(component)] if component in "ABC" else component
         return level.readings(machine, table.axis, targets, at, about, u)
-    return laser.line(machine, table.axis, targets, at, np.array(table.offset), component, u)
+    return laser.line(
+        machine, table.axis, targets, at, offset=np.array(table.offset), component=component, u=u
+    )
 
 
 def _lengths(table: SetupTable, machine: Machine, u: float) -> Recording:
@@ -151,7 +153,13 @@ def _lengths(table: SetupTable, machine: Machine, u: float) -> Recording:
         _need(table, "centre", "radius", "plane")
         radius = quantity(table.radius, "length", "radius", "150 mm")
         return ball_bar.circle(
-            machine, list(table.centre or ()), radius, table.plane, u, table.n or 72, list(table.offset)
+            machine,
+            list(table.centre or ()),
+            radius,
+            table.plane,
+            u,
+            points=table.n or 72,
+            offset=list(table.offset),
         )
     _need(table, "station", "n")
     grid = [np.linspace(*machine.axes[a].travel, table.n) for a in "XYZ"]
@@ -160,7 +168,14 @@ def _lengths(table: SetupTable, machine: Machine, u: float) -> Recording:
         {"station": "setup", "zero": "setup"} if table.instrument == "LaserTracer" else {"station": "setup"}
     )
     return tracker.lengths_to(
-        machine, table.name, tips, list(table.station or ()), list(table.offset), free, u, table.name
+        machine,
+        table.name,
+        tips,
+        list(table.station or ()),
+        list(table.offset),
+        nuisance=free,
+        u=u,
+        label=table.name,
     )
 
 

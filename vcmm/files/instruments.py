@@ -11,13 +11,13 @@ from vcmm.files.recording_tables import InstrumentTable
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import read_toml
 from vcmm.instruments import find
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.response.recording import Recording
 
 SENSORS = {"air": ("temp_air_C", "pressure_hPa"), "material": ("temp_part_C",)}
 
 
-def load_certificate(path: str | Path, recording: Recording) -> Certificate | None:
+def load_certificate(path: str | Path, recording: Recording) -> InstrumentCertificate | None:
     """The instrument that a recording file names; None where it names none.
 
     Raises DataError with file and line: unknown instruments, errors that it does not have, units, a kind of recording that
@@ -36,7 +36,7 @@ def load_certificate(path: str | Path, recording: Recording) -> Certificate | No
     return found
 
 
-def _certificate(table: InstrumentTable, recording: Recording) -> Certificate:
+def _certificate(table: InstrumentTable, recording: Recording) -> InstrumentCertificate:
     try:
         instrument = find(table.name)
     except UsageError as error:
@@ -71,7 +71,7 @@ def _certificate(table: InstrumentTable, recording: Recording) -> Certificate:
             ]
         )
     try:
-        return Certificate.of(instrument, table.u, table.redraw)
+        return InstrumentCertificate.of(instrument, table.u, table.redraw)
     except UsageError as error:
         raise TableProblems([("u", str(error))]) from None
 

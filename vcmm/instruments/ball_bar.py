@@ -39,4 +39,4 @@ def circle(
     way[:, "XYZ".index(plane[1])] = radius * np.sin(angle)
     nuisance = {"centre": ""} if calibrated else {"centre": "", "radius": ""}
     tips: Array = np.asarray(centre, dtype=float) + way
-    return lengths_to(machine, f"circle {plane}", tips, centre, offset, nuisance, u)
+    return lengths_to(machine, f"circle {plane}", tips, centre, offset, nuisance=nuisance, u=u)

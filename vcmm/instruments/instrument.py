@@ -50,7 +50,7 @@ class Instrument:
 
 
 @dataclass(frozen=True)
-class Certificate:
+class InstrumentCertificate:
     """One instrument as it was used: u of its own errors (unit of `OwnError`, in mm and rad), redraw label."""
 
     instrument: Instrument
@@ -58,7 +58,9 @@ class Certificate:
     redraw: str = "machine"
 
     @staticmethod
-    def of(instrument: Instrument, stated: Mapping[str, str], redraw: str = "machine") -> Certificate:
+    def of(
+        instrument: Instrument, stated: Mapping[str, str], redraw: str = "machine"
+    ) -> InstrumentCertificate:
         """From texts such as {"scale": "0.3 um/m"}. Raises UsageError for names, units and signs that do not fit."""
         u = {}
         for name, text in stated.items():
@@ -66,7 +68,7 @@ class Certificate:
             u[name] = quantity(text, dimension_of(unit), name, f"0.5 {unit}")
             if u[name] < 0:
                 raise UsageError(f'{name} = "{text}" is negative; a standard uncertainty is zero or positive')
-        return Certificate(instrument, u, redraw)
+        return InstrumentCertificate(instrument, u, redraw)
 
     def columns(self, recording: Recording, run: Run) -> list[tuple[str, Array]]:
         """(name such as "laser linear scale[setup=2]", (m, k)) scaled to unit variance; run: prepared by the machine."""

@@ -62,5 +62,5 @@ def six_d(
     out = []
     for component in "XYZABC":
         what = "angle" if component in "ABC" else "linear" if component == axis else "straightness"
-        out.append(line(machine, axis, targets, at, offset, component, u[what]))
+        out.append(line(machine, axis, targets, at, offset, component=component, u=u[what]))
     return out

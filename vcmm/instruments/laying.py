@@ -10,7 +10,7 @@ import numpy as np
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.instruments.instrument import Certificate
+from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.response.nuisance import nuisance_columns
 from vcmm.response.observe import Observer
 from vcmm.response.recording import Recording
@@ -42,9 +42,17 @@ def layout(
     none = np.full(run.n, -1, dtype=np.intp)
     columns = {f"n{c}": direction[:, i] for i, c in enumerate("xyz")} if kind != "length" else {}
     return Recording(
-        name, kind, run.with_columns(columns), np.zeros(run.n), measuring, np.arange(run.n), direction, none,
-        nuisance=dict(nuisance), noise=Normal(u),
-    )  # fmt: skip
+        name=name,
+        kind=kind,
+        run=run.with_columns(columns),
+        value=np.zeros(run.n),
+        measuring=measuring,
+        row=np.arange(run.n),
+        direction=direction,
+        other=none,
+        nuisance=dict(nuisance),
+        noise=Normal(u),
+    )
 
 
 def joined(name: str, parts: Sequence[Recording]) -> Recording:
@@ -68,7 +76,10 @@ def joined(name: str, parts: Sequence[Recording]) -> Recording:
 
 
 def simulated(
-    recording: Recording, machine: Machine, rng: np.random.Generator, certificate: Certificate | None = None
+    recording: Recording,
+    machine: Machine,
+    rng: np.random.Generator,
+    certificate: InstrumentCertificate | None = None,
 ) -> Recording:
     """The recording with what would be read: the machine's errors, the set-up, the instrument, and noise."""
     observer = Observer(recording, machine)

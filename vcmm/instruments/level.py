@@ -34,4 +34,4 @@ def readings(
         raise UsageError(
             f"a level does not see a turn about the vertical {vertical}; use an autocollimator or a laser (laser angle)"
         )
-    return line(machine, axis, targets, at, np.zeros(3), "ABC"["XYZ".index(about)], u)
+    return line(machine, axis, targets, at, np.zeros(3), component="ABC"["XYZ".index(about)], u=u)

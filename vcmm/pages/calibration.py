@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.calibrating.identified import is_angle
-from vcmm.calibrating.result import Calibration, rms
+from vcmm.calibrating.result import Calibration
+from vcmm.tables.calibrated import residuals
+from vcmm.tables.table import titled_html
 
 
 def calibration_page(found: Calibration) -> str:
@@ -22,7 +22,7 @@ def calibration_page(found: Calibration) -> str:
             for p in found.kept.pairs
         ]
         blocks += [r.heading("Squareness"), r.table(["", "angle", "u"], rows, numeric=(1, 2))]
-    blocks += [r.heading("Not identified"), *missing(found), r.heading("Residuals"), residuals(found)]
+    blocks += [r.heading("Not identified"), *missing(found), *titled_html(residuals(found))]
     footer = f"vcmm {__version__}. Rotations have mean zero, straightness has no slope: the direction of travel is squareness."
     return r.page(
         f"Calibration of {found.machine.name}",
@@ -36,7 +36,7 @@ def picture(found: Calibration, name: str) -> str:
     """One curve with its 95 % band."""
     nodes, value, u = found.band(name)
     scale, unit = (1e6, "µrad") if is_angle(name) else (1e3, "µm")
-    one = r.Series(nodes, value * scale, "", (value - 1.96 * u) * scale, (value + 1.96 * u) * scale)
+    one = r.PlotSeries(nodes, value * scale, "", (value - 1.96 * u) * scale, (value + 1.96 * u) * scale)
     return r.curve(
         [one], x_label=f"{name[-1]} in mm", y_label=f"{name} in {unit}", title=f"{name} over {name[-1]}"
     )
@@ -46,23 +46,3 @@ def missing(found: Calibration) -> list[str]:
     if not found.identified.combinations:
         return [r.paragraph("Everything is identified.")]
     return [r.paragraph(c.text) for c in found.identified.combinations]
-
-
-def residuals(found: Calibration) -> str:
-    """rms of what is left per recording, against its noise."""
-    rows = []
-    for part, e, noise in zip(found.readings, found.posterior.residual, found.posterior.noise):
-        scale, unit = (1e6, "µrad") if part.recording.kind == "angle" else (1e3, "µm")
-        u = float(np.sqrt((part.u**2).mean())) * noise.u
-        rows.append(
-            [
-                part.recording.name,
-                str(part.m),
-                f"{rms(e) * scale:.3f} {unit}",
-                f"{u * scale:.3f} {unit}",
-                str(int(noise.outliers.sum())),
-            ]
-        )
-    return r.table(
-        ["recording", "readings", "residual rms", "noise u", "outliers"], rows, numeric=(1, 2, 3, 4)
-    )
