@@ -34,6 +34,8 @@ def main(machines: int, design: str) -> None:
     pooled = np.array(list(inside.values()))
     error = pooled.mean(axis=0).std(ddof=1) / np.sqrt(machines)
     print(f"{design}: pooled over {machines} machines {pooled.mean():.4f} +- {error:.4f}")
+    if abs(pooled.mean() - 0.95) > 0.02 + 3 * error:
+        sys.exit(f"{design}: the 95 % bands hold {pooled.mean():.1%} of the truth")
 
 
 if __name__ == "__main__":

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
+from vcmm.calibrating.job import calibrate
+from vcmm.calibrating.result import Calibration
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.effects.component import ComponentTable
@@ -94,6 +97,16 @@ def tracers(machine: Machine, u: float = 0.3e-3, step: int = 7) -> list[Recordin
         lengths_to(machine, f"station {i + 1}", points + np.array(t), s, t, free, u, f"{i + 1}")
         for i, (s, t) in enumerate(zip(stations, tips))
     ]
+
+
+@lru_cache
+def found_by(design: str, seed: int) -> tuple[Machine, list[Recording], Calibration]:
+    """A drawn machine, its recordings by a complete design ("laser", "tracer") and what they say; made once per process."""
+    rng = np.random.default_rng(seed)
+    machine = draw(rng)
+    meant = laser_and_plates(bare()) if design == "laser" else tracers(bare(), step=5)
+    read = recorded(machine, meant, rng)
+    return machine, read, calibrate(read, bare())
 
 
 def recorded(machine: Machine, design: Sequence[Recording], rng: np.random.Generator) -> list[Recording]:

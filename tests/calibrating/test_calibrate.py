@@ -12,6 +12,7 @@ from tests.calibrating.drawn import (
     TRAVEL,
     bare,
     draw,
+    found_by,
     laser_and_plates,
     mean,
     recorded,
@@ -47,21 +48,17 @@ def z_scores(found, machine) -> np.ndarray:
     return np.concatenate(out)
 
 
-@pytest.mark.parametrize("design", [laser_and_plates, tracers])
+@pytest.mark.parametrize("design", ["laser", "tracer"])
 def test_bands_hold_the_truth(design):
-    # 4 machines; tools/calibrate_statistics.py does 200. Neighbouring nodes are correlated: 0.88 is far in the tail of 0.95
-    inside, squareness = [], []
-    for seed in range(4):
-        rng = np.random.default_rng(seed)
-        machine = draw(rng)
-        found = calibrate(recorded(machine, design(bare()), rng), bare())
-        assert len(found.identified.names) == 21
-        assert not found.identified.combinations
-        inside.append(np.abs(z_scores(found, machine)) < 1.96)
-        squareness.append(_squareness_scores(found, machine))
-    assert 0.88 < np.concatenate(inside).mean() < 0.995
-    assert np.abs(squareness).max() < 4.0
-    assert 0.4 < np.sqrt(np.mean(np.square(squareness))) < 1.8
+    # one machine, whose nodes move together; tools/calibrate_statistics.py (make exam) counts many
+    machine, _, found = found_by(design, 11)
+    assert len(found.identified.names) == 21
+    assert not found.identified.combinations
+    scores = z_scores(found, machine)
+    assert 0.85 < (np.abs(scores) < 1.96).mean() < 0.999
+    assert 0.6 < np.sqrt(np.mean(scores**2)) < 1.4
+    squareness = _squareness_scores(found, machine)
+    assert np.abs(squareness).max() < 3.5
 
 
 def _squareness_scores(found, machine) -> list[float]:
@@ -140,8 +137,7 @@ def test_u_of_the_instrument_stays_in_the_slope():
 
 def test_outliers_carry_little_weight():
     rng = np.random.default_rng(7)
-    machine = draw(rng)
-    design = recorded(machine, tracers(bare(), step=5), rng)
+    machine, design, _ = found_by("tracer", 11)
     spoilt = []
     for one in design:
         value = one.value.copy()
@@ -154,14 +150,12 @@ def test_outliers_carry_little_weight():
 
 
 def test_stations_50_mm_off_are_found():
-    rng = np.random.default_rng(11)
-    machine = draw(rng)
-    design = recorded(machine, tracers(bare(), step=5), rng)
+    _, design, near = found_by("tracer", 11)
     away = [
         moved(r, bare(), r.run.vector("from_x_mm", "from_y_mm", "from_z_mm") + [30.0, -30.0, 26.0])
         for r in design
     ]
-    near, far = calibrate(design, bare()), calibrate(away, bare())
+    far = calibrate(away, bare())
     assert all(min(p.moved.values()) > 45 for p in far.readings)
     for name in ("EXX", "EBY", "C0Y"):
         assert far.band(name)[1] == pytest.approx(
@@ -202,19 +196,16 @@ def test_body_diagonals_alone_are_refused_with_the_combination():
 
 def test_a_missing_measurement_is_named():
     rng = np.random.default_rng(4)
-    machine = draw(rng)
-    design = [r for r in laser_and_plates(bare()) if r.name != "ECZ"]
-    found = calibrate(recorded(machine, design, rng), bare())
-    assert "ECZ" not in found.identified.names
-    assert [c.names for c in found.identified.combinations] == [("ECZ",)]
-    assert "roll of Z" in found.identified.combinations[0].text
-    assert len(found.identified.names) == 20
+    design = [r for r in laser_and_plates(bare())[:6] if r.name != "ECX"]  # X alone
+    found = calibrate(recorded(draw(rng), design, rng), bare())
+    assert found.identified.names == ("EXX", "EYX", "EZX", "EAX", "EBX")
+    assert [c.names for c in found.identified.combinations] == [("ECX",)]
+    assert "measure the angle along X" in found.identified.combinations[0].text
 
 
 def test_one_half_predicts_the_other():
     rng = np.random.default_rng(6)
-    machine = draw(rng)
-    design = recorded(machine, tracers(bare(), step=6), rng)
+    _, design, _ = found_by("tracer", 11)
     order = [rng.permutation(r.m) for r in design]
     halves = [[r.take(np.sort(o[k::2])) for r, o in zip(design, order)] for k in (0, 1)]
     found = calibrate(halves[0], bare())

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.calibrating.drawn import TRAVEL, U, bare, draw, laser_and_plates, recorded
+from tests.calibrating.drawn import TRAVEL, U, bare, found_by, laser_and_plates, recorded
 from vcmm.calibrating.design import PlannedSetup, best_within, cheapest_complete, plan_of, proposal
 from vcmm.calibrating.job import calibrate
 from vcmm.core.errors import DataError, UsageError
@@ -84,8 +84,7 @@ def test_a_recalibration_keeps_what_was_not_read(tmp_path):
     from vcmm.files.machine import load_machine
 
     rng = np.random.default_rng(3)
-    machine = draw(rng)
-    first = calibrate(recorded(machine, laser_and_plates(bare()), rng), bare())
+    machine, _, first = found_by("laser", 11)
     for name, text in machine_texts(first, tmp_path / "machine.toml", ["first"]).items():
         (tmp_path / name).write_text(text)
     old = load_machine(tmp_path / "machine.toml")

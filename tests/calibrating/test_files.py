@@ -196,3 +196,30 @@ def test_the_accuracy_run_of_a_slit_axis_predicts_its_repeatability_run(tmp_path
     before, after = _rest(load_recording(paths["repeatability"], machine)[0], machine)
     assert before == pytest.approx(1.32, abs=0.02)
     assert after < 0.15
+
+
+def test_a_recalibrated_file_keeps_what_its_owner_wrote(recorded_x, capsys):
+    """Comments, other effects and names of files stay; [errors] and single components give way to the new table."""
+    folder, files, _ = recorded_x
+    old = folder / "old"
+    old.mkdir()
+    (old / "errors.csv").write_text("X EXX\n0 0.001\n300 0.002\n600 0.001\n")
+    (old / "machine.toml").write_text(
+        'vcmm = "machine/1"\nname = "mine"\nstructure = "w b Y X Z t"\n# bought in 1998\n'
+        + "".join(f'[axes.{a}]\ntravel = ["-1000 mm", "1000 mm"]\n' for a in "XYZ")
+        + '[errors]\ntable = "errors.csv"\n[errors.uncertainty]\ntranslation = "1 um"\n'
+        '[[effects]]\neffect = "squareness"\npair = "C0Y"\nangle = "3 urad"\n'
+        '[[effects]]\neffect = "backlash"  # since spring\naxis = "Y"\ngap = "2 um"\n'
+        '[[inputs]]\neffect = "squareness"\npair = "C0Y"\nparameter = "angle"\nlaw = "normal"\nu = "1 urad"\n'
+    )
+    out = folder / "new" / "machine.toml"
+    assert run(["calibrate", *files, "--machine", str(old / "machine.toml"), "--out", str(out)]) == 0
+    text = out.read_text()
+    assert "# bought in 1998" in text
+    assert 'effect = "backlash"  # since spring' in text
+    assert text.count("[errors]") == 1
+    assert "[errors.uncertainty]" not in text
+    assert "squareness" not in text
+    machine = load_machine(out)
+    assert [e.gap for e in machine.effects if e.id == "backlash[Y]"] == [2e-3]
+    assert [i.id for i in machine.inputs] == ["calibration_modes[*].modes"]

@@ -14,7 +14,7 @@ propagation, Minka 2001): `PriorSite`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -201,6 +201,7 @@ class OneCurve:
     curve: Curve
     a: Array
     b: Array
+    units: dict[float, tuple[Array, Array]] = field(default_factory=dict, init=False)
 
     def best(self, length: float, size: float) -> tuple[float, float, float]:
         """(length, size, value) of the best correlation length, each tried with its best size."""
@@ -229,13 +230,22 @@ class OneCurve:
 
     def value(self, length: float, size: float) -> tuple[float, float, float]:
         """(ln evidence and ln prior of size and length, slope in ln size, numbers that the readings determine)."""
-        factor = _factor(self.curve, length, size)
-        value, mean, variance = _evidence(factor.T @ self.a @ factor, factor.T @ self.b)
+        a, b = self._in_units(length)
+        scale = np.ones(len(b))
+        scale[: self.curve.free.shape[1]] = size
+        value, mean, variance = _evidence(a * np.outer(scale, scale), b * scale)
         smooth = slice(0, self.curve.free.shape[1])
         used, count = float((mean[smooth] ** 2).sum()), float((1 - variance[smooth]).sum())
         away = np.log(size / self.curve.usual) / SPREAD
         far = np.log(length / (SPAN * self.curve.travel)) / WIDE
         return value - (away**2 + far**2) / 2, used - count - away / SPREAD, max(used, count)
+
+    def _in_units(self, length: float) -> tuple[Array, Array]:
+        """Precision and precision times mean of the numbers behind the curve, when its size is 1."""
+        if length not in self.units:
+            factor = _factor(self.curve, length, 1.0)
+            self.units[length] = factor.T @ self.a @ factor, factor.T @ self.b
+        return self.units[length]
 
     def averaged(self, size: float) -> PriorSite:
         """The mixture over correlation lengths and sizes by their evidence, as one site with its mean and covariance."""

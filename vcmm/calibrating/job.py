@@ -10,7 +10,7 @@ import numpy as np
 from vcmm.calibrating.checks import check_agreement, check_recordings
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.identified import Identified, identified
-from vcmm.calibrating.known import Known, known_errors_of, known_ranges
+from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges
 from vcmm.calibrating.model import ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
@@ -18,11 +18,13 @@ from vcmm.calibrating.solve import Before, ErrorPosterior, solve
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
+from vcmm.core.run import Array
 from vcmm.instruments.instrument import InstrumentCertificate
 from vcmm.response.recording import Recording
 
 FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
 FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
+LEAST = 9  # nodes of a recalibration
 BETTER = 1.0  # nats that more nodes must win
 REST, STILL = (
     1e-6,
@@ -79,7 +81,7 @@ def calibrate(
     ranges = ranges | before
     job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress)
     progress("reading", 0.1)
-    parts, post, known = job.fitted(FINE)
+    parts, post, known = job.fitted(FINE if known_nodes(machine) <= FINE else FINEST)
     if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
         more, finer, better = job.fitted(FINEST)
         if finer.log_evidence > post.log_evidence + BETTER:
@@ -137,13 +139,7 @@ class _Job:
         best = solve(parts, model, self.since(known, model, None))
         for step in (4, 2):
             coarse, lift = model.coarser(step)
-            if (
-                known.names
-                or smoothness(best.information.lifted(coarse, lift)).log_evidence
-                > best.smooth.log_evidence - BETTER
-            ):
-                if known.names and step == 4:
-                    continue
+            if self.may_be(coarse, lift, known, best):
                 model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
                 known = known_errors_of(self.machine, model)
                 best = solve(parts, model, self.since(known, model, None))
@@ -151,6 +147,17 @@ class _Job:
         if known.names:
             best = solve(parts, model, self.since(known, model, identified(best.information)))
         return parts, best, known
+
+    def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
+        """Whether fewer nodes say as much: by the evidence, or, where a file is known, no fewer than it has (9 at least)."""
+        if known.names:
+            return (
+                len(coarse.curves[0].nodes) >= max(known_nodes(self.machine), LEAST)
+                if coarse.curves
+                else True
+            )
+        fewer = smoothness(best.information.lifted(coarse, lift))
+        return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
     def since(self, known: Known, model: ErrorModel, found: Identified | None) -> Before:
         """Errors that the file states may have changed where the readings can tell, and where `only` names them."""

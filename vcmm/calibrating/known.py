@@ -56,6 +56,12 @@ def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
     return out
 
 
+def known_nodes(machine: Machine) -> int:
+    """Most nodes of an error over its linear axis in the machine file; 0 where it tabulates none."""
+    own = [e.own_nodes() for e in machine.effects if e.calibrated and e.link in "XYZ"]
+    return max((len(nodes) for nodes in own if nodes is not None), default=0)
+
+
 def name_of(effect: Effect) -> str:
     """EXX, C0Y; BX for a lost motion."""
     return f"B{effect.link}" if effect.role == LOST else effect.where

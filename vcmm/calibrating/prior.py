@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,6 +31,7 @@ class CurvePrior:
     block: np.ndarray
 
 
+@lru_cache(maxsize=2048)
 def unit_factor(curve: Curve, length: float) -> Array:
     """(g, g) in free coordinates: smooth process of correlation length (mm) without mean or line, of mean variance 1.
 
@@ -38,7 +40,9 @@ def unit_factor(curve: Curve, length: float) -> Array:
     gap = curve.nodes[:, None] - curve.nodes
     kernel = curve.free.T @ np.exp(-((gap / length) ** 2) / 2) @ curve.free
     kernel = kernel / np.trace(kernel) * len(curve.nodes)
-    return np.linalg.cholesky(kernel + GRAIN * np.eye(len(kernel)))
+    factor = np.linalg.cholesky(kernel + GRAIN * np.eye(len(kernel)))
+    factor.setflags(write=False)  # it is handed out again
+    return factor
 
 
 def line_factor(curve: Curve) -> Array:

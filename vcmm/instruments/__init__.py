@@ -1,4 +1,7 @@
-"""Instruments: what each observes of a tip motion, its own errors, how its recording is laid out, and a simulator."""
+"""Instruments: what each observes of a tip motion, its own errors, how its recording is laid out, and a simulator.
+
+Imports core, response.
+"""
 
 from __future__ import annotations
 
