@@ -221,5 +221,6 @@ def test_a_recalibrated_file_keeps_what_its_owner_wrote(recorded_x, capsys):
     assert "[errors.uncertainty]" not in text
     assert "squareness" not in text
     machine = load_machine(out)
+    assert [e.angle for e in machine.effects if e.id == "squareness[C0Y]"] == [pytest.approx(3e-6)]
     assert [e.gap for e in machine.effects if e.id == "backlash[Y]"] == [2e-3]
     assert [i.id for i in machine.inputs] == ["calibration_modes[*].modes"]

@@ -13,6 +13,7 @@ from itertools import product
 import numpy as np
 
 from vcmm.calibrating import standards
+from vcmm.calibrating.known import known_ranges
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import MultivariateSamples
 from vcmm.core.machine import Machine
@@ -246,11 +247,12 @@ def _length_figure(limits: Mapping[str, Limit], drawn: Array, errors: Array, len
 
 
 def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: int = 4) -> list[Figure]:
-    """Largest and mean tip error on a grid of the travels, and the length errors of the body diagonals."""
+    """Largest and mean tip error on a grid of the travels, as far as the tables reach, and the length errors of the body diagonals."""
     from vcmm.response.volumetric import grid
 
     letters = [a for a in "XYZ" if a in machine.axes]
     rng = np.random.default_rng(seed)
+    machine = _where_known(machine)
     still = without_scatter(machine)
     size = np.linalg.norm(tip_errors(still, _looked_at(grid(machine, nodes)), rng, trials), axis=2)
     out = [summary("largest tip error", size.max(axis=1)), summary("mean tip error", size.mean(axis=1))]
@@ -262,6 +264,18 @@ def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: in
         error = tip_errors(still, run, rng, trials)
         out.append(summary(f"body diagonal {name}", (error[:, 1] - error[:, 0]) @ way))
     return out
+
+
+def _where_known(machine: Machine) -> Machine:
+    """Travels no longer than the error tables."""
+    known = known_ranges(machine)
+    axes = {
+        a: replace(x, travel=(max(x.travel[0], known[a][0]), min(x.travel[1], known[a][1])))
+        if a in known
+        else x
+        for a, x in machine.axes.items()
+    }
+    return replace(machine, axes=axes)
 
 
 def _looked_at(run: Run) -> Run:

@@ -10,7 +10,7 @@ import numpy as np
 from vcmm.calibrating.checks import check_agreement, check_recordings
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.identified import Identified, identified
-from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges
+from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
 from vcmm.calibrating.model import ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
@@ -132,7 +132,8 @@ class _Job:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
         stated = bool(known_ranges(self.machine))
-        model = error_model(self.ranges, nodes, () if stated else self.only, both)
+        names = [name_of(e) for e in self.machine.effects if e.calibrated]
+        model = error_model(self.ranges, nodes, () if stated else self.only, both, names if stated else ())
         parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
         self.progress("errors and smoothness", 0.4)
         known = known_errors_of(self.machine, model)
@@ -151,11 +152,8 @@ class _Job:
     def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
         """Whether fewer nodes say as much: by the evidence, or, where a file is known, no fewer than it has (9 at least)."""
         if known.names:
-            return (
-                len(coarse.curves[0].nodes) >= max(known_nodes(self.machine), LEAST)
-                if coarse.curves
-                else True
-            )
+            due = max(known_nodes(self.machine), LEAST)
+            return all(len(c.nodes) >= due for c in coarse.curves)
         fewer = smoothness(best.information.lifted(coarse, lift))
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from vcmm.calibrating.known import LOST
 from vcmm.calibrating.model import Curve, curve_effect, number_of
 from vcmm.calibrating.result import Calibration, rms
+from vcmm.core.effect import place_fields
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
@@ -42,7 +44,7 @@ def machine_texts(
     if prior is None:
         text = _head(found.machine) + errors + _repeatability(found)
     else:
-        text = f"{_without_errors(prior, target.parent).rstrip()}\n\n{errors}"
+        text = f"{_without_errors(prior, target.parent, found.kept.names).rstrip()}\n\n{errors}"
     reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
     return {
         f"{target.stem}.toml": text + reversals,
@@ -108,17 +110,25 @@ def _repeatability(found: Calibration) -> str:
     return f'[repeatability]                # scatter of the touches of this calibration\nlaw = "normal"\nu = "{u * 1e3:.3g} um"\n'
 
 
-def _without_errors(prior: Path, folder: Path) -> str:
-    """A machine file without [errors] and without what it says of single components elsewhere, as it stands in `folder`."""
+def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
+    """A machine file without [errors] and without what it says of these errors elsewhere, as it stands in `folder`."""
     document = editable(prior)
     without_table(document, "errors")
     for key in ("inputs", "effects"):
         stated = document.get(key, [])
         for i in reversed(range(len(stated))):
-            kind = BY_NAME.get(str(stated[i].get("effect")))
-            if kind is not None and kind.calibrated:
+            if _says_of(stated[i], names):
                 del stated[i]
         if key in document and not len(stated):
             document.remove(key)
     move_names(document, prior.parent, folder)
     return str(document.as_string())
+
+
+def _says_of(table: Mapping[str, object], names: Sequence[str]) -> bool:
+    """Whether an [[effects]] or [[inputs]] table states one of the errors of these names (EXX, C0Y, BX)."""
+    kind = BY_NAME.get(str(table.get("effect")))
+    if kind is None or not kind.calibrated:
+        return False
+    where = [str(table[f.name]) for f in place_fields(kind) if f.name in table]
+    return not where or (f"B{where[0]}" if kind.role == LOST else where[0]) in names

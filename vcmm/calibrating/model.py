@@ -155,17 +155,19 @@ def error_model(
     nodes: int,
     only: Sequence[str] = (),
     both_ways: Sequence[str] = (),
+    stated: Sequence[str] = (),
 ) -> ErrorModel:
     """All errors of the linear axes that moved; ranges: axis -> (low, high) mm. only: names of the errors to look for.
 
-    both_ways: axes that were approached from both sides, whose lost motion is looked for too.
+    both_ways: axes that were approached from both sides, whose lost motion is looked for too. stated: errors of the machine
+    file; a squareness among them is kept, whether or not both axes moved.
 
     Raises UsageError for a name that is no error of these axes.
     """
     axes = [a for a in "XYZ" if a in ranges]
     curves = [Curve(f"E{kind}{a}", np.linspace(*ranges[a], nodes)) for a in axes for kind in "XYZABC"]
     curves += [Curve(f"B{a}", np.linspace(*ranges[a], nodes)) for a in axes if a in both_ways]
-    pairs = [p for p, needed in PAIR_AXES.items() if set(needed) <= set(axes)]
+    pairs = [p for p, needed in PAIR_AXES.items() if set(needed) <= set(axes) or p in stated]
     known = [*(c.component for c in curves), *pairs]
     for name in only:
         if name not in known:
