@@ -51,6 +51,8 @@ bench: .venv/.installed-dev ## run times, each beside the plain way of doing it;
 
 exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, with plain methods beside it; each effect deleted
 	$(BIN)/python -m tests.house.small_jobs
+	$(BIN)/python tools/calibrate_statistics.py 8 laser
+	$(BIN)/python tools/calibrate_statistics.py 8 tracer
 	$(BIN)/python -m benchmarks.exam --plan ten-minutes --jobs $(JOBS) --budget 10min --out exam.jsonl
 
 clean: ## remove .venv, caches and everything that was made

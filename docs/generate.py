@@ -53,6 +53,9 @@ def section(effect: type[Effect]) -> str:
         "",
     ]
     parts += [f"States the {sign(effect)}. Needs: {needs}. Source: {effect.cites}.", ""]
+    parts += (
+        [f"No `[[effects]]` table states it; it is made by `{effect.made_by}`.", ""] if effect.made_by else []
+    )
     return "\n".join(parts + example(effect))
 
 
@@ -85,6 +88,8 @@ def example(effect: type[Effect]) -> list[str]:
 
 def tables(effect: type[Effect]) -> list[str]:
     """Lines of the example, or nothing for effects that hold tables of nodes."""
+    if effect.made_by:
+        return []
     shapes = " ".join(f.metadata["shape"] for f in parameter_fields(effect))
     if "nodes" in shapes or "powers" in shapes:
         return []

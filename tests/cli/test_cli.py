@@ -221,8 +221,8 @@ def test_doctor_with_something_missing(capsys, monkeypatch):
         (["measure", "x.toml", "--seed", "abc"], 'unable to convert "abc" into int'),
         (["check"], "requires an argument"),
         (
-            ["calibrate", "r.toml"],
-            "calibrate is planned and not built yet; what works today: demo, new, check",
+            ["audit", "r.toml"],
+            "audit is planned and not built yet; what works today: demo, new, check",
         ),
     ],
 )

@@ -101,7 +101,9 @@ def modules() -> list[str]:
 
 def apart_from_effects() -> list[str]:
     """The modules that load nothing of effects/ when they are imported."""
-    graph: dict[str, set[str]] = {module: set() for module in sources()}
+    graph = {
+        m: {m.rpartition(".")[0]} if m else set() for m in sources()
+    }  # a package is loaded before what is in it
     for one in inner_imports():
         if not one.late:
             graph[one.module].add(one.target)

@@ -26,6 +26,7 @@ CONTRACT = {
     ("motion.toolpath", "work_offset"): "the same label",
     ("files.placed", "work_offset"): "key of the table [cut] of a scenario",
     ("files.iso230", "dead_path"): "beginning of a column name of recordings",
+    ("instruments.tracker", "dead_path"): "the same word of [nuisance]",
     ("response.recording", "dead_path"): "word of the table [nuisance] of a recording",
 }
 

@@ -1,7 +1,7 @@
 """The command line: one verb per file, imported when it is called, so that `vcmm --help` starts at once.
 
 Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, evaluation, placing, machining,
-files, library, compensating, diagnosis, api, tables, console, pages, papers.gaska2014, papers.marin2004,
+files, library, compensating, diagnosis, calibrating, api, tables, console, pages, papers.gaska2014, papers.marin2004,
 papers.abbe_milling, cases.
 """
 
@@ -23,6 +23,8 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
+    "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
+    "test": "Predict the figures of an acceptance test (ISO 230, ISO 10360-2) with uncertainty, or evaluate a recorded one.",
     "compare": "Simulation against recording for any machine files, side by side.",
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
@@ -33,9 +35,10 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose", "compare", "nc", "cut", "compensate",
+    "demo", "new", "check", "field", "measure", "uncertainty", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "compensate",
 )  # fmt: skip
-LATER = ("calibrate", "audit", "serve")
+LATER = ("audit", "serve")
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
 

@@ -22,6 +22,8 @@ ROLES: Mapping[str, str] = {
     "rotary axis location": "(component, offset=..., tilt=...): X0C, A0C ... of an error table",
     "Abbe arm": ".from_tables(axis, effects, arm): a mistake of the stored tables",
     "changed component": "(component, nodes): a calibration that is stale",
+    "lost motion table": "(axis, nodes, values): what a calibration finds of reversals",
+    "joint calibration": '(component, nodes, loadings, interpolation): [errors] covariance = "..."',
     "repeatability": "(): one touch, Input of `value`; [repeatability]",
     "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",
     "part temperature": "(alpha, corrected), Input of `alpha`; [part] expansion",
@@ -133,6 +135,8 @@ class Declared:
     taken_up           parameter that is a way lost at a reversal: nearer to it rows may stand on either side
     over_raw_scale     periodic over the raw reading of the scale where that was recorded
     stored             parameter that holds the numbers of a stored error table
+    calibrated         one of the errors that a calibration finds and states anew: its only parameter
+    made_by            what makes it in a file, where no [[effects]] table can state it
     random             drawn anew again and again: its value is never known
     on_cut_part        a reading that acts on a part cut and measured later: "turned" (sign turned) or "stated" (as it is)
     over_volume        stated over workpiece axes, known with rotary axes at zero only
@@ -155,6 +159,8 @@ class Declared:
     taken_up: ClassVar[str] = ""
     over_raw_scale: ClassVar[bool] = False
     stored: ClassVar[str] = ""
+    calibrated: ClassVar[bool] = False
+    made_by: ClassVar[str] = ""
     random: ClassVar[bool] = False
     on_cut_part: ClassVar[str] = ""
     over_volume: ClassVar[bool] = False

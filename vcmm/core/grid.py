@@ -1,4 +1,4 @@
-"""Linear interpolation on rectilinear grids, as weights, so that it stays linear in the values at the nodes."""
+"""Interpolation between nodes as weights, so that it stays linear in the values at the nodes."""
 
 from __future__ import annotations
 
@@ -24,3 +24,16 @@ def multilinear(positions: list[Array], grids: tuple[Array, ...]) -> tuple[Array
         nodes = nodes * len(grid)
         nodes = np.concatenate([nodes + cell[:, None], nodes + cell[:, None] + 1], axis=1)
     return weights, nodes
+
+
+def node_weights(nodes: Array, q: Array, interpolation: str) -> Array:
+    """(n, nodes): value at q (n,) = weights @ values; "cubic" (natural spline, 3 nodes or more) or "linear"."""
+    if interpolation == "cubic" and len(nodes) > 2:
+        from scipy.interpolate import CubicSpline
+
+        return np.asarray(CubicSpline(nodes, np.eye(len(nodes)), bc_type="natural")(q))
+    shares, number = multilinear([q], (nodes,))
+    out = np.zeros((len(q), len(nodes)))
+    for corner in range(shares.shape[1]):
+        out[np.arange(len(q)), number[:, corner]] += shares[:, corner]
+    return out

@@ -135,7 +135,7 @@ def _array_lines(effect: Effect) -> list[str]:
         if not value.size or name in {f.name for f in parameter_fields(effect)}:
             continue
         if value.ndim == 1:
-            lines.append(f"{name} = {_positions(str(vars(effect)['component'])[-1], value)}")
+            lines.append(f"{name} = {_positions(effect.link, value)}")
         else:
             points = (f'"{" ".join(f"{v:.10g}" for v in row)} mm"' for row in value)
             lines.append(f"{name} = [{', '.join(points)}]")

@@ -14,7 +14,7 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects.abbe import AbbeCountedTwice, AbbeOffset
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.clamping import Clamping
-from vcmm.effects.component import ComponentPolynomial, ComponentSpline, ComponentTable
+from vcmm.effects.component import CalibrationModes, ComponentPolynomial, ComponentSpline, ComponentTable
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
@@ -32,7 +32,7 @@ from vcmm.effects.probe import ProbeLobing, StylusBending, TipOffset, TipRadius,
 from vcmm.effects.qualification import StylusQualification
 from vcmm.effects.residual import CorrelatedField, ResidualField
 from vcmm.effects.reversal import Hysteresis, LostMotion, ReversalSpike
-from vcmm.effects.reversal_curve import LostMotionCurve
+from vcmm.effects.reversal_curve import LostMotionCurve, LostMotionTable
 from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
@@ -46,6 +46,7 @@ ALL: tuple[type[Effect], ...] = (
     ComponentTable,
     ComponentSpline,
     ComponentPolynomial,
+    CalibrationModes,
     ScaleFactor,
     Squareness,
     GeometricChange,
@@ -69,6 +70,7 @@ ALL: tuple[type[Effect], ...] = (
     Backlash,
     LostMotion,
     LostMotionCurve,
+    LostMotionTable,
     Hysteresis,
     ReversalSpike,
     ScrewPitch,

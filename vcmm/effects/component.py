@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.core.declaration import UM, URAD, KnownRange, Typical
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.grid import multilinear
+from vcmm.core.grid import multilinear, node_weights
 from vcmm.core.run import Array, Run
 
 EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
@@ -90,6 +90,7 @@ class ComponentTable(_Component):
     role = "error table"
     diagnosed = False
     stored = "values"
+    calibrated = True
     arguments: tuple[str, ...] = field(default=("X",))
     grids: tuple[Array, ...] = field(default_factory=lambda: (np.array([0.0, 1.0]),))
     values: Any = param(
@@ -156,6 +157,7 @@ class ComponentSpline(_Component):
     role = "error curve"
     diagnosed = False
     stored = "values"
+    calibrated = True
     nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
     values: Any = param(
         lambda: np.zeros(3),
@@ -193,11 +195,9 @@ class ComponentSpline(_Component):
         return np.asarray(self._weights(run) * weights[:, self.column, None])
 
     def _weights(self, run: Run) -> Array:
-        from scipy.interpolate import CubicSpline
-
         nodes = np.asarray(self.nodes, dtype=float)
         q = _inside(self.component, self.link, run.q(self.link), nodes)
-        return np.asarray(CubicSpline(nodes, np.eye(len(nodes)), bc_type="natural")(q))
+        return node_weights(nodes, q, "cubic")
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,6 +207,7 @@ class ComponentPolynomial(_Component):
     name = "component_polynomial"
     cites = "ISO 230-1:2012, 3.4; power series"
     diagnosed = False
+    calibrated = True
     coefficients: Any = param(
         lambda: np.zeros(2),
         "mm or rad",
@@ -221,3 +222,85 @@ class ComponentPolynomial(_Component):
         return self._place(
             np.vander(s, len(self.coefficients), increasing=True) @ np.asarray(self.coefficients, dtype=float)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationModes(Effect):
+    """How one error may depart together with all others of a joint calibration: departure = loadings @ modes.
+
+    One of these per component, squareness and location error; all share the numbers `modes`, which are 0 in the machine and
+    have one Input (where = "*", unit variance). The joint covariance of the errors is loadings @ loadings.T, over all of
+    them. It is made by [errors] covariance = "..." of a machine file.
+    """
+
+    name = "calibration_modes"
+    per = "component"
+    cites = "JCGM 102:2011, 6.2: joint covariance, here by its factor"
+    role = "joint calibration"
+    diagnosed = False
+    made_by = 'covariance = "errors_covariance.csv" in [errors]'
+    component: str = at("EXX", "component, squareness or location error, for example EXX, C0Y, X0C")
+    nodes: Any = field(default_factory=lambda: np.array([0.0, 1.0, 2.0]))
+    loadings: Any = field(default_factory=lambda: np.zeros((3, 1)), metadata={"internal": True})
+    interpolation: str = "linear"
+    modes: Any = param(
+        lambda: np.zeros(0),
+        "1",
+        "departure in each mode; zero when left out",
+        shape="(modes,)",
+        typical=Typical(1.0, "standardised by its own loadings"),
+    )
+
+    def __post_init__(self) -> None:
+        rows = np.shape(self.loadings)
+        due = len(self.nodes) if self.varies else 1
+        if len(rows) != 2 or rows[0] != due:
+            raise UsageError(f"{self.id}: loadings of shape {rows}; {due} rows are due, one per node")
+        if np.size(self.modes) == 0:
+            object.__setattr__(self, "modes", np.zeros(rows[1]))
+
+    @property
+    def varies(self) -> bool:
+        """Does the error depend on a position (EXX), or is it one number (C0Y)?"""
+        return self.component[0] == "E"
+
+    @property
+    def link(self) -> str:
+        return self.component[2]
+
+    @property
+    def column(self) -> int:
+        return COLUMN[self.component[1 if self.varies else 0]]
+
+    @property
+    def place(self) -> str:  # type: ignore[override]
+        if self.varies:
+            return "motion"
+        return "travel" if self.component[2] in "XYZ" else "location"
+
+    @property
+    def own(self) -> bool:  # type: ignore[override]
+        return self.place != "travel"
+
+    def error_motion(self, run: Run) -> Array:
+        out = np.zeros((run.n, 6))
+        out[:, self.column] = self._shapes(run) @ self.modes
+        return out
+
+    def response(self, name: str, run: Run) -> Array:
+        shapes = self._shapes(run)
+        out = np.zeros((run.n, 6, shapes.shape[1]))
+        out[:, self.column, :] = shapes
+        return out
+
+    def projected(self, name: str, run: Run, weights: Array) -> Array:
+        return np.asarray(self._shapes(run) * weights[:, self.column, None])
+
+    def _shapes(self, run: Run) -> Array:
+        """(n, modes): the error per unit of every mode."""
+        loadings = np.asarray(self.loadings, dtype=float)
+        if not self.varies:
+            return np.broadcast_to(loadings, (run.n, loadings.shape[1]))
+        nodes = np.asarray(self.nodes, dtype=float)
+        q = _inside(self.component, self.link, run.q(self.link), nodes)
+        return node_weights(nodes, q, self.interpolation) @ loadings

@@ -29,6 +29,7 @@ class Squareness(Effect):
     role = "angle between axes"
     special_case_of = ("geometric_change", "map_interpolation")
     stored = "angle"
+    calibrated = True
     simple = True
     words = Words(
         seen="{where} is out of square by {angle}",

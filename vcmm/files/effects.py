@@ -35,6 +35,8 @@ def build_effect(table: dict[str, Any]) -> Effect:
     kind = kind_of(table, found)
     if kind is None:
         raise TableProblems(found)
+    if kind.made_by:
+        raise TableProblems([("effect", f"{kind.name} is made by {kind.made_by}; use that")])
     values: dict[str, Any] = {}
     for key, value in table.items():
         if key != "effect":

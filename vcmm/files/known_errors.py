@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +18,7 @@ from vcmm.core.laws import Law, MultivariateNormal, Normal, StudentT
 from vcmm.core.run import Array
 from vcmm.effects import made_for
 from vcmm.files.isg import ErrorFile, read_isg
+from vcmm.files.joint_covariance import joint_knowledge, read_joint_covariance
 from vcmm.files.machine_tables import MachineFile, Repeatability, Scales, Uncertainty
 from vcmm.files.problems import Problems
 from vcmm.files.schema import whole
@@ -51,6 +52,12 @@ def known_errors(
             _check_on_machine(effect, chain, problems, here, path)
         effects += found or []
         inputs += _table_inputs(found or [], model.errors.uncertainty)
+        if model.errors.covariance is not None:
+            given = list(found or [])
+            joint = problems.attempt((*at, "errors", "covariance"), lambda: _joint(model, document, given))
+            modes, shared = joint or ([], [])
+            effects += modes
+            inputs += shared
     if model.repeatability and whole(model.repeatability, data["repeatability"]):
         repeatability = model.repeatability
         law = problems.attempt((*at, "repeatability"), lambda: _repeatability(repeatability))
@@ -65,6 +72,19 @@ def known_errors(
         more, known = found_scales or ([], [])
         effects, inputs = effects + more, inputs + known
     return effects, inputs
+
+
+def _joint(
+    model: MachineFile, document: Document, found: Sequence[Effect]
+) -> tuple[list[Effect], list[Input]]:
+    """What [errors] covariance says of the table. Raises UsageError beside an `uncertainty`."""
+    errors = model.errors
+    assert errors is not None
+    assert errors.covariance is not None
+    if errors.uncertainty is not None:
+        raise UsageError("covariance and uncertainty both say how well the table is known; keep one of them")
+    joint = read_joint_covariance(document.path.parent / errors.covariance)
+    return joint_knowledge(joint, found, errors.evidence)
 
 
 def read_error_file(path: Path) -> ErrorFile:

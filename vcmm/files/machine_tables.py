@@ -53,6 +53,8 @@ class Errors(Table):
     compensation: list[str] = Field(default_factory=list)
     interpolation: Literal["linear", "cubic"] = "linear"
     uncertainty: Uncertainty | None = None
+    covariance: str | None = Field(default=None, examples=['"errors_covariance.csv"'])
+    evidence: str = "calibration of the error table"
 
 
 class Repeatability(Table):

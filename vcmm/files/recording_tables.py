@@ -55,6 +55,18 @@ class ScopeTable(Table):
     axes: dict[str, list[str]] = Field(default_factory=dict, examples=['{ X = ["SetPos", "ActPos"] }'])
 
 
+class InstrumentTable(Table):
+    """With what it was observed: name, standard uncertainties of its own errors, and for which rows these are the same.
+
+    compensated: what its software corrects for; the sensor columns that this needs must be there.
+    """
+
+    name: str = Field(examples=['"laser linear"'])
+    u: dict[str, str] = Field(default_factory=dict, examples=['{ scale = "0.3 um/m" }'])
+    redraw: str = "machine"
+    compensated: list[Literal["air", "material"]] = Field(default_factory=list, examples=['["air"]'])
+
+
 class RecordingFile(Table):
     """recording/1"""
 
@@ -74,6 +86,7 @@ class RecordingFile(Table):
     pose: PoseTable | None = None
     stylus: StylusTable | None = None
     scope: ScopeTable | None = None
+    instrument: InstrumentTable | None = None
 
     @property
     def shape(self) -> str:

@@ -45,16 +45,20 @@ def with_value_for_table(document: Any, key: str, value: str) -> None:
 
     A table goes with the comments inside it; the comments and blank lines over the table that follows stay.
     """
+    if isinstance(document.get(key), dict):
+        without_table(document, key)
+    document[key] = value
+
+
+def without_table(document: Any, key: str) -> None:
+    """Take out all tables [key...]; the comments and blank lines over the table that follows stay."""
     import tomlkit
 
-    if not isinstance(document.get(key), dict):
-        document[key] = value
-        return
     places = [i for i, (name, _) in enumerate(document.body) if name is not None and name.key == key]
     headings = [_last_comments(document.body[i][1].as_string()) for i in places]
-    document.remove(key)
+    if places:
+        document.remove(key)
     empty = [document.body[i][1] for i in places]  # what tomlkit leaves in the place of a table
-    document[key] = value
     for i, (_, item) in enumerate(list(document.body)):
         for left, heading in zip(empty, headings):
             if item is left:

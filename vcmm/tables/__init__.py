@@ -1,4 +1,5 @@
 """Every table of results: columns declared once for terminal, page, CSV and documents.
 
-Imports core, gps, report, nc, motion, measuring, response, evaluation, placing, machining, compensating, diagnosis.
+Imports core, gps, report, nc, motion, measuring, response, evaluation, placing, machining, compensating, diagnosis,
+calibrating.
 """

@@ -1,0 +1,244 @@
+"""Calibrate: recordings in, the errors of the machine with their joint covariance out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.calibrating.checks import check_agreement, check_recordings
+from vcmm.calibrating.evidence import smoothness
+from vcmm.calibrating.identified import Identified, identified
+from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
+from vcmm.calibrating.model import ErrorModel, error_model
+from vcmm.calibrating.readings import Readings, read_both_ways, readings
+from vcmm.calibrating.result import Calibration
+from vcmm.calibrating.solve import Before, ErrorPosterior, solve
+from vcmm.core.errors import ModelLimit, UsageError
+from vcmm.core.kinematics import Axis, parse_structure
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.instruments.instrument import InstrumentCertificate
+from vcmm.response.recording import Recording
+
+FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
+FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
+LEAST = 9  # nodes of a recalibration
+BETTER = 1.0  # nats that more nodes must win
+REST, STILL = (
+    1e-6,
+    1.0,
+)  # mm: an axis that moves less stands still; travel that it is given then, to either side
+
+Progress = Callable[[str, float], None]
+
+
+def bare_machine(structure: str, kind: str = "cmm") -> Machine:
+    """A machine of that structure without errors, travels without end. Raises UsageError for a wrong structure."""
+    chain = parse_structure(structure)
+    axes = {a: Axis(a, (-TURNS, TURNS) if a in "ABC" else (-FAR, FAR)) for a in chain.letters}
+    return Machine("calibrated machine", kind, chain, axes)
+
+
+def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
+    """Axis -> (lowest, highest) position in all recordings. Raises ModelLimit for a rotary axis that turns."""
+    out: dict[str, tuple[float, float]] = {}
+    for recording in recordings:
+        for axis, q in recording.run.position.items():
+            low, high = out.get(axis, (np.inf, -np.inf))
+            out[axis] = (min(low, float(q.min())), max(high, float(q.max())))
+    for axis, (low, high) in out.items():
+        if axis in "ABC" and high - low > 1e-9:
+            raise ModelLimit(
+                f"axis {axis} turns in the recordings; calibrate finds the errors of linear axes: keep {axis} still, "
+                "and give what is known of its own errors in a machine file with --machine"
+            )
+    return out
+
+
+def calibrate(
+    recordings: Sequence[Recording],
+    machine: Machine,
+    certificates: Mapping[str, InstrumentCertificate] | None = None,
+    only: Sequence[str] = (),
+    progress: Progress = lambda text, share: None,
+) -> Calibration:
+    """The errors of a machine from any mixture of recordings.
+
+    machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
+    its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
+    file has them. Raises UsageError where nothing is
+    identified, naming the combinations, and for recordings that contradict themselves.
+    """
+    check_recordings(recordings)
+    spans = spans_of(recordings)
+    ranges = {a: r for a, r in spans.items() if a in "XYZ" and r[1] - r[0] > REST}
+    if not ranges:
+        raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
+    before = known_ranges(machine)
+    _check_reach(before, ranges)
+    ranges = ranges | before
+    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress)
+    progress("reading", 0.1)
+    parts, post, known = job.fitted(FINE if known_nodes(machine) <= FINE else FINEST)
+    if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
+        more, finer, better = job.fitted(FINEST)
+        if finer.log_evidence > post.log_evidence + BETTER:
+            parts, post, known = more, finer, better
+    check_agreement(parts, post.model)
+    progress("what is identified", 0.9)
+    found = identified(post.information)
+    if not known.names:
+        _refuse_if_nothing(found)
+    kept, theta, covariance = _kept(post, known, (*found.names, *known.names))
+    remarks = (*_remarks(parts, post, only, bool(known.names)), *_as_before(found, known))
+    return Calibration(
+        machine=_travelled(machine, spans | ranges),
+        kept=kept,
+        theta=theta,
+        covariance=covariance,
+        posterior=post,
+        identified=found,
+        readings=tuple(parts),
+        warnings=remarks,
+    )
+
+
+def _check_reach(
+    before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]
+) -> None:
+    """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated."""
+    for axis, (low, high) in ranges.items():
+        if axis in before and (low < before[axis][0] - REST or high > before[axis][1] + REST):
+            raise ModelLimit(
+                f"the readings go from {axis} = {low:g} to {high:g} mm, the tables of the machine file from {before[axis][0]:g} to "
+                f"{before[axis][1]:g} mm: leave out the readings beyond, or calibrate anew with --structure"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """What `calibrate` was asked."""
+
+    recordings: Sequence[Recording]
+    machine: Machine
+    certificates: Mapping[str, InstrumentCertificate]
+    ranges: Mapping[str, tuple[float, float]]
+    only: tuple[str, ...]
+    progress: Progress
+
+    def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
+        """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
+        both = sorted({a for r in self.recordings for a in read_both_ways(r)})
+        stated = bool(known_ranges(self.machine))
+        names = [name_of(e) for e in self.machine.effects if e.calibrated]
+        model = error_model(self.ranges, nodes, () if stated else self.only, both, names if stated else ())
+        parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        self.progress("errors and smoothness", 0.4)
+        known = known_errors_of(self.machine, model)
+        best = solve(parts, model, self.since(known, model, None))
+        for step in (4, 2):
+            coarse, lift = model.coarser(step)
+            if self.may_be(coarse, lift, known, best):
+                model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
+                known = known_errors_of(self.machine, model)
+                best = solve(parts, model, self.since(known, model, None))
+                break
+        if known.names:
+            best = solve(parts, model, self.since(known, model, identified(best.information)))
+        return parts, best, known
+
+    def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
+        """Whether fewer nodes say as much: by the evidence, or, where a file is known, no fewer than it has (9 at least)."""
+        if known.names:
+            due = max(known_nodes(self.machine), LEAST)
+            return all(len(c.nodes) >= due for c in coarse.curves)
+        fewer = smoothness(best.information.lifted(coarse, lift))
+        return fewer.log_evidence > best.smooth.log_evidence - BETTER
+
+    def since(self, known: Known, model: ErrorModel, found: Identified | None) -> Before:
+        """Errors that the file states may have changed where the readings can tell, and where `only` names them."""
+        changed = np.ones(model.size)
+        for name in model.names if known.names else ():
+            told = found is None or name in found.names or name not in known.names
+            if not told or (self.only and name not in self.only):
+                changed[model.slices[name]] = 0.0
+        return Before(known.factor, changed)
+
+
+def _as_before(found: Identified, known: Known) -> list[str]:
+    """What is taken over from the machine file unchanged."""
+    kept = [n for n in known.names if n not in found.names]
+    if not kept:
+        return []
+    return [
+        f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"
+    ]
+
+
+def _rough(post: ErrorPosterior) -> bool:
+    """Is a curve so rough that more nodes may be needed: its correlation length near the shortest that was tried?"""
+    spans = {c.axis: float(c.nodes[-1] - c.nodes[0]) for c in post.model.curves}
+    return any(length < 0.15 * spans[name[-1]] for name, length in post.smooth.lengths.items())
+
+
+def _refuse_if_nothing(found: Identified) -> None:
+    if not found.names:
+        raise UsageError(
+            "the recordings identify no error of the machine by itself:\n  "
+            + "\n  ".join(c.text for c in found.combinations)
+            + "\nAdd such recordings, or name the errors to look for with --errors; the others are then taken as zero"
+        )
+
+
+def _kept(
+    post: ErrorPosterior, known: Known, names: Sequence[str]
+) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
+    """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty)."""
+    model = post.model
+    kept = ErrorModel(
+        tuple(c for c in model.curves if c.component in names), tuple(p for p in model.pairs if p in names)
+    )
+    rows = np.concatenate([np.arange(model.size)[model.slices[n]] for n in kept.names])
+    return kept, (known.theta + post.theta)[rows], post.covariance[np.ix_(rows, rows)]
+
+
+def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:
+    """The machine with the travels that were measured, where nobody stated them; an axis that stood still has 1 mm about it."""
+    axes = dict(machine.axes)
+    for letter, axis in machine.axes.items():
+        if axis.travel in ((-FAR, FAR), (-TURNS, TURNS)):
+            low, high = spans.get(letter, (0.0, 0.0))
+            still = STILL if high - low <= REST else 0.0
+            axes[letter] = replace(axis, travel=(low - still, high + still))
+    return replace(machine, axes=axes)
+
+
+def _remarks(parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool) -> list[str]:
+    """Sentences about what was assumed and what was found to be otherwise."""
+    out = [a for p in parts for a in p.assumed]
+    if only:
+        rest = "stays as the machine file has it" if stated else "was taken as zero"
+        out.append(f"only {', '.join(only)} were looked for; every other error {rest}")
+    for part, noise in zip(parts, post.noise):
+        name = part.recording.name
+        if not part.stated:
+            unit, scale = ("urad", 1e6) if part.recording.kind == "angle" else ("um", 1e3)
+            out.append(
+                f"{name}: the noise is not stated; the residuals say {noise.u * part.u[0] * scale:.2g} {unit}"
+            )
+        elif noise.scale > 1.0 and np.isinf(noise.dof):
+            out.append(
+                f"{name}: the residuals are {noise.scale:.2f} times the stated noise, which was raised by that"
+            )
+        if noise.outliers.any():
+            out.append(
+                f"{name}: {int(noise.outliers.sum())} outliers carry little weight: {part.recording.places(noise.outliers)}"
+            )
+    for name, value in zip(post.own_names, post.own):
+        if abs(value) > 3:
+            out.append(
+                f"{name}: the readings pull it by {value:+.1f} times its stated u; check its certificate"
+            )
+    return out

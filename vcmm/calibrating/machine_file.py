@@ -1,0 +1,134 @@
+"""A calibrated machine as files: machine.toml, its error table, and the joint covariance of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vcmm.calibrating.known import LOST
+from vcmm.calibrating.model import Curve, curve_effect, number_of
+from vcmm.calibrating.result import Calibration, rms
+from vcmm.core.effect import place_fields
+from vcmm.core.inputs import Input
+from vcmm.core.laws import MultivariateNormal
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+from vcmm.diagnosis.machine_file import effect_toml, input_toml
+from vcmm.effects import BY_NAME
+from vcmm.files.isg import ErrorFile, ErrorTable
+from vcmm.files.isg_writer import isg_text
+from vcmm.files.joint_covariance import JointCovariance, covariance_text
+from vcmm.files.toml_edits import editable, move_names, without_table
+
+CHANCE = 0.01  # a lost motion that chance would make so often is none
+
+
+def machine_texts(
+    found: Calibration, target: Path, sources: Sequence[str], prior: Path | None = None
+) -> dict[str, str]:
+    """File name -> text: STEM.toml as `target` says, STEM_errors.csv, STEM_covariance.csv beside it.
+
+    sources: names of the recordings. prior: the machine file that the calibration started from; what it says beside the error
+    table stays, with its comments.
+    """
+    table, covariance = f"{target.stem}_errors.csv", f"{target.stem}_covariance.csv"
+    said = f"calibrated from {', '.join(sources)}"
+    names, nodes = found.kept.labels
+    stored = np.array([not (n[0] == "B" and len(n) == 2) for n in names])
+    joint = JointCovariance(
+        tuple(n for n, s in zip(names, stored) if s), nodes[stored], found.covariance[np.ix_(stored, stored)]
+    )
+    errors = _errors(found, table, covariance, said)
+    if prior is None:
+        text = _head(found.machine) + errors + _repeatability(found)
+    else:
+        text = f"{_without_errors(prior, target.parent, found.kept.names).rstrip()}\n\n{errors}"
+    reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
+    return {
+        f"{target.stem}.toml": text + reversals,
+        table: isg_text(error_file(found), said),
+        covariance: covariance_text(joint),
+    }
+
+
+def error_file(found: Calibration) -> ErrorFile:
+    """One table per axis over its nodes, and the squareness."""
+    tables, model = [], found.kept
+    curves = [c for c in model.curves if not c.reversal]
+    for axis in dict.fromkeys(c.axis for c in curves):
+        mine = [c for c in curves if c.axis == axis]
+        values: dict[str, Array] = {c.component: found.theta[model.slices[c.component]] for c in mine}
+        tables.append(ErrorTable((axis,), (mine[0].nodes,), values, 0))
+    return ErrorFile(tuple(tables), {p: float(found.theta[model.slices[p]][0]) for p in model.pairs})
+
+
+def _errors(found: Calibration, table: str, covariance: str, said: str) -> str:
+    """[errors], with what is not identified in comments."""
+    missing = "".join(f"# not identified: {c.text}\n" for c in found.identified.combinations)
+    return (
+        f'{missing}[errors]\ntable = "{table}"\ninterpolation = "cubic"\nstate = "{found.machine.state}"\n'
+        f'covariance = "{covariance}"\nevidence = "{said}"\n'
+    )
+
+
+def _reversal(found: Calibration, curve: Curve) -> str:
+    """A lost motion as an effect with its Input; nothing where it does not differ from zero by more than chance."""
+    from scipy.stats import chi2
+
+    part = found.kept.slices[curve.component]
+    value, covariance = found.theta[part], found.covariance[part, part]
+    if chi2.sf(float(value @ np.linalg.pinv(covariance, rcond=1e-6) @ value), len(value)) > CHANCE:
+        return f"# lost motion of {curve.axis}: none beyond chance\n"
+    effect = curve_effect(curve, value)
+    known = Input(effect.name, curve.axis, number_of(effect), MultivariateNormal(covariance), "machine", "")
+    return effect_toml(effect) + input_toml(effect, known, "this calibration").replace(
+        "diagnosed from", "fitted in"
+    )
+
+
+def _head(machine: Machine) -> str:
+    lines = ['vcmm = "machine/1"', f'name = "{machine.name}"', f'kind = "{machine.kind}"']
+    lines.append(f'structure = "{machine.chain.structure}"')
+    for letter, axis in machine.axes.items():
+        unit, scale = ("deg", 180 / np.pi) if axis.rotary else ("mm", 1.0)
+        low, high = (f'"{q * scale:.10g} {unit}"' for q in axis.travel)
+        lines += [f"[axes.{letter}]", f"travel = [{low}, {high}]"]
+    return "\n".join(lines) + "\n"
+
+
+def _repeatability(found: Calibration) -> str:
+    """Scatter of a touch, where the machine itself probed."""
+    touches = [e for r, e in zip(found.readings, found.posterior.residual) if r.recording.kind == "probe"]
+    if not touches:
+        return ""
+    left = sum(r.m for r in found.readings) / max(
+        sum(r.m for r in found.readings) - found.posterior.used, 1.0
+    )
+    u = rms(np.concatenate(touches)) * np.sqrt(left)
+    return f'[repeatability]                # scatter of the touches of this calibration\nlaw = "normal"\nu = "{u * 1e3:.3g} um"\n'
+
+
+def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
+    """A machine file without [errors] and without what it says of these errors elsewhere, as it stands in `folder`."""
+    document = editable(prior)
+    without_table(document, "errors")
+    for key in ("inputs", "effects"):
+        stated = document.get(key, [])
+        for i in reversed(range(len(stated))):
+            if _says_of(stated[i], names):
+                del stated[i]
+        if key in document and not len(stated):
+            document.remove(key)
+    move_names(document, prior.parent, folder)
+    return str(document.as_string())
+
+
+def _says_of(table: Mapping[str, object], names: Sequence[str]) -> bool:
+    """Whether an [[effects]] or [[inputs]] table states one of the errors of these names (EXX, C0Y, BX)."""
+    kind = BY_NAME.get(str(table.get("effect")))
+    if kind is None or not kind.calibrated:
+        return False
+    where = [str(table[f.name]) for f in place_fields(kind) if f.name in table]
+    return not where or (f"B{where[0]}" if kind.role == LOST else where[0]) in names

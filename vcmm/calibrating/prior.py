@@ -1,0 +1,89 @@
+"""What is thought of an error curve before it is measured: a smooth Gaussian process of unknown size and smoothness.
+
+    curve = size * smooth process of the length l, without its mean or line     size from the readings (evidence)
+    a positioning error also has a line of any slope (scale error), squareness any angle
+
+Factors F with unit-variance numbers z, theta = F z. Rasmussen & Williams, Gaussian Processes (2006), eq. 2.31, 5.8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from vcmm.calibrating.model import Curve, ErrorModel
+from vcmm.core.run import Array
+
+SPREAD = 2.5  # of ln size: machines from 20 nm to 0.5 mm
+SLOPE, ANGLE = 2e-4, 1e-3  # prior u of a scale error, rad of squareness: far beyond any machine
+BROAD = 5.0  # times the usual size: nothing is known
+GRAIN = 1e-6  # share of the variance without correlation from node to node
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePrior:
+    """factor (size, r) for unit sizes; block (r,): number of the curve whose size scales a column, -1 for a fixed one."""
+
+    factor: Array
+    block: np.ndarray
+
+
+@lru_cache(maxsize=2048)
+def unit_factor(curve: Curve, length: float) -> Array:
+    """(g, g) in free coordinates: smooth process of correlation length (mm) without mean or line, of mean variance 1.
+
+    A millionth of the variance is without correlation: it keeps every shape possible and matrices invertible.
+    """
+    gap = curve.nodes[:, None] - curve.nodes
+    kernel = curve.free.T @ np.exp(-((gap / length) ** 2) / 2) @ curve.free
+    kernel = kernel / np.trace(kernel) * len(curve.nodes)
+    factor = np.linalg.cholesky(kernel + GRAIN * np.eye(len(kernel)))
+    factor.setflags(write=False)  # it is handed out again
+    return factor
+
+
+def line_factor(curve: Curve) -> Array:
+    """(k, 0 or 1): the line that a positioning error may have besides, of a scale error of 1 SLOPE."""
+    if curve.turns or curve.straightness or curve.reversal:
+        return np.zeros((len(curve.nodes), 0))
+    return SLOPE * (curve.nodes - curve.nodes.mean())[:, None]
+
+
+def prior(model: ErrorModel, lengths: Mapping[str, float]) -> CurvePrior:
+    """The factor for the lengths (mm) of the curves, by component; columns: smooth curves, then lines and squareness."""
+    columns: list[Array] = []
+    blocks: list[int] = []
+    for number, curve in enumerate(model.curves):
+        unit = curve.free @ unit_factor(curve, lengths[curve.component])
+        columns.append(_placed(model, curve.component, unit))
+        blocks += [number] * unit.shape[1]
+        line = line_factor(curve)
+        columns.append(_placed(model, curve.component, line))
+        blocks += [-1] * line.shape[1]
+    for pair in model.pairs:
+        columns.append(_placed(model, pair, np.array([[ANGLE]])))
+        blocks.append(-1)
+    return CurvePrior(np.concatenate(columns, axis=1), np.array(blocks))
+
+
+def _placed(model: ErrorModel, name: str, block: Array) -> Array:
+    out = np.zeros((model.size, block.shape[1]))
+    out[model.slices[name]] = block
+    return out
+
+
+def usual(model: ErrorModel) -> Array:
+    """(curves,): usual size, mm or rad."""
+    return np.array([c.usual for c in model.curves])
+
+
+def scaled(prior: CurvePrior, sizes: Array) -> Array:
+    """(size, r): the factor with the sizes of the curves."""
+    return np.asarray(prior.factor * column_sizes(prior, sizes))
+
+
+def column_sizes(prior: CurvePrior, sizes: Array) -> Array:
+    return np.where(prior.block < 0, 1.0, sizes[np.maximum(prior.block, 0)])

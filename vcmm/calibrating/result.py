@@ -1,0 +1,63 @@
+"""What a calibration found: errors with their joint covariance, what is not identified, residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.calibrating.identified import Identified, is_angle
+from vcmm.calibrating.model import ErrorModel
+from vcmm.calibrating.readings import Readings
+from vcmm.calibrating.solve import ErrorPosterior
+from vcmm.core.machine import Machine
+from vcmm.core.run import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """machine: what was known before (structure, axes, prior errors). kept: the errors that are identified, as a model.
+
+    theta (kept.size,), covariance: of these errors, mm and rad. assumed, warnings: sentences.
+    """
+
+    machine: Machine
+    kept: ErrorModel
+    theta: Array
+    covariance: Array
+    posterior: ErrorPosterior
+    identified: Identified
+    readings: tuple[Readings, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def residual(self) -> Array:
+        """All residuals of lengths (not of angles), mm."""
+        found = [e for r, e in zip(self.readings, self.posterior.residual) if r.recording.kind != "angle"]
+        return np.concatenate(found) if found else np.zeros(0)
+
+    def band(self, name: str) -> tuple[Array, Array, Array]:
+        """(nodes, value, u) of one identified error, mm or rad; a squareness has one node, nan."""
+        part = self.kept.slices[name]
+        nodes = self.kept.labels[1][part]
+        return nodes, self.theta[part], np.sqrt(np.diag(self.covariance)[part])
+
+    def figures(self) -> list[Mapping[str, object]]:
+        """One row per identified error: size and uncertainty, um or urad."""
+        out: list[Mapping[str, object]] = []
+        for name in self.kept.names:
+            _, value, u = self.band(name)
+            turns = is_angle(name)
+            scale = 1e6 if turns else 1e3
+            row: dict[str, object] = {"error": name, "unit": "urad" if turns else "um"}
+            if len(value) > 1:
+                row |= {"low": float(value.min() * scale), "high": float(value.max() * scale)}
+            else:
+                row |= {"value": float(value[0] * scale)}
+            out.append(row | {"u": float(np.sqrt((u**2).mean()) * scale)})
+        return out
+
+
+def rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean())) if len(values) else 0.0

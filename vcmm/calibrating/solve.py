@@ -1,0 +1,269 @@
+"""The joint posterior of all errors from all recordings, robust to outliers.
+
+Least squares with weights w = information of each reading: for a Student law of nu degrees of freedom and scale s
+(iteratively reweighted, Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989) 881)
+
+    estimate     w = (nu + 1) / (nu + (e/s)^2) / s^2
+    covariance   w = (nu + 1) / (nu + 3) / s^2, the Fisher information
+
+Nuisance is projected out recording by recording, so it has no prior; own errors of instruments have theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.calibrating.evidence import JointPosterior, Reduced, Smoothness, smoothness
+from vcmm.calibrating.model import ErrorModel
+from vcmm.calibrating.readings import Readings
+from vcmm.core.run import Array
+
+DOFS = (3.0, 4.0, 6.0, 10.0)  # Student laws tried beside the normal law
+PAYS = 4.0  # nats that tails must win
+ROUNDS, STILL = 12, 1e-3
+REFINED = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
+EXCESS, CHANCE = (
+    1.15,
+    1e-3,
+)  # a stated noise is raised where the residuals are larger by this and not by chance
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingNoise:
+    """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool."""
+
+    scale: float
+    dof: float
+    outliers: npt.NDArray[np.bool_]
+
+    @property
+    def u(self) -> float:
+        """Standard deviation over the stated u."""
+        return self.scale * (np.sqrt(self.dof / (self.dof - 2)) if np.isfinite(self.dof) else 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorPosterior:
+    """theta (size,), covariance (size, size) of the errors; own (c,) errors of instruments in units of their u.
+
+    residual: per recording (m,) mm or rad, after everything; noise per recording; information: Reduced with the weights of
+    the covariance; used: numbers that the readings determine, together.
+    """
+
+    model: ErrorModel
+    smooth: Smoothness
+    theta: Array
+    covariance: Array
+    own: Array
+    own_names: tuple[str, ...]
+    residual: tuple[Array, ...]
+    noise: tuple[ReadingNoise, ...]
+    information: Reduced
+    used: float
+    log_evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A recording under weights: x (m, size + c) and y (m,) whitened, nuisance projected out; gram = x' x."""
+
+    x: Array
+    y: Array
+    root: Array
+    gram: Array
+    rank: int
+
+    def residual(self, mean: Array) -> Array:
+        """(m,): what errors, instrument and nuisance leave, mm or rad."""
+        return np.asarray((self.y - self.x @ mean) / self.root)
+
+    def spent(self, covariance: Array) -> float:
+        """Degrees of freedom of the readings that the fit has used up."""
+        return self.rank + float((self.gram * covariance).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Before:
+    """What was known of theta before: factor (size, r) of its covariance; changed (size,): 1 where it may have changed since."""
+
+    factor: Array
+    changed: Array
+
+    @staticmethod
+    def nothing(model: ErrorModel) -> Before:
+        return Before(np.zeros((model.size, 0)), np.ones(model.size))
+
+    def lift(self, size: int) -> Array:
+        """(theta, all numbers): theta = change + what was known; `size` numbers in all."""
+        out = np.zeros((len(self.changed), size))
+        out[:, : len(self.changed)] = np.diag(self.changed)
+        out[:, len(self.changed) : len(self.changed) + self.factor.shape[1]] = self.factor
+        return out
+
+
+def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], tuple[str, ...]]:
+    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these."""
+    widths = [sum(c.shape[1] for _, c in p.own) for p in parts]
+    total, at, out = sum(widths), 0, []
+    for part, width in zip(parts, widths):
+        own = np.zeros((part.m, total))
+        if width:
+            own[:, at : at + width] = np.concatenate([c for _, c in part.own], axis=1)
+        at += width
+        out.append(np.concatenate([part.errors * before.changed, part.errors @ before.factor, own], axis=1))
+    named = [(f"{p.recording.name}: {n}", c.shape[1]) for p in parts for n, c in p.own]
+    return out, tuple(f"{n} {k + 1}" if count > 1 else n for n, count in named for k in range(count))
+
+
+def project(part: Readings, columns: Array, weight: Array) -> Whitened:
+    """Whiten by the root of the weights (m,) and take the nuisance out."""
+    root = np.sqrt(weight)
+    x, y = columns * root[:, None], part.value * root
+    basis = nuisance_basis(part.nuisance * root[:, None])
+    x -= basis @ (basis.T @ x)
+    return Whitened(x, y - basis @ (basis.T @ y), root, x.T @ x, basis.shape[1])
+
+
+def nuisance_basis(nuisance: Array) -> Array:
+    """(m, rank): orthonormal columns that span the nuisance."""
+    size = np.linalg.norm(nuisance, axis=0)
+    kept = nuisance[:, size > 0] / size[size > 0]
+    if not kept.shape[1]:
+        return kept
+    left, values, _ = np.linalg.svd(kept, full_matrices=False)
+    return np.asarray(left[:, values > 1e-9 * values[0]])
+
+
+def reduced(whitened: Sequence[Whitened], model: ErrorModel) -> Reduced:
+    """A and b of all recordings together."""
+    a = np.sum([w.gram for w in whitened], axis=0)
+    return Reduced(a, np.sum([w.x.T @ w.y for w in whitened], axis=0), model)
+
+
+def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> ErrorPosterior:
+    """The joint posterior. The parts' columns belong to this model; theta is the departure from the numbers known before."""
+    known = known or Before.nothing(model)
+    columns, names = columns_of(parts, known)
+    noise = [ReadingNoise(1.0, np.inf if p.dof is None else p.dof, np.zeros(p.m, dtype=bool)) for p in parts]
+    weights = [1.0 / p.u**2 for p in parts]
+    smooth: Smoothness | None = None
+    before: Array | None = None
+    for turn in range(ROUNDS):
+        white = [project(p, c, w) for p, c, w in zip(parts, columns, weights)]
+        told = reduced(white, model)
+        if turn in REFINED:
+            smooth = smoothness(told, smooth)
+        assert smooth is not None
+        mean, covariance = posterior(told, smooth)
+        residual = [w.residual(mean) for w in white]
+        noise = [_noise(p, e, w.spent(covariance)) for p, e, w in zip(parts, residual, white)]
+        weights = [_weights(p, e, n) for p, e, n in zip(parts, residual, noise)]
+        plain = all(np.isinf(n.dof) and n.scale == 1.0 for n in noise)
+        still = before is not None and _change(mean, before, covariance) < STILL and turn > max(REFINED)
+        before = mean
+        if still or plain:
+            break
+    assert smooth is not None
+    fisher = [project(p, c, _information(p, n)) for p, c, n in zip(parts, columns, noise)]
+    told = replace(reduced(fisher, model), b=told.b)
+    _, covariance = posterior(told, smooth)
+    lift, own = known.lift(len(mean)), model.size + known.factor.shape[1]
+    used = float((told.a * covariance).sum())
+    shared = sum(float(np.log(w.root).sum()) - float(w.y @ w.y) / 2 for w in white)
+    return ErrorPosterior(
+        model=model,
+        smooth=smooth,
+        theta=lift @ mean,
+        covariance=lift @ covariance @ lift.T,
+        own=mean[own:],
+        own_names=names,
+        residual=tuple(residual),
+        noise=tuple(noise),
+        information=told,
+        used=used,
+        log_evidence=smooth.log_evidence + shared,
+    )
+
+
+def posterior(told: Reduced, smooth: Smoothness) -> tuple[Array, Array]:
+    """Mean and covariance of theta and the numbers behind it."""
+    return JointPosterior(told, smooth.sites).posterior()
+
+
+def conditioned(told: Reduced, factor: Array) -> tuple[Array, Array]:
+    """Mean and covariance under the prior factor @ factor.T."""
+    from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+    inner = factor.T @ told.a @ factor
+    inner[np.diag_indices_from(inner)] += 1.0
+    lower = cho_factor(inner, lower=True)
+    mean = factor @ cho_solve(lower, factor.T @ told.b)
+    half = solve_triangular(lower[0], factor.T, lower=True)
+    return mean, half.T @ half
+
+
+def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
+    """Scale and law of the residuals. A stated noise stands unless the residuals contradict it."""
+    e = residual / part.u * np.sqrt(part.m / max(part.m - spent, 1.0))
+    left = max(part.m - spent, 1.0)
+    dof = part.dof if part.dof is not None else _dof(e)
+    scale = _t_scale(e, dof)
+    if part.stated and not _too_large(scale, dof, part, left):
+        scale = 1.0 if np.isinf(dof) or part.dof is not None else min(scale, 1.0)
+    limit = 4.0 if np.isinf(dof) else 4.5
+    return ReadingNoise(scale, dof, np.abs(e) > limit * scale)
+
+
+def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:
+    """Are the residuals larger than stated, beyond chance? For normal noise by chi-squared with `left` dof."""
+    from scipy.stats import chi2
+
+    if scale < EXCESS:
+        return False
+    return bool(chi2.sf(scale**2 * left, left) < CHANCE)
+
+
+def _dof(e: Array) -> float:
+    """Degrees of freedom of the law of the residuals (m,): the normal law unless tails win more than PAYS nats."""
+    from scipy.stats import norm, t
+
+    if len(e) < 20:
+        return float(np.inf)
+    best, most = float(np.inf), float(norm.logpdf(e, scale=max(np.sqrt((e**2).mean()), 1e-12)).sum()) + PAYS
+    for dof in DOFS:
+        value = float(t.logpdf(e, dof, scale=max(_t_scale(e, dof), 1e-12)).sum())
+        if value > most:
+            best, most = dof, value
+    return best
+
+
+def _t_scale(e: Array, dof: float) -> float:
+    """Maximum-likelihood scale of residuals (m,) for a law of `dof` (rms for the normal law)."""
+    s2 = float((e**2).mean())
+    if np.isinf(dof):
+        return float(np.sqrt(s2))
+    for _ in range(50):
+        s2 = float(((dof + 1) * e**2 / (dof + e**2 / max(s2, 1e-300))).mean())
+    return float(np.sqrt(s2))
+
+
+def _weights(part: Readings, residual: Array, noise: ReadingNoise) -> Array:
+    spread = noise.scale * part.u
+    if np.isinf(noise.dof):
+        return 1.0 / spread**2
+    return np.asarray((noise.dof + 1) / (noise.dof + (residual / spread) ** 2) / spread**2)
+
+
+def _information(part: Readings, noise: ReadingNoise) -> Array:
+    share = 1.0 if np.isinf(noise.dof) else (noise.dof + 1) / (noise.dof + 3)
+    return share / (noise.scale * part.u) ** 2
+
+
+def _change(new: Array, old: Array, covariance: Array) -> float:
+    """Largest change of a number in units of its u."""
+    u = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return float((np.abs(new - old) / np.maximum(u, 1e-15)).max())

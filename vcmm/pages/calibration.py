@@ -1,0 +1,48 @@
+"""The report of a calibration: curves with their bands, residuals per recording, what is not identified."""
+
+from __future__ import annotations
+
+from vcmm import __version__
+from vcmm import report as r
+from vcmm.calibrating.identified import is_angle
+from vcmm.calibrating.result import Calibration
+from vcmm.tables.calibrated import residuals
+from vcmm.tables.table import titled_html
+
+
+def calibration_page(found: Calibration) -> str:
+    """One self-contained HTML file."""
+    blocks = [r.note(w, "warning") for w in found.warnings]
+    blocks += [r.heading("Errors of the machine, 95 % bands")]
+    pictures = [picture(found, c.component) for c in found.kept.curves]
+    blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
+    if found.kept.pairs:
+        rows = [
+            [p, f"{found.band(p)[1][0] * 1e6:+.2f} µrad", f"{found.band(p)[2][0] * 1e6:.2f} µrad"]
+            for p in found.kept.pairs
+        ]
+        blocks += [r.heading("Squareness"), r.table(["", "angle", "u"], rows, numeric=(1, 2))]
+    blocks += [r.heading("Not identified"), *missing(found), *titled_html(residuals(found))]
+    footer = f"vcmm {__version__}. Rotations have mean zero, straightness has no slope: the direction of travel is squareness."
+    return r.page(
+        f"Calibration of {found.machine.name}",
+        blocks,
+        subtitle=f"structure {found.machine.chain.structure}",
+        footer=footer,
+    )
+
+
+def picture(found: Calibration, name: str) -> str:
+    """One curve with its 95 % band."""
+    nodes, value, u = found.band(name)
+    scale, unit = (1e6, "µrad") if is_angle(name) else (1e3, "µm")
+    one = r.PlotSeries(nodes, value * scale, "", (value - 1.96 * u) * scale, (value + 1.96 * u) * scale)
+    return r.curve(
+        [one], x_label=f"{name[-1]} in mm", y_label=f"{name} in {unit}", title=f"{name} over {name[-1]}"
+    )
+
+
+def missing(found: Calibration) -> list[str]:
+    if not found.identified.combinations:
+        return [r.paragraph("Everything is identified.")]
+    return [r.paragraph(c.text) for c in found.identified.combinations]
