@@ -15,7 +15,7 @@ from vcmm.diagnosis.result import Answer
 from vcmm.effects import ALL
 from vcmm.effects.abbe import AbbeOffset
 from vcmm.effects.backlash import Backlash
-from vcmm.effects.component import ComponentSpline, ComponentTable
+from vcmm.effects.component import CalibrationModes, ComponentSpline, ComponentTable
 from vcmm.effects.drift import StepChange
 from vcmm.effects.geometric_change import GeometricChange
 from vcmm.effects.laser import AirIndex
@@ -31,7 +31,7 @@ def plain() -> list:
     """One instance of every effect whose parameters are numbers or short vectors."""
     out = []
     for kind in ALL:
-        if kind in (ComponentTable, ComponentSpline) or any(
+        if kind in (ComponentTable, ComponentSpline, CalibrationModes) or any(
             word in f.metadata["shape"] for f in parameter_fields(kind) for word in ARRAYS
         ):
             continue

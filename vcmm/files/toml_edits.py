@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,23 +45,32 @@ def with_value_for_table(document: Any, key: str, value: str) -> None:
 
     A table goes with the comments inside it; the comments and blank lines over the table that follows stay.
     """
-    if isinstance(document.get(key), dict):
-        without_table(document, key)
+    left = _taken_out(document, key) if isinstance(document.get(key), dict) else []
     document[key] = value
+    _put_back(document, left)
 
 
 def without_table(document: Any, key: str) -> None:
     """Take out all tables [key...]; the comments and blank lines over the table that follows stay."""
-    import tomlkit
+    if key in document:
+        _put_back(document, _taken_out(document, key))
 
+
+def _taken_out(document: Any, key: str) -> list[tuple[Any, str]]:
+    """Remove all tables [key...]: what tomlkit leaves in the place of each, and the comments at its end."""
     places = [i for i, (name, _) in enumerate(document.body) if name is not None and name.key == key]
     headings = [_last_comments(document.body[i][1].as_string()) for i in places]
-    if places:
-        document.remove(key)
-    empty = [document.body[i][1] for i in places]  # what tomlkit leaves in the place of a table
+    document.remove(key)
+    return [(document.body[i][1], heading) for i, heading in zip(places, headings)]
+
+
+def _put_back(document: Any, left: Sequence[tuple[Any, str]]) -> None:
+    """The comments where the tables were."""
+    import tomlkit
+
     for i, (_, item) in enumerate(list(document.body)):
-        for left, heading in zip(empty, headings):
-            if item is left:
+        for empty, heading in left:
+            if item is empty:
                 document.body[i] = (None, tomlkit.ws(heading))
 
 
