@@ -36,6 +36,7 @@ _HOME = {
     "diagnose": "vcmm.diagnosis.job",
     "cut": "vcmm.machining.job",
     "compensate": "vcmm.compensating.job",
+    "calibrate": "vcmm.calibrating.job",
     "load_cut": "vcmm.files.cut_scenario",
     "load_recording": "vcmm.files.recording",
 }
