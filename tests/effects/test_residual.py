@@ -167,3 +167,10 @@ def test_correlated_field_outside_is_refused():
     field = CorrelatedField(CUBE, np.full((8, 3), 1e-3), 150.0, np.zeros((8, 3)))
     with pytest.raises(ModelLimit, match="outside the hull of the nodes"):
         field.error_motion(_run((50.0, 100.0, 1.0)))
+
+
+def test_a_field_that_names_no_nodes_covers_a_machine_on_both_sides_of_its_zero_height():
+    # nothing is stated but the volume: any place from (0, 0, -10 m) to 10 m may be asked for, and nothing is added there
+    places = [(5000.0, 10.0, -5000.0), (1.0, 9999.0, 5000.0)]
+    for effect in (ResidualField(), CorrelatedField()):
+        assert np.abs(effect.error_motion(_run(*places))).max() == 0.0

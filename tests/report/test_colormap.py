@@ -10,7 +10,8 @@ import pytest
 from tests.report.drawn import NAN
 from vcmm.report import svg
 from vcmm.report.axes import tick_text
-from vcmm.report.colormap import bands, colour_legend, ramp
+from vcmm.report.colormap import bands, colour_legend, legend_width, ramp
+from vcmm.report.text import text_width
 
 
 def test_bands_are_round_and_hold_the_data() -> None:
@@ -43,3 +44,10 @@ def test_labels_of_a_legend_stand_beside_their_boundary_and_not_on_one_another(h
     assert len(labels) > 1
     assert (apart >= svg.SIZE).all()
     assert labels[-1] == (pytest.approx(20.0 + height + 4.3), tick_text(scale.levels)[0])
+
+
+def test_a_legend_has_room_for_its_labels() -> None:
+    scale = bands(np.linspace(-5.0, 5.0, 50))
+    legend = ET.fromstring(f"<svg>{colour_legend(scale, 'um', 10.0, 20.0, 220.0)}</svg>")
+    ends = [float(t.get("x") or NAN) + text_width(t.text or "", svg.SIZE) for t in legend.iter("text")]
+    assert max(ends) <= 10.0 + legend_width(scale, "um") <= max(ends) + 10.0
