@@ -171,6 +171,14 @@ def test_correlated_field_outside_is_refused():
 
 def test_a_field_that_names_no_nodes_covers_a_machine_on_both_sides_of_its_zero_height():
     # nothing is stated but the volume: any place from (0, 0, -10 m) to 10 m may be asked for, and nothing is added there
-    places = [(5000.0, 10.0, -5000.0), (1.0, 9999.0, 5000.0)]
-    for effect in (ResidualField(), CorrelatedField()):
-        assert np.abs(effect.error_motion(_run(*places))).max() == 0.0
+    places = _run((5000.0, 10.0, -5000.0), (1.0, 9999.0, 5000.0))
+    for effect in (ResidualField(), CorrelatedField(length=1e3)):
+        assert np.abs(effect.error_motion(places)).max() == 0.0
+
+
+def test_what_no_node_can_tell_is_refused_not_nan():
+    """exp(-38.6^2 / 2) is the smallest number there is: further away every weight is 0 / 0."""
+    two = CorrelatedField(nodes=np.array([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0]]), length=10.0, deviation=np.ones((2, 3)), values=np.ones((2, 3)))  # fmt: skip
+    assert np.isfinite(two.error_motion(_run((370.0, 0.0, 0.0)))).all()
+    with pytest.raises(ModelLimit, match=r"row 1: the tip at .*38 correlation lengths"):
+        two.error_motion(_run((500.0, 0.0, 0.0)))

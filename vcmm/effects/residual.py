@@ -313,6 +313,13 @@ class CorrelatedField(Effect):
         if len(bad):
             raise _outside(tip[bad[0]], "the nodes", int(bad[0]))
         near = self._kernel(tip)
+        alone = np.flatnonzero(near.sum(axis=1) < np.finfo(float).tiny)
+        if len(alone):
+            raise _outside(
+                tip[alone[0]],
+                f"what nodes reach with 38 correlation lengths of {self.length:g} mm",
+                int(alone[0]),
+            )
         weights = np.linalg.solve(self._jittered, near.T).T
         size = np.sqrt((weights * near).sum(axis=1))  # w^T K w = w . k, since K w = k
         share = near / near.sum(axis=1, keepdims=True)
