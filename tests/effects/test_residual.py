@@ -176,9 +176,9 @@ def test_a_field_that_names_no_nodes_covers_a_machine_on_both_sides_of_its_zero_
         assert np.abs(effect.error_motion(places)).max() == 0.0
 
 
-def test_what_no_node_can_tell_is_refused_not_nan():
-    """exp(-38.6^2 / 2) is the smallest number there is: further away every weight is 0 / 0."""
-    two = CorrelatedField(nodes=np.array([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0]]), length=10.0, deviation=np.ones((2, 3)), values=np.ones((2, 3)))  # fmt: skip
-    assert np.isfinite(two.error_motion(_run((370.0, 0.0, 0.0)))).all()
-    with pytest.raises(ModelLimit, match=r"row 1: the tip at .*38 correlation lengths"):
-        two.error_motion(_run((500.0, 0.0, 0.0)))
+def test_far_from_all_nodes_the_nearest_one_speaks_alone():
+    """exp(-39^2 / 2) is below the smallest number there is: the share of the nearer node is 1 nevertheless."""
+    values = np.array([[1.0, 2.0, 3.0], [9.0, 9.0, 9.0]])
+    nodes = np.array([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0]])
+    far = CorrelatedField(nodes=nodes, length=10.0, deviation=np.ones((2, 3)), values=values)
+    assert far.error_motion(_run((390.0, 0.0, 0.0)))[0, :3] == pytest.approx([1.0, 2.0, 3.0])
