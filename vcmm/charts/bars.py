@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHOWN = 12
+ROUNDING = 5e-4  # of u^2: printed as 0.0 %
+ROUNDING = 5e-4  # of u^2: printed as 0.0 %
 
 
 class _Contribution(Protocol):
@@ -32,8 +34,11 @@ class PlottedBudget(tuple[Any, ...]):
 
 
 def contributions(lines: Sequence[_Contribution], title: str = "budget", ax: Axes | None = None) -> Axes:
-    """One bar per line (share of u^2 in percent), the largest on top; past the twelfth they are summed up."""
-    ranked = sorted((line for line in lines if line.share == line.share), key=lambda line: -line.share)
+    """One bar per line (share of u^2 in percent), the largest on top; past the twelfth they are summed up.
+
+    What would be printed as 0.0 % is left out.
+    """
+    ranked = sorted((line for line in lines if line.share >= ROUNDING), key=lambda line: -line.share)
     names, shares = [line.what for line in ranked], [100.0 * line.share for line in ranked]
     if len(ranked) > SHOWN:
         rest = len(ranked) - SHOWN + 1

@@ -28,12 +28,32 @@ def distribution(
 ) -> Axes:
     """Bars of area proportional to the counts (edges (n + 1,), counts (n,)); interval shaded, limits and marks as lines.
 
-    A limit that is infinite is none.
+    A limit that is infinite is none; without counts no bars are drawn, and that is said.
     """
     drawn = canvas(ax)
     wide = np.diff(edges)
     height = np.asarray(counts, dtype=float) / wide / max(float(np.sum(counts)), 1.0)
     drawn.bar(edges[:-1], height, wide, align="edge", color=LIGHT["accent-soft"], edgecolor="none")
+    if not len(counts):
+        drawn.text(
+            0.01,
+            0.96,
+            "closed form, no trials",
+            transform=drawn.transAxes,
+            va="top",
+            fontsize=8,
+            color=LIGHT["muted"],
+        )
+    if not len(counts):
+        drawn.text(
+            0.01,
+            0.96,
+            "closed form, no trials",
+            transform=drawn.transAxes,
+            va="top",
+            fontsize=8,
+            color=LIGHT["muted"],
+        )
     if interval:
         drawn.axvspan(*interval, color=LIGHT["accent"], alpha=0.18, label="coverage interval")
     for limit, name in zip(limits or (), ("lower limit", "upper limit")):
