@@ -244,10 +244,10 @@ def _difference(effect: Effect, name: str, high: Array, low: Array, run: Run) ->
 
 
 def motion(run: Run, **components: Array) -> Array:
-    """Assemble an error motion from named columns: motion(run, X=..., B=...) -> (n, 6)."""
+    """Assemble an error motion from named columns: motion(run, X=..., B=...) -> (n, 6). An axis such as A1 stands for A."""
     out = np.zeros((run.n, 6))
     for letter, values in components.items():
-        out[:, COLUMN[letter]] = values
+        out[:, COLUMN[letter[0]]] = values
     return out
 
 

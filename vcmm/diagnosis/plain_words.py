@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from vcmm.core.axes import axis_of, is_component
 from vcmm.core.declaration import Words
 from vcmm.core.effect import Effect
 from vcmm.core.run import Run
@@ -71,7 +72,7 @@ def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
     if effect is None:
         return ""
     component = str(getattr(effect, "component", ""))
-    along = (component[:1] == "E" and component[1:2] == component[2:]) or component in ("EAA", "EBB", "ECC")
+    along = is_component(component) and component[1] == axis_of(component)[0]
     if kind in ("displacement", "angle") and along and effect.free_curve:
         return (
             "or the instrument itself: a departure that depends on the position alone, the same in both directions, looks"
