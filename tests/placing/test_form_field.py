@@ -142,3 +142,10 @@ def test_grids_keep_the_margin():
     assert surface_grid(ball, 8)[:, 2].mean() == pytest.approx(0.0, abs=1e-9)
     assert np.abs(surface_grid(tyre, 16)[:, 2]).max() == pytest.approx(4.0)
     assert len(surface_grid(cone, 12)) == 12 * 5
+
+
+def test_a_leaning_wall_is_out_by_opposite_amounts_at_its_ends():
+    # the first column beyond the circle's own 31 (1 and 15 pairs): Legendre degree 1 alone, weight 1/2 (k = 0) x sqrt(3) / 2
+    wall = Feature("wall", "cylinder", np.array([0.0, 0.0, 5.0]), np.array([0.0, 0.0, 1.0]), np.array([10.0]), True, (30.0,))  # fmt: skip
+    foot, middle, head = np.array([10.0, 0.0, 5.0]), np.array([10.0, 0.0, 20.0]), np.array([10.0, 0.0, 35.0])
+    assert _lobed(wall, np.array([foot, middle, head]))[:, 31] == pytest.approx([-0.4330127, 0.0, 0.4330127])

@@ -61,18 +61,6 @@ class GeometricChange(Effect):
             raise UsageError(f"{self.id}: nodes must hold the two ends of the travel, the lower one first")
 
     @classmethod
-    def from_table(cls, table: Effect, orders: int = 4) -> GeometricChange:
-        """No change yet, over the range of a stored component table or spline. Raises UsageError for other effects."""
-        component = str(getattr(table, "component", ""))
-        grids = dict(zip(getattr(table, "arguments", ()), getattr(table, "grids", ())))
-        nodes = grids.get(axis_of(component), getattr(table, "nodes", None))
-        if nodes is None:
-            raise UsageError(
-                f"{table.id} has no table over axis {axis_of(component)}; its change has no range"
-            )
-        return cls(component, np.asarray(nodes, dtype=float), np.zeros(orders))
-
-    @classmethod
     def placed(cls, place: Mapping[str, Any], site: Site) -> GeometricChange:
         axis = axis_of(place["component"])
         q = site.run.q(axis)
