@@ -17,6 +17,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.sanity import dead_sensors
 from vcmm.diagnosis.scans import is_change, trials
 from vcmm.effects import ALL, of_role
 from vcmm.evaluation.gaussian import thin_svd
@@ -159,10 +160,11 @@ def _everything(family: Family) -> bool:
 def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
     """Families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
     out, missing, still = [], set(), []
+    dead = dead_sensors(problem.recording)
     name = kind.reported_as()
     known = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
-        lacking = lacking_columns(effect, problem.run)
+        lacking = (*lacking_columns(effect, problem.run), *(c for c in effect.required() if c in dead))
         if lacking:
             missing |= set(lacking)
             continue

@@ -33,6 +33,8 @@ LABELS = (
 )
 REDRAW = ("machine", "touch", OFFSET_LABEL, *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
+FEW = 5  # cells that are named one by one
+DEAD = 0.5  # share of cells without a number from which it is the column that is wrong, and not the rows
 _BY_AXIS = (
     "sense_{}",
     "since_reversal_{}_mm",
@@ -71,7 +73,7 @@ class Sheet:
     def numbers(self, name: str) -> Array:
         """One column (n,). Raises DataError naming every cell that is no finite number."""
         i = self.header.index(name)
-        out, problems = np.empty(len(self.rows)), []
+        out, problems = np.zeros(len(self.rows)), []
         for j, row in enumerate(self.rows):
             try:
                 out[j] = float(row[i])
@@ -84,6 +86,11 @@ class Sheet:
                 problems.append(
                     f'{self.at(j)}: "{row[i]}" in column {name} is not finite; remove or repair the row'
                 )
+        if len(problems) > max(DEAD * len(self.rows), FEW):
+            problems = [
+                f"{self.path}:{self.header_line}: {name} is no finite number in {len(problems)} of {len(self.rows)} rows: repair the "
+                "column, or remove it (what depends on it is then not testable), not the rows"
+            ]
         if problems:
             raise DataError(problems)
         return out
@@ -134,12 +141,24 @@ def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
                 f"{sheet.path}:{sheet.header_line}: the column {axis_column(axis)} is missing.{hint} The machine has the axes {' '.join(axes)}"
             )
     numbers, labels = _typed(sheet, problems)
+    problems += _wrong_senses(sheet, numbers)
     if problems:
         raise DataError(problems)
     position = {a: numbers.pop(axis_column(a)) * (DEG if is_rotary(a) else 1.0) for a in axes}
     offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(len(sheet.rows))) for c in "xyz"], axis=1)
     others = {n: v for n, v in numbers.items() if n not in {axis_column(a) for a in axes_of(numbers)}}
     return Run(position, offset, canonical_columns(others), labels)
+
+
+def _wrong_senses(sheet: Sheet, numbers: dict[str, Array]) -> list[str]:
+    """Every cell of a sense that is no direction, with its line."""
+    return [
+        f"{sheet.at(int(i))}: {name} = {values[i]:g}; the direction in which the axis last moved is -1 or 1, and 0 where it is "
+        "not known"
+        for name, values in numbers.items()
+        if name.startswith("sense_")
+        for i in np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0)))
+    ]
 
 
 def axis_column(axis: str) -> str:

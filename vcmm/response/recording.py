@@ -92,6 +92,13 @@ class Recording:
             )
         if self.u is not None and not ((self.u > 0) & np.isfinite(self.u)).all():
             raise UsageError(f"recording {self.name}: standard uncertainties must be finite and above zero")
+        for name, values in self.run.columns.items():
+            wrong = np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0))) if name.startswith("sense_") else ()
+            if len(wrong):
+                raise UsageError(
+                    f"recording {self.name}: {name} is {values[wrong[0]]:g} in row {wrong[0] + 1}; a sense is -1, 1, or 0 where "
+                    "it is not known"
+                )
         if self.kind != "length" and (self.other >= 0).any():
             raise UsageError(f"recording {self.name}: only a length has a second end (other >= 0)")
 
