@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.diagnosis import generator as make
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
 from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Diagnosis
 from vcmm.response.recording import Recording
 
@@ -45,7 +48,36 @@ def test_air_that_a_tracer_does_not_correct_is_no_dead_path():
     made = recording(
         "length", run, value, (tip - station) / length[:, None], 0.5 * UM, station="setup", radius="setup"
     )
-    found = diagnose_recording(made, make.machine(), 1, 200)
+    found = diagnose_recording(made, make.machine(), 1, 100)
     assert names(found) == ["air_index"]
     scale = found.answer[0].parameters["scale"]
     assert abs(scale.value - 1.0) < 3 * scale.u < 0.3
+
+
+def moved(shift, noise_seed: int = 3) -> Recording:
+    """A good recording of touches in which the tip has moved by shift(time) (n, 3) mm."""
+    good = make.make((), 0.0, noise_seed, replace(make.RICH, n=150, poses=2)).recording
+    way = shift(good.run.columns["time_s"])[good.row]
+    return replace(good, value=good.value - (way * good.direction).sum(axis=1))
+
+
+def test_a_step_in_three_directions_is_one_name_with_one_moment():
+    step = np.array([6.0, -4.0, 5.0]) * UM
+    found = diagnose_recording(
+        moved(lambda t: (t > np.quantile(t, 0.3))[:, None] * step), make.machine(), 1, 200
+    )
+    assert names(found) == ["step_change"]
+    numbers = found.answer[0].parameters
+    assert set(numbers) == {"a", "a_x", "a_y", "a_z", "t1"}
+    said = plain_words(found.answer[0].effect, found.answer[0].where, numbers)
+    assert "in several directions at once" in said
+    for element, size in zip(("a_x", "a_y", "a_z"), (6.0, -4.0, 5.0)):
+        assert abs(numbers[element].value - size) < 4 * numbers[element].u < 6.0
+
+
+def test_a_step_in_one_direction_stays_one_number():
+    step = np.array([0.0, 0.0, 5.0]) * UM
+    found = diagnose_recording(
+        moved(lambda t: (t > np.quantile(t, 0.3))[:, None] * step), make.machine(), 1, 200
+    )
+    assert [(a.effect, dict(a.where)) for a in found.answer] == [("step_change", {"direction": "z"})]

@@ -92,6 +92,9 @@ STATED: tuple[Effect, ...] = (
     *_made(
         "StepChange", "y", 1.5e-3, float(np.linspace(0.0, 600.0, 12)[5])
     ),  # at a row, where its slope can be seen
+    *_made("StepVector", "xyz", np.array([1e-3, -2e-3, 1.5e-3]), float(np.linspace(0.0, 600.0, 12)[5])),
+    *_made("DriftVector", "xz", np.array([5e-7, -2e-7])),
+    *_made("ThermalVector", "xyz", "air", np.array([1e-3, -2e-3, 1.5e-3]), 300.0),
     *_made("SpindleGrowth", "Z", 20e-3, 900.0),
     *_made("ScrewHeating", "X", 50e-6, 3e-3, 2e4),
     *_made("LostMotion", "Y", 1e-3, 4e-6),

@@ -168,12 +168,20 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
         if lacking:
             missing |= set(lacking)
             continue
-        options = _options(effect, problem)
+        if effect.several and any(f.where == where_of(effect) for f in out):
+            continue
+        options = [o for o in _options(effect, problem) if not effect.several or _independent(o.columns)]
         if options:
             out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in known))
         else:
             still.append(Family(name, where_of(effect), ()))
     return out, missing, still
+
+
+def _independent(columns: Array) -> bool:
+    """Does every one of several columns (m, k) show, and none as the others do?"""
+    length = np.linalg.norm(columns, axis=0)
+    return bool(length.all()) and np.linalg.matrix_rank(columns / length, tol=1e-6) == columns.shape[1] > 1
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:

@@ -10,13 +10,13 @@ from collections.abc import Mapping
 
 from vcmm.core.axes import axis_of, is_component
 from vcmm.core.declaration import Words
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, place_fields
 from vcmm.core.run import Run
 from vcmm.core.units import plain
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.mistakes import MISTAKE
 from vcmm.diagnosis.periods import alias_words
-from vcmm.effects import BY_NAME
+from vcmm.effects import ALL
 
 # what no effect explains but a wrong table does
 OF_MISTAKE = Words(
@@ -28,7 +28,7 @@ OF_MISTAKE = Words(
 
 def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, Estimate]) -> str:
     """One sentence for the operator: what is seen; what usually causes it; what confirms it. "" for unknown families."""
-    words = _words_of(effect)
+    words = _words_of(effect, set(where))
     if words is None:
         return ""
     place = ", ".join(str(v) for v in where.values() if v) or "the machine"
@@ -40,10 +40,13 @@ def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, 
     return f"{seen[:1].upper()}{seen[1:]}; usually {cause}; confirm by: {confirm}."
 
 
-def _words_of(effect: str) -> Words | None:
+def _words_of(effect: str, places: set[str]) -> Words | None:
+    """Those of the shape that sits in such places: a step along one direction, or one of several at once."""
     if effect == MISTAKE:
         return OF_MISTAKE
-    return BY_NAME[effect].words if effect in BY_NAME else None
+    shapes = [k for k in ALL if k.reported_as() == effect and k.words is not None]
+    same = [k for k in shapes if {f.name for f in place_fields(k) if not f.metadata["quiet"]} == places]
+    return next((k.words for k in (*same, *shapes)), None)
 
 
 def _in_its_sense(words: Words, parameters: Mapping[str, Estimate]) -> tuple[str, str, str]:

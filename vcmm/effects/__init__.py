@@ -17,6 +17,7 @@ from vcmm.effects.clamping import Clamping
 from vcmm.effects.component import CalibrationModes, ComponentPolynomial, ComponentSpline, ComponentTable
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
+from vcmm.effects.drift_vector import DriftVector, StepVector, ThermalVector
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
 from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
@@ -63,6 +64,9 @@ ALL: tuple[type[Effect], ...] = (
     LinearDrift,
     SettlingDrift,
     StepChange,
+    StepVector,
+    DriftVector,
+    ThermalVector,
     Reindexing,
     GradientBending,
     SpindleGrowth,

@@ -68,6 +68,7 @@ class Recording:
                 raise UsageError(f'unknown nuisance "{word}".{choose_from(word, NUISANCES)}')
         self._check_shapes()
         self._check_numbers()
+        self._check_senses()
 
     def _check_shapes(self) -> None:
         m = self.value.shape[0] if self.value.ndim == 1 else -1
@@ -92,15 +93,16 @@ class Recording:
             )
         if self.u is not None and not ((self.u > 0) & np.isfinite(self.u)).all():
             raise UsageError(f"recording {self.name}: standard uncertainties must be finite and above zero")
-        for name, values in self.run.columns.items():
-            wrong = np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0))) if name.startswith("sense_") else ()
-            if len(wrong):
-                raise UsageError(
-                    f"recording {self.name}: {name} is {values[wrong[0]]:g} in row {wrong[0] + 1}; a sense is -1, 1, or 0 where "
-                    "it is not known"
-                )
         if self.kind != "length" and (self.other >= 0).any():
             raise UsageError(f"recording {self.name}: only a length has a second end (other >= 0)")
+
+    def _check_senses(self) -> None:
+        for name in (c for c in self.run.columns if c.startswith("sense_")):
+            values = self.run.columns[name]
+            for row in np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0)))[:1]:
+                raise UsageError(
+                    f"recording {self.name}: {name} is {values[row]:g} in row {row + 1}; a sense is -1, 1, or 0 where it is not known"
+                )
 
     @property
     def m(self) -> int:
