@@ -7,11 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from tests.diagnosis import generator as make
+from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
+from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Diagnosis
+from vcmm.effects.squareness import RotaryLocation
+from vcmm.response.pointing import nominal_direction, pointing_observations
 from vcmm.response.recording import Recording
 
 UM = 1e-3
@@ -81,3 +85,25 @@ def test_a_step_in_one_direction_stays_one_number():
         moved(lambda t: (t > np.quantile(t, 0.3))[:, None] * step), make.machine(), 1, 200
     )
     assert [(a.effect, dict(a.where)) for a in found.answer] == [("step_change", {"direction": "z"})]
+
+
+def test_a_mount_that_is_not_level_is_one_name_with_two_tilts():
+    # an azimuth and an elevation axis; the directions of 60 stars, 5 urad of noise; base tilted by 90 and -60 urad
+    rng, n = np.random.default_rng(2), 60
+    axes = {a: Axis(a, (-4.0, 4.0)) for a in "CA"}
+    mount = Machine("mount", "machine-tool", parse_structure("w b C A t"), axes)
+    q = {"C": rng.uniform(-3.0, 3.0, n), "A": rng.uniform(0.3, 1.3, n)}
+    run = Run(q, np.tile([0.0, 1.0, 0.0], (n, 1)))
+    tilted = mount.with_effect(RotaryLocation("A0C", tilt=90e-6), RotaryLocation("B0C", tilt=-60e-6))
+    way = nominal_direction(run, mount)
+    seen = way + np.cross(tilted.tip_motion(run)[:, 3:], way)
+    run = run.with_columns({f"pointed_{c}": seen[:, i] for i, c in enumerate("xyz")})
+    value, direction = pointing_observations(run, mount, 1.0)
+    value = value + 5e-6 * rng.standard_normal(2 * n)
+    row, none = np.repeat(np.arange(n), 2), np.full(2 * n, -1)
+    made = Recording("stars", "angle", run, value, False, row, direction, none, None, {}, Normal(5e-6))
+    found = diagnose_recording(made, mount, 1, 100)
+    assert [(a.effect, dict(a.where)) for a in found.answer] == [("rotary_location", {"axis": "C"})]
+    numbers = found.answer[0].parameters
+    assert abs(numbers["tilt_A0C"].value - 90.0) < 4 * numbers["tilt_A0C"].u < 20.0
+    assert abs(numbers["tilt_B0C"].value + 60.0) < 4 * numbers["tilt_B0C"].u < 20.0

@@ -40,6 +40,7 @@ from vcmm.effects.scatter import Reindexing, Scatter
 from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
+from vcmm.effects.tilt import AxisLean, CentreLineOffset, CentreLineTilt
 from vcmm.effects.tip_form import TipForm
 from vcmm.effects.workpiece import WorkpieceHeating
 
@@ -103,7 +104,10 @@ ALL: tuple[type[Effect], ...] = (
     ToolLength,
     ToolRadius,
     ToolOffset,
+    AxisLean,
     RotaryLocation,
+    CentreLineTilt,
+    CentreLineOffset,
     RotaryCyclic,
     ResidualField,
     CorrelatedField,
