@@ -51,17 +51,19 @@ def param(
     only: str = "",
     typical: Typical | None = None,
     lengths: Sequence[int] = (),
+    most: float = float("inf"),
 ) -> Any:
     """Declare a parameter of an effect.
 
     unit: canonical or file unit, it fixes the dimension ("um", "urad", "um/m", "um/(m K)", "s" ...).
     show: unit of reports when it differs. scan: trial values, only for parameters that act non-linearly.
     shape: text such as "(nodes, 3)" for array parameters; lengths: how many elements diagnosis tries.
-    only: first letters of `component` that use it ("" = all). typical: how large it is when it matters.
+    only: first letters of `component` that use it ("" = all). typical: how large it is when it matters. most: the largest
+    trial value that the physics has, canonical unit.
     """
     meta = {
         "unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape, "only": only,
-        "typical": typical, "lengths": tuple(lengths),
+        "typical": typical, "lengths": tuple(lengths), "most": most,
     }  # fmt: skip
     if callable(default):
         return field(default_factory=default, metadata=meta)
