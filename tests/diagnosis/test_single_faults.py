@@ -14,6 +14,8 @@ from vcmm.core.run import Run
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Diagnosis
+from vcmm.diagnosis.scans import trials
+from vcmm.effects.probe import ProbeLobing
 from vcmm.effects.squareness import RotaryLocation
 from vcmm.response.pointing import nominal_direction, pointing_observations
 from vcmm.response.recording import Recording
@@ -107,3 +109,13 @@ def test_a_mount_that_is_not_level_is_one_name_with_two_tilts():
     numbers = found.answer[0].parameters
     assert abs(numbers["tilt_A0C"].value - 90.0) < 4 * numbers["tilt_A0C"].u < 20.0
     assert abs(numbers["tilt_B0C"].value + 60.0) < 4 * numbers["tilt_B0C"].u < 20.0
+
+
+def test_touches_at_the_pole_are_no_directions_of_a_lobe():
+    # four directions around and fifty touches near the pole: three lobes stay unresolved
+    around = np.arange(48) * np.pi / 2
+    pole = np.random.default_rng(1).uniform(0, 2 * np.pi, 50)
+    angle, share = np.r_[around, pole], np.r_[np.ones(48), np.full(50, 0.05)]
+    run = Run({}, np.zeros((98, 3)), {"probe_angle_rad": angle, "probe_lateral": share})
+    assert trials(ProbeLobing(""), run) == []
+    assert len(trials(ProbeLobing(""), run.with_columns({"probe_lateral": np.ones(98)}))) == 3

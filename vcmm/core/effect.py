@@ -150,15 +150,18 @@ def at(
     *,
     tries: Sequence[Any] = (),
     waves_over: str = "",
+    waves_by: str = "",
     forms: Sequence[Any] = (),
 ) -> Any:
     """Declare a place field of an effect (axis, pair, component ...). quiet: not in the name at its default value.
 
     tries: values that diagnosis tries; the first carries half of the weight. waves_over: column (rad) over which they are
-    waves per turn, of which only those are tried that its values resolve. forms: values that are candidates of their own.
+    waves per turn, of which only those are tried that its values resolve; waves_by: column that the waves are multiplied by.
+    forms: values that are candidates of their own.
     """
     meta = {
-        "place": True, "doc": doc, "quiet": quiet, "tries": tuple(tries), "waves_over": waves_over, "forms": tuple(forms),
+        "place": True, "doc": doc, "quiet": quiet, "tries": tuple(tries), "waves_over": waves_over,
+        "waves_by": waves_by, "forms": tuple(forms),
     }  # fmt: skip
     return field(default=default, metadata=meta)
 

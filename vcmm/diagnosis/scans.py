@@ -22,6 +22,7 @@ from vcmm.diagnosis.periods import aliases, coordinate, of_angle, shortest, supp
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
 MOST_STEPS = 80  # change points
+ASIDE = 0.5  # of the largest share across: a touch nearer to the pole tells less than a quarter of what it does of an angle
 Weighted = list[tuple[dict[str, Any], float]]
 
 
@@ -61,7 +62,10 @@ def _shapes(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
 
 def _unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
     angle = run.columns.get(spec.metadata.get("waves_over", ""))
-    return angle is not None and not of_angle(int(waves), angle)
+    if angle is None:
+        return False
+    size = np.abs(run.columns.get(spec.metadata["waves_by"], np.ones(run.n)))
+    return not of_angle(int(waves), angle[size >= ASIDE * size.max(initial=0.0)])
 
 
 def refused(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
