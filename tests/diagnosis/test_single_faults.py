@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,10 +14,11 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Run
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.plain_words import plain_words
-from vcmm.diagnosis.result import Diagnosis
+from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.scans import trials
 from vcmm.effects.probe import ProbeLobing
 from vcmm.effects.squareness import RotaryLocation
+from vcmm.pages.diagnosis import _said
 from vcmm.response.pointing import nominal_direction, pointing_observations
 from vcmm.response.recording import Recording
 
@@ -119,3 +121,28 @@ def test_touches_at_the_pole_are_no_directions_of_a_lobe():
     run = Run({}, np.zeros((98, 3)), {"probe_angle_rad": angle, "probe_lateral": share})
     assert trials(ProbeLobing(""), run) == []
     assert len(trials(ProbeLobing(""), run.with_columns({"probe_lateral": np.ones(98)}))) == 3
+
+
+def test_a_size_that_no_machine_has_is_shared_with_the_instrument():
+    # Z errs by 8 mm/m over 20 mm of travel, seen by an instrument along it: 1600 times a usual scale error
+    q = np.tile(np.linspace(0.0, 20.0, 11), 5)
+    n = len(q)
+    run = Run({"X": np.zeros(n), "Y": np.zeros(n), "Z": q}, np.zeros((n, 3)), {"time_s": 10.0 * np.arange(n)})
+    value = 8e-3 * q + 1 * UM * np.random.default_rng(1).standard_normal(n)
+    along = np.tile([0.0, 0.0, 1.0], (n, 1))
+    made = replace(recording("displacement", run, value, along, 1 * UM, zero=""), measuring=False)
+    found = diagnose_recording(made, make.machine(), 1, 100)
+    first = found.answer[0]
+    assert first.implausible
+    assert first.probability <= 0.5
+    assert "instrument" in first.cannot_be_told_from
+    assert "unit, gain and mounting" in first.remark
+    assert first.with_rivals > 0.9
+
+
+def test_a_name_that_is_all_but_excluded_is_no_headline():
+    improbable = Answer(
+        "backlash", {"axis": "X"}, {}, 1e-5, 0.3, ("lost_motion",), 9.0, rival_probability=0.99
+    )
+    said = _said(cast(Any, None), improbable)
+    assert said.startswith("Most probably lost_motion; what was fitted has the shape of backlash X")
