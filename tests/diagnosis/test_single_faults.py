@@ -8,14 +8,20 @@ from typing import Any, cast
 import numpy as np
 
 from tests.diagnosis import generator as make
+from vcmm.core.history import row_history
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
+from vcmm.diagnosis.candidates import catalogue
 from vcmm.diagnosis.engine import diagnose_recording
+from vcmm.diagnosis.evidence import dictionary, scorer
 from vcmm.diagnosis.plain_words import plain_words
+from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.scans import trials
+from vcmm.diagnosis.select import Setting, _simplest, joint
 from vcmm.effects.probe import ProbeLobing
 from vcmm.effects.squareness import RotaryLocation
 from vcmm.pages.diagnosis import _said
@@ -146,3 +152,41 @@ def test_a_name_that_is_all_but_excluded_is_no_headline():
     )
     said = _said(cast(Any, None), improbable)
     assert said.startswith("Most probably lost_motion; what was fitted has the shape of backlash X")
+
+
+def short_run(error, seed: int) -> Recording:
+    """13 places over 6 mm of X, four times to and fro, with the distance since each reversal."""
+    there = np.linspace(0.0, 6.0, 13)
+    q = np.tile(np.r_[there, there[::-1]], 4)
+    n = len(q)
+    run = Run({"X": q, "Y": np.zeros(n), "Z": np.zeros(n)}, np.zeros((n, 3)), {})
+    run = run.with_columns(row_history(run, ["X"], None, True))
+    value = error(q, run.column("sense_X")) + 0.6 * UM * np.random.default_rng(seed).standard_normal(n)
+    along = np.tile([1.0, 0.0, 0.0], (n, 1))
+    return replace(recording("displacement", run, value, along, 0.6 * UM, zero=""), measuring=False)
+
+
+def test_play_is_named_before_what_holds_it_with_more_free_numbers():
+    found = diagnose_recording(short_run(lambda q, s: -0.5 * 2 * UM * s, 1), make.machine(), 1, 100)
+    assert [(a.effect, a.cannot_be_told_from) for a in found.answer] == [("backlash", ())]
+    assert (
+        found.answer[0].probability > 0.6
+    )  # 0.32 beside lost motion, whose 24 nm over 6 mm nobody could see
+
+
+def test_of_two_names_with_one_column_the_one_without_a_free_distance_stands():
+    problem = make_problem(short_run(lambda q, s: -0.5 * 1 * UM * s, 3), make.machine())
+    families = [f for f in catalogue(problem).families if f.id in ("backlash[X]", "hysteresis[X]")]
+    white = problem.whitener()
+    found = dictionary(families, white)
+    setting = Setting(found, white, white.apply(problem.residual), 4.0, 3.0, Refiner(problem, white))
+    state = joint((), setting)
+    options = scorer(found).options(state.y[:, None])[:, 0]
+    play, memory = (
+        next(i for i, f in enumerate(found.families) if f.name == n) for n in ("backlash", "hysteresis")
+    )
+    scores = np.zeros(2)
+    scores[memory] = 1.5  # ahead by chance, less than the two nats by which a nested answer must win
+    assert _simplest(memory, scores, options, state, setting) == play
+    scores[memory] = 2.5
+    assert _simplest(memory, scores, options, state, setting) == memory
