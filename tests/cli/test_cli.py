@@ -169,6 +169,7 @@ def test_list_says_what_there_is(capsys):
 @pytest.mark.parametrize("effect", [e.name for e in ALL])
 def test_explain(capsys, effect):
     found = document(capsys, "explain", effect)
+    assert found["text"]
     assert set(found) == HEAD | {"effect", "text", "sign", "per", "needs", "cites", "parameters", "places"}
     assert found["effect"] == effect
     assert found["sign"] in ("tip error: actual - nominal", "reading: indicated - true")

@@ -24,6 +24,7 @@ ROOMS = (
     "gps",
     "effects",
     "report",
+    "charts",
     "nc",
     "nc.iso",
     "nc.sinumerik",

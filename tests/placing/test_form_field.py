@@ -8,7 +8,7 @@ import pytest
 from vcmm.fit import gauss
 from vcmm.measuring.strategies import Around, Levels, plan_points
 from vcmm.part.form import Lobes
-from vcmm.part.part import Feature, normal
+from vcmm.part.part import Feature, frame, normal
 from vcmm.placing.design import Design, Target, TouchCandidates
 from vcmm.placing.form_field import _lobed, _polynomials, _spherical, form_factor, surface_grid
 from vcmm.placing.motions import motions_of
@@ -124,6 +124,14 @@ def test_polynomials_and_harmonics_have_the_power_of_their_degree():
     line = FEATURES[1]
     power = (_polynomials(line, surface_grid(line, 4001)) ** 2).mean(axis=0)
     assert power == pytest.approx([1 / 4, 1 / 9, 1 / 16, 1 / 25], rel=5e-3)
+    plane = FEATURES[0]
+    u, v, _ = frame(plane)
+    corner = plane.point + 0.5 * (plane.extent[0] * u + plane.extent[1] * v)
+    # at the corner every Legendre polynomial is 1: sqrt((2 i + 1) (2 j + 1)) / (i + j); (0, 2), (1, 1) and (3, 1)
+    there = sorted(_polynomials(plane, corner[None])[0])
+    for i, j in ((0, 2), (1, 1), (3, 1)):
+        assert np.isclose(there, np.sqrt((2 * i + 1) * (2 * j + 1)) / (i + j)).any()
+    assert there[-1] == pytest.approx(1.5)  # (1, 1): 3 / 2, the largest
     ball = FEATURES[2]
     square = _spherical(ball, surface_grid(ball, 4)) ** 2
     assert square[:, :5].sum(axis=1) == pytest.approx(5 / 4)
