@@ -12,6 +12,7 @@ from vcmm.diagnosis.candidates import catalogue
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.periods import alias, alias_words, aliases, lattice_frequency, of_angle, supported
 from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.scans import trials
 from vcmm.effects.pitch import ScrewPitch
 
 EVERY_4 = np.arange(0, 201, 4.0)  # 51 places
@@ -100,6 +101,22 @@ def test_all_aliases_down_to_usual_leads_are_listed():
     assert "its alias 37.6" in said
     assert " 10" in said
     assert "unequal steps" in said
+
+
+def test_a_screw_has_no_lead_of_half_a_metre():
+    q = np.random.default_rng(1).uniform(0, 800, 200)  # nothing has a twin at such places
+    screw = Run({"X": q}, np.zeros((200, 3)))
+    periods = [c["period"] for c, _ in trials(ScrewPitch("X"), screw)]
+    assert 35.0 < max(periods) <= 40.0
+    # every 12.5 mm a lead of 10 mm has the numbers of 50 mm, 1 / (1/10 - 1/12.5): this stays
+    steps = np.arange(0, 801, 12.5)
+    long = [
+        c["period"]
+        for c, _ in trials(ScrewPitch("X"), Run({"X": steps}, np.zeros((65, 3))))
+        if c["period"] > 40
+    ]
+    assert min(abs(p - 50.0) for p in long) < 2.0
+    assert not [p for p in long if p > 250.0]
 
 
 def test_at_two_steps_only_one_phase_is_seen():

@@ -9,10 +9,12 @@ import pytest
 
 from tests.diagnosis import generator as make
 from vcmm.core.errors import ModelLimit
-from vcmm.core.run import Series
+from vcmm.core.run import Run, Series
+from vcmm.diagnosis.candidates import catalogue
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.machine_match import noise_warning
-from vcmm.diagnosis.sanity import checked, in_time, without_gaps
+from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.sanity import checked, copies, in_time, without_gaps
 from vcmm.effects.component import ComponentTable
 
 UM = 1e-3
@@ -56,6 +58,47 @@ def test_copied_rows_count_once_and_are_named_by_line(good):
     assert "copies" in found.warnings[0]
     whole = checked(appended(good, np.arange(200)), make.machine())  # even all of them
     assert whole.recording.m == 200
+
+
+def test_equal_readings_of_a_coarse_dial_are_no_copies(good):
+    # 20 places, 10 touches each, readings in steps of 1 um with a scatter of 1 um: a repeat says nothing
+    n = good.m
+    place = {a: q[np.arange(n) % 20] for a, q in good.run.position.items()}
+    same = {
+        c: np.full(n, 20.0) if c.startswith("temp_") else v
+        for c, v in good.run.columns.items()
+        if c != "time_s"
+    }
+    run = Run(place, good.run.offset[np.arange(n) % 20], same, {})
+    value = np.round(np.random.default_rng(1).normal(0, 1 * UM, n), 3)
+    direction = good.direction[np.arange(n) % 20]
+    coarse = replace(good, run=run, value=value, direction=direction, nuisance={})
+    assert not copies(coarse)[0].any()
+    slow = replace(coarse, run=run.with_columns({"time_s": np.floor(np.arange(n) / 50)}))  # 50 rows a second
+    assert not copies(slow)[0].any()
+    fine = replace(coarse, value=np.random.default_rng(1).normal(0, 1 * UM, n))
+    twice = replace(fine, value=np.where(np.arange(n) == 120, fine.value[100], fine.value))
+    assert np.flatnonzero(copies(twice)[0]).tolist() == [120]
+
+
+def test_a_column_that_is_impossible_everywhere_goes_and_the_rows_stay(good):
+    run = good.run.with_columns(
+        {"pressure_hPa": np.zeros(good.m), "temp_air_C": good.run.columns["temp_air_C"]}
+    )
+    found = checked(replace(good, run=run), make.machine())
+    assert found.recording.m == good.m
+    assert "pressure_hPa" not in found.recording.run.columns
+    assert "pressure_hPa = 0 in 200 of 200 observations" in found.warnings[0]
+    assert "not testable" in found.warnings[0]
+
+
+def test_what_depends_on_a_thermometer_that_stands_still_is_no_candidate(good):
+    n = good.m
+    moving = {"temp_air_C": 20 + np.linspace(0, 2, n), "temp_scale_x_C": np.full(n, 22.5)}
+    still = replace(good, run=replace(good.run, columns={**good.run.columns, **moving}, series={}))
+    known = catalogue(make_problem(still, make.machine()))
+    assert not [f for f in known.families if f.name == "scale_expansion" and f.where["axis"] == "X"]
+    assert not [f for f in known.families if f.where.get("sensor") == "scale_x"]
 
 
 def test_a_dead_sensor_is_refused(good):

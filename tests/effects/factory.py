@@ -59,6 +59,9 @@ STATED: tuple[Effect, ...] = (
     *_made("Squareness", "B0Z", 2e-6),
     *_made("RotaryLocation", "X0C", offset=1.5e-3),
     *_made("RotaryLocation", "A0C", tilt=3e-6),
+    *_made("AxisLean", "Z", np.array([3e-6, -2e-6])),
+    *_made("CentreLineTilt", "C", np.array([3e-6, -2e-6])),
+    *_made("CentreLineOffset", "C", np.array([3e-3, -2e-3])),
     *_made("ScaleFactor", "Y", 4e-6),
     *_made("Backlash", "X", 1.2e-3),
     *_made("ScaleExpansion", "Y", 8e-6, 7e-6),
@@ -92,6 +95,9 @@ STATED: tuple[Effect, ...] = (
     *_made(
         "StepChange", "y", 1.5e-3, float(np.linspace(0.0, 600.0, 12)[5])
     ),  # at a row, where its slope can be seen
+    *_made("StepVector", "xyz", np.array([1e-3, -2e-3, 1.5e-3]), float(np.linspace(0.0, 600.0, 12)[5])),
+    *_made("DriftVector", "xz", np.array([5e-7, -2e-7])),
+    *_made("ThermalVector", "xyz", "air", np.array([1e-3, -2e-3, 1.5e-3]), 300.0),
     *_made("SpindleGrowth", "Z", 20e-3, 900.0),
     *_made("ScrewHeating", "X", 50e-6, 3e-3, 2e4),
     *_made("LostMotion", "Y", 1e-3, 4e-6),

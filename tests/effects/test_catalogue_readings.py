@@ -105,6 +105,17 @@ def test_air_index_counts_from_the_zero_of_the_counter():
     assert "counted_x_mm" in AirIndex(1.0, zero=1).required()
 
 
+def test_the_beam_of_a_tracer_begins_at_its_station():
+    # from (1000, -2000, 0) to (1000, 500, 0): 2500 mm, seen along Y; -4.66 ppm of it = -11.65 um
+    air = {"temp_air_C": 22.0, "pressure_hPa": 1003.25, "humidity_pct": 60.0}
+    station = {"from_x_mm": 1000.0, "from_y_mm": -2000.0, "from_z_mm": 0.0}
+    run = _touch((1000.0, 500.0, 0.0), **air, **station, tip_x_mm=1000.0, tip_y_mm=500.0, tip_z_mm=0.0)
+    assert AirIndex(1.0).error_motion(run)[0, :3] == pytest.approx([0.0, -11.65e-3, 0.0], abs=1e-12)
+    assert DeadPath(200.0).error_motion(run)[0, :3] == pytest.approx([0.0, -0.932e-3, 0.0], abs=1e-12)
+    # 1/2 x (1 mrad)^2 x 2500 mm = 1.25 um
+    assert CosineError(1e-3).error_motion(run)[0, :3] == pytest.approx([0.0, 1.25e-3, 0.0], abs=1e-12)
+
+
 def test_an_instrument_of_its_own_reads_wrong_alone():
     # 1 mrad over 1 m: 0.5e-6 x 1000 mm = 0.5 um, only in the row of that instrument
     two = Run(

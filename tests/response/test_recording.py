@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,12 @@ def test_take_keeps_the_run_and_the_rest():
 def test_what_is_refused(changes, words):
     with pytest.raises(UsageError, match=words):
         recording(**changes)
+
+
+def test_a_sense_that_is_no_direction_is_refused_with_its_row():
+    good = recording()
+    with pytest.raises(UsageError, match="sense_X is 10 in row 3"):
+        replace(good, run=good.run.with_columns({"sense_X": np.array([1.0, -1.0, 10.0, 0.0])}))
 
 
 def test_a_mistyped_kind_is_answered_with_the_closest():

@@ -15,6 +15,7 @@ from vcmm.calibrating.model import ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
 from vcmm.calibrating.solve import Before, ErrorPosterior, solve
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -37,7 +38,7 @@ Progress = Callable[[str, float], None]
 def bare_machine(structure: str, kind: str = "cmm") -> Machine:
     """A machine of that structure without errors, travels without end. Raises UsageError for a wrong structure."""
     chain = parse_structure(structure)
-    axes = {a: Axis(a, (-TURNS, TURNS) if a in "ABC" else (-FAR, FAR)) for a in chain.letters}
+    axes = {a: Axis(a, (-TURNS, TURNS) if is_rotary(a) else (-FAR, FAR)) for a in chain.letters}
     return Machine("calibrated machine", kind, chain, axes)
 
 
@@ -49,7 +50,7 @@ def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
             low, high = out.get(axis, (np.inf, -np.inf))
             out[axis] = (min(low, float(q.min())), max(high, float(q.max())))
     for axis, (low, high) in out.items():
-        if axis in "ABC" and high - low > 1e-9:
+        if is_rotary(axis) and high - low > 1e-9:
             raise ModelLimit(
                 f"axis {axis} turns in the recordings; calibrate finds the errors of linear axes: keep {axis} still, "
                 "and give what is known of its own errors in a machine file with --machine"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.calibrating.model import Curve, ErrorModel, gauge
+from vcmm.core.axes import LETTERS
 from vcmm.core.effect import COLUMN, Effect, basis
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
@@ -80,7 +81,7 @@ def _place(model: ErrorModel, effect: Effect) -> tuple[slice, Run, int] | None:
     curve = next((c for c in model.curves if c.component == name), None)
     nodes = np.zeros(1) if curve is None else curve.nodes
     axis = effect.link
-    letters = {*"XYZABC"}
+    letters = {*LETTERS, axis}
     position = {a: nodes if a == axis else np.zeros(len(nodes)) for a in letters}
     run = Run(position, np.zeros((len(nodes), 3)), {f"sense_{axis}": np.ones(len(nodes))})
     return model.slices[name], run, COLUMN[_letter(name, curve)]

@@ -132,6 +132,8 @@ class Declared:
     simple             its one number is the same wherever it is looked at; a curve that is mostly that is called so
     free_curve         a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
     as_one             the one number that stands for an array: "rms", "sd", or "amplitude" and "arm" for the length
+    several            it moves several directions at once: its forms are tried from the first, and the first counts of which
+                       every number shows
     taken_up           parameter that is a way lost at a reversal: nearer to it rows may stand on either side
     over_raw_scale     periodic over the raw reading of the scale where that was recorded
     stored             parameter that holds the numbers of a stored error table
@@ -156,6 +158,7 @@ class Declared:
     simple: ClassVar[bool] = False
     free_curve: ClassVar[bool] = False
     as_one: ClassVar[str] = "rms"
+    several: ClassVar[bool] = False
     taken_up: ClassVar[str] = ""
     over_raw_scale: ClassVar[bool] = False
     stored: ClassVar[str] = ""
@@ -189,6 +192,10 @@ class Declared:
     def remark(self, run: Run) -> str:
         """What must be said beside an answer on this run; "" for nothing."""
         return ""
+
+    def elements(self) -> tuple[str, ...]:
+        """Names of the elements of its array, where each says something by itself: "x", "y". The length then is `as_one`."""
+        return ()
 
     def said_in_file(self) -> str:
         """What a reader of a machine file must know of it; "" for nothing."""

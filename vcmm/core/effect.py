@@ -51,17 +51,19 @@ def param(
     only: str = "",
     typical: Typical | None = None,
     lengths: Sequence[int] = (),
+    most: float = float("inf"),
 ) -> Any:
     """Declare a parameter of an effect.
 
     unit: canonical or file unit, it fixes the dimension ("um", "urad", "um/m", "um/(m K)", "s" ...).
     show: unit of reports when it differs. scan: trial values, only for parameters that act non-linearly.
     shape: text such as "(nodes, 3)" for array parameters; lengths: how many elements diagnosis tries.
-    only: first letters of `component` that use it ("" = all). typical: how large it is when it matters.
+    only: first letters of `component` that use it ("" = all). typical: how large it is when it matters. most: the largest
+    trial value that the physics has, canonical unit.
     """
     meta = {
         "unit": unit, "doc": doc, "show": show or unit, "scan": tuple(scan), "shape": shape, "only": only,
-        "typical": typical, "lengths": tuple(lengths),
+        "typical": typical, "lengths": tuple(lengths), "most": most,
     }  # fmt: skip
     if callable(default):
         return field(default_factory=default, metadata=meta)
@@ -148,15 +150,18 @@ def at(
     *,
     tries: Sequence[Any] = (),
     waves_over: str = "",
+    waves_by: str = "",
     forms: Sequence[Any] = (),
 ) -> Any:
     """Declare a place field of an effect (axis, pair, component ...). quiet: not in the name at its default value.
 
     tries: values that diagnosis tries; the first carries half of the weight. waves_over: column (rad) over which they are
-    waves per turn, of which only those are tried that its values resolve. forms: values that are candidates of their own.
+    waves per turn, of which only those are tried that its values resolve; waves_by: column that the waves are multiplied by.
+    forms: values that are candidates of their own.
     """
     meta = {
-        "place": True, "doc": doc, "quiet": quiet, "tries": tuple(tries), "waves_over": waves_over, "forms": tuple(forms),
+        "place": True, "doc": doc, "quiet": quiet, "tries": tuple(tries), "waves_over": waves_over,
+        "waves_by": waves_by, "forms": tuple(forms),
     }  # fmt: skip
     return field(default=default, metadata=meta)
 
@@ -244,10 +249,10 @@ def _difference(effect: Effect, name: str, high: Array, low: Array, run: Run) ->
 
 
 def motion(run: Run, **components: Array) -> Array:
-    """Assemble an error motion from named columns: motion(run, X=..., B=...) -> (n, 6)."""
+    """Assemble an error motion from named columns: motion(run, X=..., B=...) -> (n, 6). An axis such as A1 stands for A."""
     out = np.zeros((run.n, 6))
     for letter, values in components.items():
-        out[:, COLUMN[letter]] = values
+        out[:, COLUMN[letter[0]]] = values
     return out
 
 

@@ -19,13 +19,13 @@ import re
 from functools import cache
 from typing import NamedTuple
 
+from vcmm.core.axes import LETTERS as DIRECTIONS
+from vcmm.core.axes import LINEAR, NAME, ROTARY
 from vcmm.core.errors import UsageError, choose_from
 
-LINEAR, ROTARY = "XYZ", "ABC"
-DIRECTIONS = LINEAR + ROTARY
 SQUARE = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}  # the two axes, primary first
 
-_ISO = re.compile(r"E?_?\{?(?P<direction>[XYZABC])(?P<nought>[0O]?)(?P<axis>[XYZABC])\}?")
+_ISO = re.compile(rf"E?_?\{{?(?P<direction>[{DIRECTIONS}])(?P<nought>[0O]?)(?P<axis>{NAME})\}}?")
 _DELTA = re.compile(
     r"(?P<kind>δ|Δ|delta|d|ε|eps|epsilon)_?\{?(?P<direction>[xyz])\}?"
     r"(?:\((?P<argument>[xyzabc])\)|_?(?P<axis>[xyzabc]))\}?",

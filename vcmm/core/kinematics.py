@@ -15,18 +15,16 @@ the difference.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from vcmm.core.axes import ALLOWED, LINEAR, is_axis, is_rotary, unit_vector
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
 
-LINEAR, ROTARY = "XYZ", "ABC"
 FULL_TURN = float(np.radians(345.0))  # rad: from here an axis is taken to have come back to where it was
-UNIT = {axis: np.eye(3)["XYZABC".index(axis) % 3] for axis in "XYZABC"}
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class Axis:
 
     @property
     def rotary(self) -> bool:
-        return self.letter in ROTARY
+        return is_rotary(self.letter)
 
     @property
     def pivot(self) -> Array:
@@ -74,21 +72,21 @@ def parse_structure(text: str) -> Chain:
     bed = words.index("b")
     work, tool = words[1:bed], words[bed + 1 : -1]
     for word in work + tool:
-        if not re.fullmatch(r"[XYZABC]'?", word):
+        if not is_axis(word.removesuffix("'")):
             raise UsageError(
-                f'structure = "{text}": unknown axis "{word}"; allowed are X Y Z A B C, primed before b; {example}'
+                f'structure = "{text}": unknown axis "{word}"; allowed are {ALLOWED}, primed before b; {example}'
             )
     if any(not word.endswith("'") for word in work) or any(word.endswith("'") for word in tool):
         raise UsageError(
             f'structure = "{text}": axes before b carry the workpiece and take a prime, axes after b take none; {example}'
         )
-    letters = [word[0] for word in work + tool]
+    letters = [word.removesuffix("'") for word in work + tool]
     for letter in letters:
         if letters.count(letter) > 1:
             raise UsageError(
                 f'structure = "{text}" names axis {letter} {letters.count(letter)} times; each axis once'
             )
-    return Chain(text, tuple(word[0] for word in tool), tuple(word[0] for word in reversed(work)))
+    return Chain(text, tuple(tool), tuple(word.removesuffix("'") for word in reversed(work)))
 
 
 @dataclass(frozen=True)
@@ -149,8 +147,8 @@ def nominal_motion(axis: Axis, q: Array, carries_work: bool) -> Frame:
     """Transform of one axis: by q, or by -q for an axis that carries the workpiece."""
     amount = -q if carries_work else q
     if not axis.rotary:
-        return Frame(None, amount[:, None] * UNIT[axis.letter])
-    rotation = rotation_from_vector(amount[:, None] * UNIT[axis.letter])
+        return Frame(None, amount[:, None] * unit_vector(axis.letter))
+    rotation = rotation_from_vector(amount[:, None] * unit_vector(axis.letter))
     centre = np.array(axis.centre)
     return Frame(rotation, centre - rotation @ centre)
 
@@ -212,7 +210,7 @@ def commanded_directions(ends: LinkFrames, n: int) -> Array:
     frames, _, work = ends
     columns = []
     for letter in LINEAR:
-        way = np.tile(UNIT[letter], (n, 1))
+        way = np.tile(unit_vector(letter), (n, 1))
         columns.append(work.turn_back(frames[letter].before.turn(way) if letter in frames else way))
     return np.stack(columns, axis=2)
 
@@ -235,7 +233,7 @@ def _carried(
         # the travel q e turns to q (e + w x e); nothing else changes
         return (
             pose.before,
-            run.q(motion.link)[:, None] * np.cross(turn, UNIT[motion.link]),
+            run.q(motion.link)[:, None] * np.cross(turn, unit_vector(motion.link)),
             np.zeros_like(turn),
         )
     frame, pivot = _frame_and_pivot(axis, pose, motion.place)
@@ -262,7 +260,7 @@ def sensed(
         out[:, :3] = np.einsum("nij,ni->nj", commanded_directions(frames_of, run.n), direction)
     elif place == "travel":
         local = frames[name].before.turn_back(work.turn(direction))
-        out[:, 3:] = run.q(name)[:, None] * np.cross(UNIT[name], local)
+        out[:, 3:] = run.q(name)[:, None] * np.cross(unit_vector(name), local)
     else:
         frame, pivot = _frame_and_pivot(axes[name], frames[name], place)
         out[:, :3] = local = frame.turn_back(work.turn(direction))
@@ -364,8 +362,8 @@ def _actual_motion(axis: Axis, q: Array, carries_work: bool, summed: Summed) -> 
     nominal = nominal_motion(axis, q, carries_work)
     travel = summed.get((axis.letter, "travel"))
     if travel is not None:
-        direction = rotation_from_vector(travel[:, 3:]) @ UNIT[axis.letter]
-        nominal = Frame(None, (sign * q)[:, None] * direction)
+        travelled = rotation_from_vector(travel[:, 3:]) @ unit_vector(axis.letter)
+        nominal = Frame(None, (sign * q)[:, None] * travelled)
     own = summed.get((axis.letter, "motion"))
     if own is not None:
         error = _small(sign * own, axis.pivot)

@@ -17,6 +17,7 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.sanity import dead_sensors
 from vcmm.diagnosis.scans import is_change, trials
 from vcmm.effects import ALL, of_role
 from vcmm.evaluation.gaussian import thin_svd
@@ -159,19 +160,28 @@ def _everything(family: Family) -> bool:
 def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
     """Families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
     out, missing, still = [], set(), []
+    dead = dead_sensors(problem.recording)
     name = kind.reported_as()
     known = {effect.id for effect in problem.machine.effects}
     for effect in instances(kind, problem):
-        lacking = lacking_columns(effect, problem.run)
+        lacking = (*lacking_columns(effect, problem.run), *(c for c in effect.required() if c in dead))
         if lacking:
             missing |= set(lacking)
             continue
-        options = _options(effect, problem)
+        if effect.several and any(f.where == where_of(effect) for f in out):
+            continue
+        options = [o for o in _options(effect, problem) if not effect.several or _independent(o.columns)]
         if options:
             out.append(Family(name, where_of(effect), tuple(options), 0.0, effect.id in known))
         else:
             still.append(Family(name, where_of(effect), ()))
     return out, missing, still
+
+
+def _independent(columns: Array) -> bool:
+    """Does every one of several columns (m, k) show, and none as the others do?"""
+    length = np.linalg.norm(columns, axis=0)
+    return bool(length.all()) and np.linalg.matrix_rank(columns / length, tol=1e-6) == columns.shape[1] > 1
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:

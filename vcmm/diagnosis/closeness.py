@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.axes import axis_of
 from vcmm.core.effect import COLUMN, Effect, motion
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.locate import SKIP, path_speed, short
@@ -120,7 +121,7 @@ def _ranks(v: Array) -> Array:
 
 def of_component(problem: Problem, component: str) -> Iterator[Array]:
     """What free shapes of one component over its axis do to the observations (m, k): bumps of three lengths, and steps."""
-    q = problem.run.position[component[2]]
+    q = problem.run.position[axis_of(component)]
     z = _scaled(q)
     for length in (FINE, 0.05, 0.12):
         centres = np.linspace(0.0, 1.0, round(1 / length) + 1)
@@ -133,7 +134,7 @@ def _moved(problem: Problem, component: str, shapes: Array) -> Array:
     """Observations (m, k) by shapes (n, k) of a component, mm or rad."""
     six = np.zeros((problem.run.n, 6, shapes.shape[1]))
     six[:, COLUMN[component[1]]] = shapes
-    return problem.observer.through(_Link(component[2]), six)
+    return problem.observer.through(_Link(axis_of(component)), six)
 
 
 @dataclass(frozen=True, eq=False)

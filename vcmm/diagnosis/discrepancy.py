@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.run import Array
 from vcmm.diagnosis.locate import modulators, path_speed, short
 from vcmm.diagnosis.problem import Problem
@@ -68,7 +69,7 @@ def values_of(problem: Problem, name: str) -> Array | None:
 
 def is_angle(problem: Problem, name: str) -> bool:
     """Does the covariate come back after a turn?"""
-    return name in tuple("ABC") or any(
+    return is_rotary(name) or any(
         short(c) == name and c.endswith("_rad") and "since" not in c for c in problem.run.columns
     )
 

@@ -75,14 +75,18 @@ def _linear(
     out: dict[str, Estimate] = {}
     names = linear_parameters(effect)
     arrays = any("[" in label or "@" in label for label in term.option.labels)
-    if effect.as_one in LENGTHS:
+    if effect.as_one in LENGTHS or effect.elements():
         shown = parameter(effect, names[0]).metadata["show"]
         if str(getattr(effect, "component", ""))[1:2] in tuple("ABC"):
             shown = "urad"
         elif shown == "mm or rad":
             shown = "um"
         length = np.linalg.norm(values, axis=1)
-        return {effect.as_one: _estimate(float(np.linalg.norm(mean)), float(length.std()), length, shown)}
+        whole = _estimate(float(np.linalg.norm(mean)), float(length.std()), length, shown)
+        each = enumerate(effect.elements())
+        return {effect.as_one: whole} | {
+            f"{effect.as_one}_{e}": _estimate(mean[j], u[j], values[:, j], shown) for j, e in each
+        }
     own = effect.reported(values[:, 0])
     if own is not None:
         name, draws, shown = own

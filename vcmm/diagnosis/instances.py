@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import LETTERS, in_order, is_rotary
 from vcmm.core.declaration import Site
 from vcmm.core.effect import FREE_LINKS, Effect, place_fields
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.kinematics import ROTARY
 from vcmm.core.run import Run
 from vcmm.diagnosis.problem import Problem
 
@@ -60,14 +60,14 @@ def _site(problem: Problem) -> Site:
 def domain(spec: Field[Any], problem: Problem) -> list[Any]:
     """Values that a place field can take here."""
     letters, run = problem.machine.chain.letters, problem.run
-    linear = [a for a in letters if a not in ROTARY]
+    linear = [a for a in letters if not is_rotary(a)]
     if spec.name in ("axis", "other"):
-        return [a for a in "XYZABC" if a in letters]
+        return in_order(letters)
     if spec.name == "pair":
         return [p for p in PAIRS if p[2] in linear and "XYZ"["ABC".index(p[0])] in linear]
     if spec.name == "component":
-        kinds = [f"E{d}{a}" for a in letters for d in "XYZABC"]
-        return kinds + [f"{d}0{a}" for a in letters if a in ROTARY for d in "XYZABC"]
+        kinds = [f"E{d}{a}" for a in letters for d in LETTERS]
+        return kinds + [f"{d}0{a}" for a in letters if is_rotary(a) for d in LETTERS]
     if spec.name == "direction":
         return ["x", "y", "z"]
     if spec.name == "sensor":

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
@@ -143,7 +144,7 @@ def _array_lines(effect: Effect) -> list[str]:
 
 
 def _positions(letter: str, values: Any) -> str:
-    unit = "rad" if letter in tuple("ABC") else "mm"
+    unit = "rad" if is_rotary(letter) else "mm"
     return f'"{" ".join(f"{v:.10g}" for v in np.asarray(values, dtype=float))} {unit}"'
 
 

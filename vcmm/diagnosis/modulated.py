@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_axis
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import first_place
 from vcmm.diagnosis.evidence import orthonormal
@@ -89,5 +90,6 @@ def _standard(values: Array) -> Array:
 
 def _covariates(problem: Problem, term: Term, name: str) -> tuple[str, ...]:
     """The axis of the term's place, where it has one, and the condition."""
-    axis = first_place(term.family)[-1:].upper()
+    place = first_place(term.family)
+    axis = axis_of(place) or (place if is_axis(place) else place[-1:].upper())
     return (axis, name) if axis in problem.run.position else (name,)

@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect
 from vcmm.core.run import Array, Run
 
@@ -134,7 +135,7 @@ def alias_words(effect: Effect | None, run: Run) -> str:
     others = () if q is None else aliases(q, period)
     if q is None or not others:
         return ""
-    unit = "rad" if str(getattr(effect, "axis", "X")) in "ABC" else "mm"
+    unit = "rad" if is_rotary(str(getattr(effect, "axis", "X"))) else "mm"
     step = 1.0 / lattice_frequency(q, FURTHER / period)
     rest = ", ".join(f"{p:.3g}" for p in others[1 : MOST_SHOWN + 1])
     further = f" (or {rest} {unit}, and shorter)" if rest else ""

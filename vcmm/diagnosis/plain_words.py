@@ -8,14 +8,15 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from vcmm.core.axes import axis_of, is_component
 from vcmm.core.declaration import Words
-from vcmm.core.effect import Effect
+from vcmm.core.effect import Effect, place_fields
 from vcmm.core.run import Run
 from vcmm.core.units import plain
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.mistakes import MISTAKE
 from vcmm.diagnosis.periods import alias_words
-from vcmm.effects import BY_NAME
+from vcmm.effects import ALL
 
 # what no effect explains but a wrong table does
 OF_MISTAKE = Words(
@@ -27,7 +28,7 @@ OF_MISTAKE = Words(
 
 def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, Estimate]) -> str:
     """One sentence for the operator: what is seen; what usually causes it; what confirms it. "" for unknown families."""
-    words = _words_of(effect)
+    words = _words_of(effect, set(where))
     if words is None:
         return ""
     place = ", ".join(str(v) for v in where.values() if v) or "the machine"
@@ -39,10 +40,13 @@ def plain_words(effect: str, where: Mapping[str, str], parameters: Mapping[str, 
     return f"{seen[:1].upper()}{seen[1:]}; usually {cause}; confirm by: {confirm}."
 
 
-def _words_of(effect: str) -> Words | None:
+def _words_of(effect: str, places: set[str]) -> Words | None:
+    """Those of the shape that sits in such places: a step along one direction, or one of several at once."""
     if effect == MISTAKE:
         return OF_MISTAKE
-    return BY_NAME[effect].words if effect in BY_NAME else None
+    shapes = [k for k in ALL if k.reported_as() == effect and k.words is not None]
+    same = [k for k in shapes if {f.name for f in place_fields(k) if not f.metadata["quiet"]} == places]
+    return next((k.words for k in (*same, *shapes)), None)
 
 
 def _in_its_sense(words: Words, parameters: Mapping[str, Estimate]) -> tuple[str, str, str]:
@@ -71,7 +75,7 @@ def remark(effect: Effect | None, run: Run, kind: str = "probe") -> str:
     if effect is None:
         return ""
     component = str(getattr(effect, "component", ""))
-    along = (component[:1] == "E" and component[1:2] == component[2:]) or component in ("EAA", "EBB", "ECC")
+    along = is_component(component) and component[1] == axis_of(component)[0]
     if kind in ("displacement", "angle") and along and effect.free_curve:
         return (
             "or the instrument itself: a departure that depends on the position alone, the same in both directions, looks"

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from vcmm.diagnosis.machine_match import noise_warning
 from vcmm.diagnosis.result import Diagnosis
+from vcmm.diagnosis.too_large import shared_with_instrument
 
 DOUBT = 0.5  # the most that a name may claim in a doubtful recording
 
@@ -19,7 +20,9 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
     """
     units = noise_warning(scale)
     warnings = [w for w in (*d.warnings, units, _sign(d, only_table)) if w]
-    d = replace(d, warnings=tuple(dict.fromkeys(warnings)))
+    d = replace(
+        d, warnings=tuple(dict.fromkeys(warnings)), answer=tuple(map(shared_with_instrument, d.answer))
+    )
     if not (doubtful or units):
         return d
     answer = tuple(replace(a, probability=min(a.probability, DOUBT)) for a in d.answer)

@@ -7,7 +7,7 @@ with their lines; what makes the whole recording rubbish is refused. `doubtful` 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,8 @@ FEWEST = 10  # observations below which nothing is said about a sensor
 LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no recording
 CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
 SPREAD = 0.3  # K that another sensor must vary before a constant one is called dead
+SENSORS = ("temp_", "pressure_", "humidity_")  # columns of sensors, which may be dead
+REPEATED = 0.01  # repeats that chance may be expected to make where a repeat is called a copy
 READINGS = 10  # different readings of that other sensor: a coarse display that stands still proves nothing
 GAP = 20.0  # times the usual distance in time
 GAP_SHARE = 0.05  # of the whole time
@@ -54,8 +56,8 @@ class Checked:
 def checked(recording: Recording, machine: Machine) -> Checked:
     """Look at the numbers before any physics. Raises ModelLimit where there is nothing to diagnose."""
     _not_dead(recording)
+    recording, warnings = without_dead_columns(recording)
     _no_impossible_log(recording)
-    warnings: list[str] = []
     out = np.zeros(recording.m, dtype=bool)
     for find in (copies, frozen, saturated, impossible):
         mask, text = find(recording)
@@ -94,19 +96,48 @@ def _not_dead(recording: Recording) -> None:
 def copies(recording: Recording) -> tuple[Mask, str]:
     """Observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
 
-    Without time stamps only where the readings are so fine that chance cannot repeat them.
+    A clock that gives every row its own time tells them; without one the readings must be so fine that chance cannot repeat
+    them: a dial of 1 um shows the same number again and again.
     """
-    none = np.zeros(recording.m, dtype=bool)
-    time = recording.run.columns.get("time_s")
-    if time is None and len(np.unique(recording.value)) < 0.5 * recording.m:
-        return none, ""
-    table = np.column_stack([recording.value, recording.direction, *_of_rows(recording)])
-    _, first = np.unique(table, axis=0, return_index=True)
-    copy = ~none
+    table = np.column_stack([recording.direction, *_of_rows(recording)])
+    _, alike = np.unique(table, axis=0, return_inverse=True)
+    _, first = np.unique(np.column_stack([alike, recording.value]), axis=0, return_index=True)
+    copy = np.ones(recording.m, dtype=bool)
     copy[first] = False
+    timed = _has_own_times(recording, ~copy)
+    if not copy.any() or not (timed or _fine(recording.value, alike.ravel())):
+        return np.zeros(recording.m, dtype=bool), ""
     return copy, "copies of other rows, with the same reading to the last digit" + (
-        "" if time is not None else " (if they are repeats, add time_s)"
+        "" if timed else " (if they are repeats, add time_s)"
     )
+
+
+def _has_own_times(recording: Recording, kept: Mask) -> bool:
+    """Does the clock give every row that is kept a time of its own?"""
+    time = recording.run.columns.get("time_s")
+    rows = np.unique(recording.row[kept])
+    return time is not None and len(np.unique(time[rows])) == len(rows)
+
+
+def _fine(value: Array, alike: Ints) -> bool:
+    """Are the readings so fine that chance repeats none? alike (m,): number of the conditions of each.
+
+    Half of them must stand once. Two readings of spread s in steps of r agree with probability r / (2 s sqrt(pi)), and the
+    median of their difference is 0.954 s: 0.27 r / median for every pair of readings under the same conditions.
+    """
+    order = np.argsort(alike, kind="stable")
+    apart = np.abs(np.diff(value[order]))[np.diff(alike[order]) == 0]
+    if len(np.unique(value)) < 0.5 * len(value) or not np.any(apart > 0):
+        return len(np.unique(value)) >= 0.5 * len(value)
+    count = np.bincount(alike)
+    pairs = float((count * (count - 1.0) / 2).sum())
+    return pairs * 0.27 * _step(value) / float(np.median(apart[apart > 0])) < REPEATED
+
+
+def _step(value: Array) -> float:
+    """The largest decimal step of which all values (m,) are multiples, mm or rad; 0 for none above 1e-9."""
+    steps = (m * 10.0**k for k in range(0, -10, -1) for m in (1.0, 0.5, 0.2))
+    return next((s for s in steps if np.abs(value / s - np.round(value / s)).max() < 1e-3), 0.0)
 
 
 def _of_rows(recording: Recording) -> list[Array]:
@@ -180,6 +211,34 @@ def impossible(recording: Recording) -> tuple[Mask, str]:
     return out, "impossible " + ", ".join(names)
 
 
+def without_dead_columns(recording: Recording) -> tuple[Recording, list[str]]:
+    """The recording without columns that hold one impossible number nearly everywhere, and the words for it.
+
+    To leave out the rows would leave nothing; what needs the column is not testable.
+    """
+    run, out = recording.run, []
+    for name, values in run.columns.items():
+        limits = next(((low, high, usual) for fits, low, high, usual in LIMITS if fits(name)), None)
+        if limits is None or not name.startswith(SENSORS):
+            continue
+        seen = values[recording.row]
+        wrong = seen[(seen < limits[0]) | (seen > limits[1])]
+        if len(wrong) > LARGEST_SHARE * len(seen) and np.ptp(wrong) == 0.0:
+            out.append(
+                (name, f"{name} = {wrong[0]:g} in {len(wrong)} of {len(seen)} observations ({limits[2]})")
+            )
+    if not out:
+        return recording, []
+    gone = {name for name, _ in out}
+    columns = {name: v for name, v in run.columns.items() if name not in gone}
+    logs = {n: s for n, s in run.series.items() if f"temp_{n}_C" not in gone and n not in gone}
+    said = [
+        f"{text}: a dead sensor; the column is left out, and what depends on it is not testable"
+        for _, text in out
+    ]
+    return replace(recording, run=replace(run, columns=columns, series=logs)), said
+
+
 def _no_impossible_log(recording: Recording) -> None:
     for name, log in ((n, s) for n, s in recording.run.series.items() if not n.startswith("accel_")):
         gradient = name == "gradient"
@@ -195,11 +254,11 @@ def _no_impossible_log(recording: Recording) -> None:
 def quiet_sensors(recording: Recording) -> list[str]:
     """Temperatures that stand still while another moves, and those that look like degF."""
     out, run = [], recording.run
-    names = [c for c in run.columns if c.startswith("temp_") and c.endswith("_C") and c != "temp_gradient_C"]
+    names = _thermometers(recording)
     spread = {c: float(np.ptp(run.columns[c][recording.row])) for c in names}
     moving = sorted((c for c in names if _moves(run.columns[c][recording.row])), key=lambda c: -spread[c])
-    still = [c for c in names if spread[c] == 0.0]
-    if moving and still:
+    still = dead_sensors(recording)
+    if still:
         out.append(
             f"{', '.join(still)} never changes while {moving[0]} varies by {spread[moving[0]]:.1f} K: a dead sensor, or a"
             " number typed once; what depends on it cannot be shown"
@@ -210,6 +269,19 @@ def quiet_sensors(recording: Recording) -> list[str]:
     if constant:
         out.append(f"{', '.join(constant)} is the same in all rows; what depends on it cannot be shown")
     return out
+
+
+def dead_sensors(recording: Recording) -> tuple[str, ...]:
+    """Thermometers that show one number all the time while another one moves."""
+    seen = {c: recording.run.columns[c][recording.row] for c in _thermometers(recording)}
+    if not any(_moves(v) for v in seen.values()):
+        return ()
+    return tuple(c for c, v in seen.items() if np.ptp(v) == 0.0)
+
+
+def _thermometers(recording: Recording) -> list[str]:
+    names = (c for c in recording.run.columns if c.startswith("temp_") and c.endswith("_C"))
+    return [c for c in names if c != "temp_gradient_C"]
 
 
 def unlabelled(recording: Recording) -> list[str]:

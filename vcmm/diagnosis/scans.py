@@ -14,13 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.run import Array, Run
-from vcmm.diagnosis.periods import coordinate, of_angle, shortest, supported
+from vcmm.diagnosis.periods import aliases, coordinate, of_angle, shortest, supported
 
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
 MOST_STEPS = 80  # change points
+ASIDE = 0.5  # of the largest share across: a touch nearer to the pole tells less than a quarter of what it does of an angle
 Weighted = list[tuple[dict[str, Any], float]]
 
 
@@ -60,7 +62,10 @@ def _shapes(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
 
 def _unresolved(spec: Field[Any], waves: int, run: Run) -> bool:
     angle = run.columns.get(spec.metadata.get("waves_over", ""))
-    return angle is not None and not of_angle(int(waves), angle)
+    if angle is None:
+        return False
+    size = np.abs(run.columns.get(spec.metadata["waves_by"], np.ones(run.n)))
+    return not of_angle(int(waves), angle[size >= ASIDE * size.max(initial=0.0)])
 
 
 def refused(kind: type[Effect], run: Run) -> list[dict[str, Any]]:
@@ -82,7 +87,7 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
         lines = spectral_lines(_coordinate(effect, run))
         least = shortest(q, min([*coarse, *lines])) if q is not None else float("inf")
         coarse = [v for v in coarse if supported(q, v, least)]
-        fine = [v for v in lines if supported(q, v, least)]
+        fine = [v for v in lines if supported(q, v, least) and _may_be(v, effect, spec, q)]
         if not coarse:
             return _even(spec.name, fine)
         share = np.log(0.5) if fine else 0.0
@@ -92,6 +97,18 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
         coarse = [0.0, *coarse]  # follows at once
     alone = sum(bool(f.metadata["scan"]) for f in parameter_fields(effect)) == 1
     return _even(spec.name, filled(coarse) if alone else coarse)
+
+
+def _may_be(period: float, effect: Effect, spec: Field[Any], q: Array | None) -> bool:
+    """Has the physics such a period, or does one of its usual ones look so at these places (n,)?
+
+    On a lattice of step h a lead p is seen at |n/h - 1/p|: within half a line of the spectrum it is the lead that counts.
+    """
+    if q is None or period <= spec.metadata["most"] or is_rotary(str(getattr(effect, "axis", ""))):
+        return True
+    half = 0.25 / float(np.ptp(q))
+    seen = [1.0 / p for lead in spec.metadata["scan"] for p in aliases(q, lead)]
+    return any(abs(f - 1.0 / period) <= half for f in seen)
 
 
 def _even(name: str, values: Sequence[float]) -> Weighted:

@@ -220,16 +220,14 @@ def _basis(given: Sequence[Term], m: int) -> Array:
 
 
 def _simplest(best: int, scores: Array, options: Array, state: Selection, setting: Setting) -> int:
-    """Of nested answers the one with fewest columns that the data cannot refuse."""
+    """Of nested answers the one with fewest free numbers, scanned ones among them, that the data cannot refuse."""
     found = setting.found
-    top = found.columns(best_option(found, options, best))
-    for i in np.argsort(
-        [found.columns(best_option(found, options, j)).shape[1] for j in range(len(scores))], kind="stable"
-    ):
-        if scores[i] < scores[best] - SIMPLER or i == best:
+    option = [best_option(found, options, j) for j in range(len(scores))]
+    freedom = np.array([found.options[k].freedom for k in option])
+    for i in np.argsort(freedom, kind="stable"):
+        if scores[i] < scores[best] - SIMPLER or freedom[i] >= freedom[best]:
             continue
-        own = found.columns(best_option(found, options, int(i)))
-        if own.shape[1] < top.shape[1] and _holds(top, own, state.y, setting):
+        if _holds(found.columns(option[best]), found.columns(option[i]), state.y, setting):
             return int(i)
     return best
 

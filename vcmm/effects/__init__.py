@@ -17,6 +17,7 @@ from vcmm.effects.clamping import Clamping
 from vcmm.effects.component import CalibrationModes, ComponentPolynomial, ComponentSpline, ComponentTable
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
+from vcmm.effects.drift_vector import DriftVector, StepVector, ThermalVector
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
 from vcmm.effects.encoder import EncoderInterpolation
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
@@ -39,6 +40,7 @@ from vcmm.effects.scatter import Reindexing, Scatter
 from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
+from vcmm.effects.tilt import AxisLean, CentreLineOffset, CentreLineTilt
 from vcmm.effects.tip_form import TipForm
 from vcmm.effects.workpiece import WorkpieceHeating
 
@@ -63,6 +65,9 @@ ALL: tuple[type[Effect], ...] = (
     LinearDrift,
     SettlingDrift,
     StepChange,
+    StepVector,
+    DriftVector,
+    ThermalVector,
     Reindexing,
     GradientBending,
     SpindleGrowth,
@@ -99,7 +104,10 @@ ALL: tuple[type[Effect], ...] = (
     ToolLength,
     ToolRadius,
     ToolOffset,
+    AxisLean,
     RotaryLocation,
+    CentreLineTilt,
+    CentreLineOffset,
     RotaryCyclic,
     ResidualField,
     CorrelatedField,

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_component
 from vcmm.core.declaration import UM, URAD, KnownRange, Typical
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import ModelLimit, UsageError
@@ -19,7 +20,6 @@ from vcmm.core.grid import multilinear, node_weights
 from vcmm.core.run import Array, Run
 
 EDGE = 1e-6  # mm or rad: rounding of positions at the ends of a table
-_KINDS = {"X": "EX", "Y": "EY", "Z": "EZ", "A": "EA", "B": "EB", "C": "EC"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +32,14 @@ class _Component(Effect):
 
     def __post_init__(self) -> None:
         c = self.component
-        if len(c) != 3 or c[0] != "E" or c[1] not in _KINDS or c[2] not in "XYZABC":
+        if not is_component(c):
             raise UsageError(
                 f'component = "{c}" is not a component error; write for example "EXX", "EZY" or "EBX"'
             )
 
     @property
     def link(self) -> str:
-        return self.component[2]
+        return axis_of(self.component)
 
     @property
     def column(self) -> int:
@@ -266,7 +266,7 @@ class CalibrationModes(Effect):
 
     @property
     def link(self) -> str:
-        return self.component[2]
+        return axis_of(self.component)
 
     @property
     def column(self) -> int:
@@ -276,7 +276,7 @@ class CalibrationModes(Effect):
     def place(self) -> str:  # type: ignore[override]
         if self.varies:
             return "motion"
-        return "travel" if self.component[2] in "XYZ" else "location"
+        return "travel" if self.link in "XYZ" else "location"
 
     @property
     def own(self) -> bool:  # type: ignore[override]

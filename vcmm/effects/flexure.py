@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import LINEAR
 from vcmm.core.declaration import UM, Site, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
@@ -141,6 +142,10 @@ class GradientBending(_Flexure):
 
     def __post_init__(self) -> None:
         _check_direction(self, self.direction)
+        if self.axis not in LINEAR:
+            raise UsageError(
+                f'{self.id}: only the guide of a linear axis bends; write axis = "X", "Y" or "Z"'
+            )
         if self.direction.upper() == self.axis:
             raise UsageError(f"{self.id}: a guide bends across its axis; choose another direction")
         if self.carries not in ("tool", "workpiece"):

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from vcmm.core.axes import axis_of, is_component, is_rotary
 from vcmm.core.declaration import UM, URAD, Site, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
-from vcmm.core.kinematics import FULL_TURN, ROTARY
+from vcmm.core.kinematics import FULL_TURN
 from vcmm.core.run import Array, Run
 
 
@@ -53,7 +54,7 @@ class GeometricChange(Effect):
 
     def __post_init__(self) -> None:
         c = self.component
-        if len(c) != 3 or c[0] != "E" or c[1] not in COLUMN or c[2] not in COLUMN:
+        if not is_component(c):
             raise UsageError(f'component = "{c}" is not a component error; write for example "EXX" or "EBX"')
         nodes = np.asarray(self.nodes, dtype=float)
         if len(nodes) < 2 or not nodes[-1] > nodes[0]:
@@ -61,22 +62,22 @@ class GeometricChange(Effect):
 
     @classmethod
     def placed(cls, place: Mapping[str, Any], site: Site) -> GeometricChange:
-        axis = place["component"][2]
+        axis = axis_of(place["component"])
         q = site.run.q(axis)
-        if axis in ROTARY and float(np.ptp(q)) > FULL_TURN:
+        if is_rotary(axis) and float(np.ptp(q)) > FULL_TURN:
             raise UsageError(
                 "after a full turn an axis is where it was: its geometry repeats, see rotary_cyclic"
             )
         return cls(place["component"], np.array([q.min(), q.max()]))
 
     def said_in_file(self) -> str:
-        nodes, turn = np.asarray(self.nodes, dtype=float), self.link in ROTARY
+        nodes, turn = np.asarray(self.nodes, dtype=float), is_rotary(self.link)
         low, high = (np.degrees(nodes) if turn else nodes)[[0, -1]]
         return f"recorded from {low:.1f} to {high:.1f} {'deg' if turn else 'mm'}; beyond these ends the value of the end is kept"
 
     @property
     def link(self) -> str:
-        return self.component[2]
+        return axis_of(self.component)
 
     @property
     def rms(self) -> float:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.declaration import URAD, Site, Typical, Words
 from vcmm.core.effect import Effect, param
 from vcmm.core.errors import UsageError
-from vcmm.core.kinematics import ROTARY
 from vcmm.core.run import Array, Run
 
 DOWN = ("down_x", "down_y", "down_z")
@@ -46,7 +46,7 @@ class GravityFlexure(Effect):
 
     @classmethod
     def placed(cls, place: Mapping[str, Any], site: Site) -> GravityFlexure:
-        if not any(axis in ROTARY for axis in site.tool):
+        if not any(is_rotary(axis) for axis in site.tool):
             raise UsageError("without a head that turns its attitude is always the same")
         return cls(**place)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.declaration import Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
@@ -111,7 +112,7 @@ class RotaryReadoutDelay(Effect):
     )
 
     def __post_init__(self) -> None:
-        if self.axis not in tuple("ABC"):
+        if not is_rotary(self.axis):
             raise UsageError(
                 f'readout_delay_rotary: axis = "{self.axis}" is no rotary axis; write axis = "C", or readout_delay for X, Y, Z'
             )

@@ -1,9 +1,10 @@
 """Errors of a laser interferometer: cosine error, air, dead path. All are readings, indicated - true.
 
-Lengths are counted from the origin of the workpiece axes, where the counter is taken to be zero; another zero is a
-constant along the beam, which a recording's nuisance `zero` takes up while the strain does not change. Where it does, as
-with the weather, the zero matters: with zero = 1 lengths count from the first row of every set-up, columns counted_x_mm,
-counted_y_mm, counted_z_mm, which a recording of displacements fills in.
+A recording of lengths states where the beam begins, from_x_mm from_y_mm from_z_mm (the station of a tracker or tracer):
+lengths count from there, and the path is as long as the length. Without it they count from the origin of the workpiece axes,
+where the counter is taken to be zero; another zero is a constant along the beam, which a recording's nuisance `zero` takes up
+while the strain does not change. Where it does, as with the weather, the zero matters: with zero = 1 lengths count from the
+first row of every set-up, columns counted_x_mm, counted_y_mm, counted_z_mm, which a recording of displacements fills in.
 """
 
 from __future__ import annotations
@@ -35,6 +36,14 @@ def index_change(run: Run) -> Array:
 
 
 COUNTED = ("counted_x_mm", "counted_y_mm", "counted_z_mm")
+STATION = ("from_x_mm", "from_y_mm", "from_z_mm")
+
+
+def way(run: Run, counted: bool = False) -> Array:
+    """The beam (n, 3) mm, workpiece axes: from its station, from the first row of the set-up (counted), or from the origin."""
+    if all(c in run.columns for c in STATION):
+        return run.tip - run.vector(*STATION)
+    return run.vector(*COUNTED) if counted else run.tip
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +56,7 @@ class _Laser(Effect):
 
     def _stretched(self, run: Run, strain: float | Array, counted: bool = False) -> Array:
         used = strain * run.used("instrument", getattr(self, "instrument", ""))
-        x, y, z = run.vector(*COUNTED).T if counted else run.tip.T
+        x, y, z = way(run, counted).T
         return motion(run, X=used * x, Y=used * y, Z=used * z)
 
 
@@ -118,13 +127,14 @@ class AirIndex(_Laser):
 
 @dataclass(frozen=True, eq=False)
 class DeadPath(_Laser):
-    """length x index change along n: the path between the interferometer and the zero of the count changes too.
+    """length x index change along the beam: the path between the interferometer and the zero of the count changes too.
 
-    A longer optical path is indicated as a longer displacement; only what changes after the zero is seen.
+    The beam goes along n, or from its station to the tip. A longer optical path is indicated as a longer displacement; only
+    what changes after the zero is seen.
     """
 
     name = "dead_path"
-    needs = ("temp_air_C", "pressure_hPa", "nx", "ny", "nz")
+    needs = ("temp_air_C", "pressure_hPa")
     cites = "Steinmetz, Precision Engineering 12 (1990) 12: dead path error"
     words = Words(
         seen="the dead path of the laser is not compensated ({length})",
@@ -142,4 +152,13 @@ class DeadPath(_Laser):
 
     def error_motion(self, run: Run) -> Array:
         used = run.used("instrument", self.instrument)
-        return along(run, run.normal, self.length * index_change(run) * used)
+        return along(run, self._beam(run), self.length * index_change(run) * used)
+
+    @staticmethod
+    def _beam(run: Run) -> Array:
+        """Unit vectors (n, 3) along the beam; zero at the station itself."""
+        if not all(c in run.columns for c in STATION):
+            return run.normal
+        whole = way(run)
+        length = np.linalg.norm(whole, axis=1)[:, None]
+        return np.asarray(whole / np.where(length > 0, length, 1.0))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from vcmm.core.axes import axis_of
 from vcmm.core.declaration import UM, URAD, Site, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, choice, param
 from vcmm.core.errors import ModelLimit, UsageError
@@ -65,10 +66,10 @@ class MapInterpolation(Effect):
         """No residual yet, on the nodes of a component table over its own axis. Raises UsageError for other effects."""
         component = str(getattr(table, "component", ""))
         grids = dict(zip(getattr(table, "arguments", ()), getattr(table, "grids", ())))
-        if component[-1:] not in grids:
-            raise UsageError(f"{table.id} has no table over axis {component[-1:]} to be interpolated")
+        if axis_of(component) not in grids:
+            raise UsageError(f"{table.id} has no table over axis {axis_of(component)} to be interpolated")
         measured = getattr(table, "measured", None)
-        nodes = np.asarray(grids[component[-1]] if measured is None else measured, dtype=float)
+        nodes = np.asarray(grids[axis_of(component)] if measured is None else measured, dtype=float)
         return cls(component, nodes, shape, np.zeros(len(nodes) - 1 if shape == "cells" else orders))
 
     @classmethod
@@ -93,7 +94,7 @@ class MapInterpolation(Effect):
 
     @property
     def link(self) -> str:
-        return self.component[2]
+        return axis_of(self.component)
 
     @property
     def rms(self) -> float:

@@ -32,7 +32,11 @@ class ScrewPitch(Effect):
     )
     cosine: float = param(0.0, "um", "cosine part", typical=Typical(1 * UM, "usual: 0.5-5 um once per turn"))
     period: float = param(
-        10.0, "mm", "lead of the screw", scan=(2.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0)
+        10.0,
+        "mm",
+        "lead of the screw",
+        scan=(2.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0),
+        most=40.0,  # ISO 3408-2: the largest nominal lead
     )
     harmonic: int = at(1, "1 = once per turn of the screw, 2 = twice ...", quiet=True)
 

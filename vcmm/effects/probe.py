@@ -84,7 +84,14 @@ class ProbeLobing(PreTravel):
         "sine part",
         typical=Typical(0.5 * UM, "+-0.3-1 um with 10-20 mm styli, to 5 um with long ones"),
     )
-    lobes: int = at(3, "lobes per turn", quiet=True, tries=(3, 2, 4), waves_over="probe_angle_rad")
+    lobes: int = at(
+        3,
+        "lobes per turn",
+        quiet=True,
+        tries=(3, 2, 4),
+        waves_over="probe_angle_rad",
+        waves_by="probe_lateral",
+    )
 
     def reading(self, run: Run) -> Array:
         angle = self.lobes * run.column("probe_angle_rad")

@@ -47,6 +47,7 @@ class LostMotion(_Reversal):
     needs = ("sense_{axis}",)
     cites = "ISO 230-2:2014, 2.16 reversal error at each position; wind-up of a screw held at one end"
     special_case_of = ("hysteresis",)
+    taken_up = "g0"
     words = Words(
         seen="{where} stops short after reversing, by a gap that changes along the axis ({g0} at zero, {g1})",
         causes="wind-up of the screw, or a nut worn unevenly",

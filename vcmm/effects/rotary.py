@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_component, is_rotary
 from vcmm.core.declaration import UM, URAD, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
@@ -41,14 +42,14 @@ class RotaryCyclic(Effect):
 
     def __post_init__(self) -> None:
         c = self.component
-        if len(c) != 3 or c[0] != "E" or c[1] not in COLUMN or c[2] not in "ABC":
+        if not (is_component(c) and is_rotary(axis_of(c))):
             raise UsageError(
                 f'component = "{c}" is not a component error of a rotary axis; write for example "ECC" or "EXC"'
             )
 
     @property
     def link(self) -> str:
-        return self.component[2]
+        return axis_of(self.component)
 
     def error_motion(self, run: Run) -> Array:
         q, c = run.q(self.link), np.asarray(self.coefficients, dtype=float)

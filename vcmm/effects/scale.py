@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.declaration import Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
-from vcmm.core.kinematics import FULL_TURN, ROTARY
+from vcmm.core.kinematics import FULL_TURN
 from vcmm.core.run import Array, Run
 
 
@@ -41,7 +42,7 @@ class ScaleFactor(Effect):
         return self.axis
 
     def remark(self, run: Run) -> str:
-        if self.axis not in ROTARY or float(np.ptp(run.q(self.axis))) <= FULL_TURN:
+        if not is_rotary(self.axis) or float(np.ptp(run.q(self.axis))) <= FULL_TURN:
             return ""
         return (
             f"a saw over a full turn of {self.axis}: after 360 degrees the axis is where it was, so this is no geometry but the"

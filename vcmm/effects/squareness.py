@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_location
 from vcmm.core.declaration import UM, URAD, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
@@ -104,14 +105,14 @@ class RotaryLocation(Effect):
 
     def __post_init__(self) -> None:
         c = self.component
-        if len(c) != 3 or c[0] not in COLUMN or c[1] != "0" or c[2] not in "ABC":
+        if not is_location(c):
             raise UsageError(
                 f'component = "{c}" is not a location error of a rotary axis; write for example "X0C" or "A0C"'
             )
 
     @property
     def link(self) -> str:
-        return self.component[2]
+        return axis_of(self.component)
 
     def error_motion(self, run: Run) -> Array:
         out = np.zeros((run.n, 6))

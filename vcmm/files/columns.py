@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.axes import LETTERS, ROTARY, in_order, is_axis, is_rotary
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.core.text import read_text
@@ -31,6 +33,8 @@ LABELS = (
 )
 REDRAW = ("machine", "touch", OFFSET_LABEL, *LABELS)  # what an Input may be redrawn by
 DEG = np.pi / 180.0
+FEW = 5  # cells that are named one by one
+DEAD = 0.5  # share of cells without a number from which it is the column that is wrong, and not the rows
 _BY_AXIS = (
     "sense_{}",
     "since_reversal_{}_mm",
@@ -69,7 +73,7 @@ class Sheet:
     def numbers(self, name: str) -> Array:
         """One column (n,). Raises DataError naming every cell that is no finite number."""
         i = self.header.index(name)
-        out, problems = np.empty(len(self.rows)), []
+        out, problems = np.zeros(len(self.rows)), []
         for j, row in enumerate(self.rows):
             try:
                 out[j] = float(row[i])
@@ -82,6 +86,11 @@ class Sheet:
                 problems.append(
                     f'{self.at(j)}: "{row[i]}" in column {name} is not finite; remove or repair the row'
                 )
+        if len(problems) > max(DEAD * len(self.rows), FEW):
+            problems = [
+                f"{self.path}:{self.header_line}: {name} is no finite number in {len(problems)} of {len(self.rows)} rows: repair the "
+                "column, or remove it (what depends on it is then not testable), not the rows"
+            ]
         if problems:
             raise DataError(problems)
         return out
@@ -132,17 +141,40 @@ def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
                 f"{sheet.path}:{sheet.header_line}: the column {axis_column(axis)} is missing.{hint} The machine has the axes {' '.join(axes)}"
             )
     numbers, labels = _typed(sheet, problems)
+    problems += _wrong_senses(sheet, numbers)
     if problems:
         raise DataError(problems)
-    position = {a: numbers.pop(axis_column(a)) * (DEG if a in "ABC" else 1.0) for a in axes}
+    position = {a: numbers.pop(axis_column(a)) * (DEG if is_rotary(a) else 1.0) for a in axes}
     offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(len(sheet.rows))) for c in "xyz"], axis=1)
-    others = {n: v for n, v in numbers.items() if n not in {axis_column(a) for a in "XYZABC"}}
+    others = {n: v for n, v in numbers.items() if n not in {axis_column(a) for a in axes_of(numbers)}}
     return Run(position, offset, canonical_columns(others), labels)
 
 
+def _wrong_senses(sheet: Sheet, numbers: dict[str, Array]) -> list[str]:
+    """Every cell of a sense that is no direction, with its line."""
+    return [
+        f"{sheet.at(int(i))}: {name} = {values[i]:g}; the direction in which the axis last moved is -1 or 1, and 0 where it is "
+        "not known"
+        for name, values in numbers.items()
+        if name.startswith("sense_")
+        for i in np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0)))
+    ]
+
+
 def axis_column(axis: str) -> str:
-    """X -> X_mm, C -> C_deg."""
-    return f"{axis}_deg" if axis in "ABC" else f"{axis}_mm"
+    """X -> X_mm, C -> C_deg, A1 -> A1_deg."""
+    return f"{axis}_deg" if is_rotary(axis) else f"{axis}_mm"
+
+
+def axes_of(header: Iterable[str]) -> list[str]:
+    """The axes whose positions stand in a header, in order."""
+    words = {name.rpartition("_")[0] for name in header}
+    return in_order(a for a in words if is_axis(a) and axis_column(a) in header)
+
+
+def _unnumbered(name: str) -> str:
+    """sense_A1 -> sense_A, C2_deg -> C_deg: the column of the axis without a number; head_A1_deg stays as it is."""
+    return re.sub(r"(?<!head_)(?<![A-Za-z])([ABC])[1-9]\d?(?=_|$)", r"\1", name)
 
 
 def canonical_columns(numbers: dict[str, Array]) -> dict[str, Array]:
@@ -157,9 +189,9 @@ def canonical_columns(numbers: dict[str, Array]) -> dict[str, Array]:
 
 def file_columns() -> list[str]:
     """Every numeric column that a file may have, spelled out; effects add those they ask for."""
-    names = [axis_column(a) for a in "XYZABC"] + list(_SINGLE)
-    names += [text.format(a) for text in _BY_AXIS for a in "XYZABC"]
-    names += [text.format(a) for text in _BY_ROTARY for a in "ABC"]
+    names = [axis_column(a) for a in LETTERS] + list(_SINGLE)
+    names += [text.format(a) for text in _BY_AXIS for a in LETTERS]
+    names += [text.format(a) for text in _BY_ROTARY for a in ROTARY]
     names += [text.format(c) for text in _BY_DIRECTION for c in "xyz"]
     names += [f"reading_{n.removeprefix('temp_')}" for n in _SINGLE if n.startswith("temp_")]
     asked = [
@@ -173,13 +205,13 @@ def file_columns() -> list[str]:
 
 def run_columns() -> list[str]:
     """The same columns as a Run names them (angles in rad), without the axis positions."""
-    names = [n for n in file_columns() if n not in {axis_column(a) for a in "XYZABC"}]
+    names = [n for n in file_columns() if n not in {axis_column(a) for a in LETTERS}]
     return [f"{n[:-4]}_rad" if n.endswith("_deg") else n for n in names]
 
 
 def known_column(name: str, known: list[str]) -> bool:
     """Whether a column may stand in a file: by its name, any temp_<name>_C, or u_<column> of a known column."""
-    if name in known or re.fullmatch(r"temp_\w+_C", name):
+    if name in known or _unnumbered(name) in known or re.fullmatch(r"temp_\w+_C", name):
         return True
     return name.startswith("u_") and known_column(name[2:], known)
 

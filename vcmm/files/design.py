@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -108,7 +109,8 @@ def _machine(model: DesignFile, folder: Path) -> Machine:
                 f'there is no travel of {letter}; add [axes.{letter}] travel = ["0 mm", "600 mm"]'
             )
         low, high = (
-            quantity(t, "angle" if letter in "ABC" else "length", "travel") for t in model.axes[letter].travel
+            quantity(t, "angle" if is_rotary(letter) else "length", "travel")
+            for t in model.axes[letter].travel
         )
         axes[letter] = Axis(letter, (low, high))
     return Machine("planned", "cmm", chain, axes)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_rotary
 from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.run import Array
@@ -132,7 +133,7 @@ def _parameter_value(spec: Field[Any], key: str, value: Any, table: dict[str, An
 def check_matters(spec: Field[Any], component: str, key: str) -> None:
     """Raises UsageError for a parameter that this component does not use: a tilt has no offset."""
     only = spec.metadata["only"]
-    if only and len(component) == 3 and component[0] not in only:
+    if only and axis_of(component) and component[0] not in only:
         allowed = ", ".join(f"{letter}{component[1:]}" for letter in only)
         raise UsageError(f'{key} does nothing for component = "{component}"; it goes with {allowed}')
 
@@ -148,7 +149,7 @@ def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
     """Keys that are neither place nor parameter: positions carry units, words and counts are taken as they are."""
     key = spec.name
     if key == "nodes" and ("component" in table or "axis" in table):
-        return _axis_positions(value, str(table.get("component", table.get("axis")))[-1:], key)
+        return _axis_positions(value, axis_of(str(table.get("component", ""))) or str(table.get("axis")), key)
     if key in ("nodes", "deviation"):
         if not isinstance(value, list) or not value:
             raise UsageError(
@@ -182,6 +183,6 @@ def _plain(spec: Field[Any], value: Any, table: dict[str, Any]) -> Any:
 
 
 def _axis_positions(value: Any, axis: str, key: str) -> Array:
-    if axis in tuple("ABC"):
+    if is_rotary(axis):
         return np.array(vector(value, "angle", key, "0 90 180 deg"))
     return np.array(vector(value, "length", key, "0 100 200 mm"))

@@ -14,12 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_axis
 from vcmm.core.error_names import canonical
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.run import Array
 from vcmm.core.text import read_text
-
-AXES = tuple("XYZABC")
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,7 @@ def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
 
 def _block(path: Path, rows: list[tuple[int, list[str]]], seen: dict[str, int]) -> _Block:
     line, words = rows[0]
-    count = next((i for i, word in enumerate(words) if word not in AXES), len(words))
+    count = next((i for i, word in enumerate(words) if not is_axis(word)), len(words))
     problems: list[str] = []
     names = list(words[:count])
     for word in words[count:]:
@@ -122,13 +121,17 @@ def _kind_problems(path: Path, line: int, names: list[str], count: int) -> list[
     out = []
     for name in names[count:]:
         if count == 0 and name[0] == "E":
-            out.append(f"{path}:{line}: {name} varies along {name[2]}; put a column {name[2]} before it")
+            out.append(
+                f"{path}:{line}: {name} varies along {axis_of(name)}; put a column {axis_of(name)} before it"
+            )
         if count and name[1] == "0":
             out.append(
                 f"{path}:{line}: {name} does not depend on a position; give it in a table of its own, after #"
             )
     if count == len(names):
-        out.append(f"{path}:{line}: the table names axes but no error; add for example E{names[0]}{names[0]}")
+        out.append(
+            f"{path}:{line}: the table names axes but no error; add for example E{names[0][0]}{names[0]}"
+        )
     return out
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -73,7 +74,7 @@ def recording_of_runs(
         raise UsageError(
             f"the machine {machine.chain.structure} has no axis {axis}; name the right one in [line] axis"
         )
-    if runs.rotary != (axis in "ABC"):
+    if runs.rotary != is_rotary(axis):
         unit = "degrees" if runs.rotary else "mm"
         raise UsageError(
             f"the targets are in {unit}, which does not fit axis {axis}; name the right one in [line] axis"
@@ -86,7 +87,7 @@ def recording_of_runs(
     columns |= {f"n{c}": direction[:, i] for i, c in enumerate("xyz")}
     run = Run(position, run.offset, columns, dict(runs.labels) | {"run": runs.run})
     value = -runs.deviation if measuring else runs.deviation
-    kind = "angle" if axis in "ABC" else "displacement"
+    kind = "angle" if is_rotary(axis) else "displacement"
     none = np.full(k, -1, dtype=np.intp)
     return Recording(
         name, kind, run, value=value, measuring=measuring, row=np.arange(k), direction=direction, other=none

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_location, is_rotary
 from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import EVERY, Input
@@ -103,7 +104,12 @@ def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
     effects: list[Effect] = []
     for table in file.tables:
         for name, values in table.values.items():
-            if cubic and len(table.arguments) == 1 and table.arguments[0] == name[2] and len(values) > 2:
+            if (
+                cubic
+                and len(table.arguments) == 1
+                and table.arguments[0] == axis_of(name)
+                and len(values) > 2
+            ):
                 effects.append(
                     made_for("error curve", f"the cubic table of {name}")(name, table.grids[0], values)
                 )
@@ -111,7 +117,7 @@ def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
                 made = made_for("error table", f"the table of {name}")
                 effects.append(made(name, table.arguments, table.grids, values))
     for name, value in file.constants.items():
-        if name[2] in "XYZ":
+        if not is_location(name):
             effects.append(made_for("angle between axes", f"the constant {name}")(name, value))
         else:
             shift = "offset" if name[0] in "XYZ" else "tilt"
@@ -236,7 +242,7 @@ def _correlated(effect: Any, u: float, length: float | None) -> MultivariateNorm
     squared: Array = np.zeros((len(mesh), len(mesh)))
     for i, letter in enumerate(letters):
         gap = mesh[:, None, i] - mesh[None, :, i]
-        if length is None or letter in "ABC":
+        if length is None or is_rotary(letter):
             squared = squared + np.where(gap == 0, 0.0, np.inf)
         else:
             squared = squared + (gap / length) ** 2

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.axes import ALLOWED, is_axis, is_rotary
+from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, Chain, parse_structure
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
@@ -85,7 +86,7 @@ def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems
                 f'add it with its travel, for example travel = ["0 mm", "600 mm"]',
             )
     for letter in names:
-        if letter not in chain.letters and letter in tuple("XYZABC"):
+        if letter not in chain.letters and is_axis(letter):
             problems.add(
                 (*at, "axes", letter),
                 f'axis {letter} is not in structure = "{chain.structure}"; add it there or remove [axes.{letter}]',
@@ -93,11 +94,11 @@ def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems
 
 
 def _axis(letter: str, table: AxisTable) -> Axis:
-    if letter not in tuple("XYZABC"):
-        raise UsageError(f'unknown axis "{letter}".{choose_from(letter, list("XYZABC"))}')
+    if not is_axis(letter):
+        raise UsageError(f'unknown axis "{letter}"; allowed are {ALLOWED}')
     low, high = (
         quantity(t, "angle", "travel", "90 deg")
-        if letter in "ABC"
+        if is_rotary(letter)
         else quantity(t, "length", "travel", "600 mm")
         for t in table.travel
     )
@@ -114,7 +115,7 @@ def _dynamics(letter: str, table: dict[str, str | float | None]) -> dict[str, fl
     out: dict[str, float] = {}
     for key, value in table.items():
         if isinstance(value, str):
-            dimension = f"angular {key}" if letter in "ABC" else key
+            dimension = f"angular {key}" if is_rotary(letter) else key
             out[key] = quantity(value, dimension, f"dynamics.{key} of axis {letter}")
         elif value is not None:
             out[key] = value

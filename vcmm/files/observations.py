@@ -11,11 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary, unit_vector
 from vcmm.core.errors import DataError, ModelLimit
-from vcmm.core.kinematics import UNIT, Motion, nominal_tip, tip_motion
+from vcmm.core.kinematics import Motion, nominal_tip, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.files.columns import Sheet, axis_column, read_csv, read_positions
+from vcmm.files.columns import Sheet, axes_of, axis_column, read_csv, read_positions
 from vcmm.response.pointing import POINTED, pointing_observations
 from vcmm.response.recording import Ints, Recording
 
@@ -41,7 +42,7 @@ def read_observations(path: Path, machine: Machine | None, sense: Sense, name: s
     Raises DataError with every problem: column, line and fix.
     """
     sheet = read_csv(path)
-    letters = tuple(a for a in "XYZABC" if axis_column(a) in sheet.header)
+    letters = tuple(axes_of(sheet.header))
     problems = _header_problems(sheet, sense)
     run = None
     try:
@@ -110,9 +111,9 @@ def _with_unit_normals(run: Run, sheet: Sheet, problems: list[str]) -> Run:
 
 def _check_other_axes(sheet: Sheet, run: Run, problems: list[str]) -> None:
     """Positions of axes that the machine lacks must not be dropped, unless they are zero."""
-    for letter in "XYZABC":
+    for letter in axes_of(sheet.header):
         column = axis_column(letter)
-        if column in sheet.header and letter not in run.position:
+        if letter not in run.position:
             moved = np.flatnonzero(sheet.numbers(column))
             if len(moved):
                 problems.append(
@@ -255,7 +256,7 @@ def linear_positions(machine: Machine, run: Run, tip: Array) -> dict[str, Array]
     The tip is linear in the positions of the linear axes. Raises ModelLimit where they cannot reach a place.
     """
     letters = [a for a in machine.chain.letters if a in "XYZ"]
-    rest = {a: q if a in "ABC" else np.zeros(run.n) for a, q in run.position.items()}
+    rest = {a: q if is_rotary(a) else np.zeros(run.n) for a, q in run.position.items()}
 
     def at(position: dict[str, Array]) -> Array:
         return nominal_tip(machine.chain, machine.axes, Run(position, run.offset))
@@ -276,8 +277,8 @@ def axis_direction(machine: Machine, run: Run, axis: str) -> Array:
     """(n, 3) unit: where the tip goes, seen from the workpiece, when a linear axis is commanded forward; for a rotary
     axis the axis about which the tool turns.
     """
-    if axis in "ABC":
-        turn = np.tile(np.concatenate([np.zeros(3), UNIT[axis]]), (run.n, 1))
+    if is_rotary(axis):
+        turn = np.tile(np.concatenate([np.zeros(3), unit_vector(axis)]), (run.n, 1))
         return tip_motion(machine.chain, machine.axes, run, [Motion(axis, "motion", turn)])[:, 3:]
     chain, axes = machine.chain, machine.axes
     there = Run({**run.position, axis: run.q(axis) + 1.0}, run.offset)

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import LETTERS, is_rotary
 from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.core.machine import Machine
@@ -141,7 +142,7 @@ def _read(model: RecordingFile, path: Path, machine: Machine | None, problems: P
     axis = line.axis or runs.axis
     if not axis:
         raise UsageError(f'{path.name} does not name its axis; add [line] with axis = "X"')
-    _check_kind(model, "angle" if axis in "ABC" else "displacement")
+    _check_kind(model, "angle" if is_rotary(axis) else "displacement")
     at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, (axis,)))
     return (
         None
@@ -153,7 +154,7 @@ def _read(model: RecordingFile, path: Path, machine: Machine | None, problems: P
 def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
     scope = read_scope(path, model.scope or ScopeTable())
     axes = tuple(scope.commanded)
-    _check_kind(model, "angle" if axes[0] in "ABC" else "path")
+    _check_kind(model, "angle" if is_rotary(axes[0]) else "path")
     line = model.line or LineTable()
     at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, axes))
     return (
@@ -287,7 +288,7 @@ def _check_order(run: Run) -> None:
 
 def missing_columns(run: Run, machine: Machine) -> tuple[str, ...]:
     """Columns and labels that a recording may have and this one has not, as a run names them."""
-    absent_axes = [a for a in "XYZABC" if a not in machine.chain.letters]
+    absent_axes = [a for a in LETTERS if a not in machine.chain.letters]
     own = re.compile(r"u_|reading_|(part|tip|from|offset)_[xyz]_mm|probe_lateral|" + "|".join(OBSERVED))
     of_axis = re.compile(rf"(sense|since_reversal|speed|accel|raw|travel)_[{''.join(absent_axes)}](_|$)")
     columns = [c for c in run_columns() if c not in run.columns and not own.match(c) and not of_axis.match(c)]

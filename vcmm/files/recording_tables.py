@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Law, Normal, StudentT
 from vcmm.core.units import quantity
@@ -175,7 +176,7 @@ def other_positions(line: LineTable, letters: tuple[str, ...], moving: tuple[str
             found.append((("at", letter), f'at names axis "{letter}".{choose_from(letter, allowed)}'))
             continue
         try:
-            rotary = letter in "ABC"
+            rotary = is_rotary(letter)
             out[letter] = quantity(
                 text, "angle" if rotary else "length", letter, "0 deg" if rotary else "250 mm"
             )
@@ -183,7 +184,7 @@ def other_positions(line: LineTable, letters: tuple[str, ...], moving: tuple[str
             found.append((("at", letter), str(error)))
     missing = [a for a in letters if a not in moving and a not in line.at]
     if missing:
-        example = ", ".join(f'{a} = "0 {"deg" if a in "ABC" else "mm"}"' for a in missing)
+        example = ", ".join(f'{a} = "0 {"deg" if is_rotary(a) else "mm"}"' for a in missing)
         found.append(
             ("at", f"where the other axes stood is missing (arms depend on it); add at = {{ {example} }}")
         )

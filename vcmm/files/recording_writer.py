@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import Environment, UsageError
 from vcmm.core.laws import Law, Normal, StudentT
 from vcmm.core.run import Run, Series
@@ -22,7 +23,7 @@ from vcmm.response.recording import Ints, Recording
 
 DEG = np.pi / 180.0
 DERIVED = re.compile(
-    r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]_rad.*|play_.*|pointed_[xyz]"
+    r"length_mm|travel_.*|(since_reversal|speed|accel)_[ABC]\d*_rad.*|play_.*|pointed_[xyz]"
 )  # made again on reading
 
 
@@ -132,7 +133,7 @@ def _components(recording: Recording) -> tuple[str, ...]:
 def _conditions(run: Run, rows: Ints) -> dict[str, Any]:
     """Positions, offsets, columns and labels of the rows, in file units."""
     out: dict[str, Any] = {
-        axis_column(a): q[rows] / (DEG if a in "ABC" else 1.0) for a, q in run.position.items()
+        axis_column(a): q[rows] / (DEG if is_rotary(a) else 1.0) for a, q in run.position.items()
     }
     if run.offset.any():
         out |= {f"offset_{c}_mm": run.offset[rows, i] for i, c in enumerate("xyz")}

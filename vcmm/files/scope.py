@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vcmm.core.axes import ALLOWED, is_axis, is_rotary
 from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.history import path_history
 from vcmm.core.machine import Machine
@@ -65,20 +66,20 @@ def read_scope(path: str | Path, table: ScopeTable) -> Scope:
 
 def _check_axes(path: Path, axes: Mapping[str, list[str]]) -> None:
     for axis, names in axes.items():
-        if axis not in tuple("XYZABC"):
-            raise DataError(f'{path}: unknown axis "{axis}" in [scope].{choose_from(axis, list("XYZABC"))}')
+        if not is_axis(axis):
+            raise DataError(f'{path}: unknown axis "{axis}" in [scope]; allowed are {ALLOWED}')
         if len(names) != 2:
             raise DataError(
                 f'{path}: {axis} takes two columns, as in {axis} = ["SetPos", "ActPos"]: commanded, actual'
             )
-    if len({a in "ABC" for a in axes}) > 1:
+    if len({is_rotary(a) for a in axes}) > 1:
         raise DataError(
             f"{path}: linear and rotary axes give recordings of two kinds; read them one after the other"
         )
 
 
 def _factor(path: Path, axis: str, name: str, unit: str) -> float:
-    units = ANGLE if axis in "ABC" else LENGTH
+    units = ANGLE if is_rotary(axis) else LENGTH
     unit = unit or _ending(name, units, "")
     if unit not in units:
         raise DataError(
@@ -161,7 +162,7 @@ def recording_of_scope(
     direction = np.stack([axis_direction(machine, run, a) for a in axes], axis=1).reshape(-1, 3)
     error = np.stack([scope.actual[a] - scope.commanded[a] for a in axes], axis=1).ravel()
     value = -error if measuring else error
-    kind = "angle" if axes[0] in "ABC" else "path"
+    kind = "angle" if is_rotary(axes[0]) else "path"
     none = np.full(len(value), -1, dtype=np.intp)
     return Recording(
         name,

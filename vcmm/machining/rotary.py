@@ -19,8 +19,9 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.core.axes import LINEAR, ROTARY
 from vcmm.core.errors import UsageError
-from vcmm.core.kinematics import LINEAR, ROTARY, Frame, Pose6, commanded_directions, link_frames
+from vcmm.core.kinematics import Frame, Pose6, commanded_directions, link_frames
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints

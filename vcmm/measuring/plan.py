@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vcmm.core.axes import is_rotary, unit_vector
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
-from vcmm.core.kinematics import UNIT, Axis, Chain, nominal_tip
+from vcmm.core.kinematics import Axis, Chain, nominal_tip
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
@@ -143,13 +144,13 @@ def axis_positions(chain: Chain, axes: Mapping[str, Axis], tip: Array, offset: A
     out = {}
     for i, letter in enumerate("XYZ"):
         if letter in chain.letters:
-            out[letter] = wanted @ UNIT[letter]
+            out[letter] = wanted @ unit_vector(letter)
         elif np.abs(wanted[:, i]).max(initial=0.0) > 1e-9:
             raise ModelLimit(
                 f"the machine {chain.structure} has no axis {letter}, but the plan needs {letter} = "
                 f"{wanted[np.abs(wanted[:, i]).argmax(), i]:.6g} mm; place the points at zero there"
             )
-    return out | {a: np.zeros(len(tip)) for a in chain.letters if a in "ABC"}
+    return out | {a: np.zeros(len(tip)) for a in chain.letters if is_rotary(a)}
 
 
 def _check_approach(feature: Array, normals: Array, approach: Array) -> None:

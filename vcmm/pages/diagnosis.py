@@ -15,6 +15,7 @@ from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Answer, Diagnosis
+from vcmm.diagnosis.verdict import LEAST_TOLD
 from vcmm.effects import BY_NAME
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
 from vcmm.response.nuisance import nuisance_columns
@@ -49,7 +50,8 @@ def sentences(d: Diagnosis) -> list[str]:
     ]
     if d.mistake is not None:
         out.append(f"The stored table looks mistaken: {d.mistake.component}, {d.mistake.what}.")
-    out += [_said(d, a) for a in d.found] + _of_unknown(d) + [_said(d, a) for a in d.candidates]
+    out += [_said(d, a) for a in d.found] + _of_unknown(d)
+    out += [_said(d, a) for a in d.candidates if a.with_rivals >= LEAST_TOLD]
     out += [f"Where, before any name was fitted: {p.text}." for p in d.location[:1]]
     return out
 
@@ -62,6 +64,8 @@ def _said(d: Diagnosis, a: Answer) -> str:
         else ""
     )
     said = plain_words(a.effect, a.where, a.parameters)
+    if a.probability < LEAST_TOLD:  # it has the shape that was fitted, not the name
+        said = f"Most probably {' or '.join(a.cannot_be_told_from)}; what was fitted has the shape of"
     own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
     said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}" if a.doubtful else said
     return (

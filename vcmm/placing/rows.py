@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.kinematics import nominal_tip
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
@@ -94,7 +95,7 @@ class Rows:
         axes = {
             a: position[..., "XYZ".index(a)].reshape(flat) for a in self.machine.chain.letters if a in "XYZ"
         }
-        axes |= {a: np.zeros(flat) for a in self.machine.chain.letters if a in "ABC"}
+        axes |= {a: np.zeros(flat) for a in self.machine.chain.letters if is_rotary(a)}
         normal = _turned(pose, t.normals[rows]).reshape(-1, 3)
         part = _turned(pose, t.points[rows]).reshape(-1, 3)
         columns = {f"n{c}": normal[:, i] for i, c in enumerate("xyz")}

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import nominal_tip
 from vcmm.core.machine import Machine
@@ -72,7 +73,7 @@ def moved(recording: Recording, machine: Machine, step: dict[str, float]) -> Rec
     run, label = recording.run, recording.nuisance["index"]
     position = {a: np.array(q, dtype=float) for a, q in run.position.items()}
     for name, d in step.items():
-        axis, word = name[0], name.partition("=")[2].removesuffix("]")
+        axis, word = name.partition("[")[0], name.partition("=")[2].removesuffix("]")
         rows = run.labels[label] == word if word else np.ones(run.n, dtype=bool)
         position[axis][rows] += d
     there = replace(run, position=position)
@@ -107,7 +108,7 @@ def _check_exact(recording: Recording, total: dict[str, float]) -> None:
 
 def _text(index: dict[str, float]) -> str:
     parts = [
-        f"{name} {np.degrees(v):.4g} deg" if name[0] in "ABC" else f"{name} {v:.4g} mm"
+        f"{name} {np.degrees(v):.4g} deg" if is_rotary(name.partition("[")[0]) else f"{name} {v:.4g} mm"
         for name, v in index.items()
     ]
     return ", ".join(parts) or "none"

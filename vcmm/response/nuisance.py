@@ -23,8 +23,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
+from vcmm.core.effect import COLUMN
 from vcmm.core.errors import ModelLimit
-from vcmm.core.kinematics import ROTARY, Motion, tip_motion
+from vcmm.core.kinematics import Motion, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.response.recording import Ints, Recording
@@ -93,8 +95,8 @@ def _columns(word: str, group: _LabelGroup) -> Columns:
     if word in ("rigid", "alignment"):
         return _rigid(group)
     if word == "index":
-        return _moved(group, {f".{a}": (a, "XYZABC".index(a)) for a in group.machine.chain.letters})
-    heads = any(a in ROTARY for a in group.machine.chain.tool)
+        return _moved(group, {f".{a}": (a, COLUMN[a[0]]) for a in group.machine.chain.letters})
+    heads = any(is_rotary(a) for a in group.machine.chain.tool)
     if word == "offset" and group.recording.kind == "angle" and heads:
         return _moved(group, {f".turn_{c}": ("tool", 3 + i) for i, c in enumerate("xyz")})
     if word in ("offset", "centre", "station"):

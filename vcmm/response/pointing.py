@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary, unit_vector
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.kinematics import ROTARY, UNIT, Motion, link_frames, nominal_tip, tip_motion
+from vcmm.core.kinematics import Motion, link_frames, nominal_tip, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 
@@ -55,10 +56,12 @@ def pointing_observations(run: Run, machine: Machine, sign: float) -> tuple[Arra
 
 def _across(run: Run, machine: Machine, nominal: Array) -> Array:
     """(n, 2, 3) two unit axes across the nominal direction."""
-    rotary = [a for a in machine.chain.tool if a in ROTARY] or [a for a in machine.chain.work if a in ROTARY]
+    rotary = [a for a in machine.chain.tool if is_rotary(a)] or [
+        a for a in machine.chain.work if is_rotary(a)
+    ]
     if not rotary:
         raise UsageError("pointed directions need a machine with a rotary axis")
-    six = np.tile(np.concatenate([np.zeros(3), UNIT[rotary[-1]]]), (run.n, 1))
+    six = np.tile(np.concatenate([np.zeros(3), unit_vector(rotary[-1])]), (run.n, 1))
     line = tip_motion(machine.chain, machine.axes, run, [Motion(rotary[-1], "motion", six)])[:, 3:]
     first = line - (line * nominal).sum(axis=1)[:, None] * nominal
     size = np.linalg.norm(first, axis=1)

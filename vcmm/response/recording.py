@@ -22,8 +22,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm import charts
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.kinematics import ROTARY
 from vcmm.core.laws import Law
 from vcmm.core.run import Array, Run
 
@@ -74,6 +74,7 @@ class Recording:
                 raise UsageError(f'unknown nuisance "{word}".{choose_from(word, NUISANCES)}')
         self._check_shapes()
         self._check_numbers()
+        self._check_senses()
 
     def _check_shapes(self) -> None:
         m = self.value.shape[0] if self.value.ndim == 1 else -1
@@ -101,11 +102,19 @@ class Recording:
         if self.kind != "length" and (self.other >= 0).any():
             raise UsageError(f"recording {self.name}: only a length has a second end (other >= 0)")
 
+    def _check_senses(self) -> None:
+        for name in (c for c in self.run.columns if c.startswith("sense_")):
+            values = self.run.columns[name]
+            for row in np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0)))[:1]:
+                raise UsageError(
+                    f"recording {self.name}: {name} is {values[row]:g} in row {row + 1}; a sense is -1, 1, or 0 where it is not known"
+                )
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """What was observed over the axis that moves furthest, by its sense of motion where that was recorded."""
         moved = {axis: float(np.ptp(q[self.row])) for axis, q in self.run.position.items()}
         axis = max(moved, key=lambda a: moved[a])
-        turns, angle = axis in ROTARY, self.kind == "angle"
+        turns, angle = is_rotary(axis), self.kind == "angle"
         sense = self.run.columns.get(f"sense_{axis}", np.zeros(self.run.n))
         return charts.readings(
             self.run.q(axis)[self.row] * (180.0 / np.pi if turns else 1.0),

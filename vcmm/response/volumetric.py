@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vcmm import charts
+from vcmm.core.axes import LINEAR
 from vcmm.core.errors import UsageError
-from vcmm.core.kinematics import LINEAR
 from vcmm.core.machine import Machine
 from vcmm.core.run import T0_DEG_C, Array, Run
 

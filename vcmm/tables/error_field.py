@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.response.volumetric import Diagonal, ErrorField
@@ -74,12 +75,12 @@ def _largest(error_map: ErrorField) -> Array:
 
 
 def _unit(axis: str) -> str:
-    return "deg" if axis in "ABC" else "mm"
+    return "deg" if is_rotary(axis) else "mm"
 
 
 def _shown(axis: str, position: float) -> float:
     """Axis positions are shown in mm and deg."""
-    return math.degrees(position) if axis in "ABC" else float(position)
+    return math.degrees(position) if is_rotary(axis) else float(position)
 
 
 def field_json(error_map: ErrorField) -> dict[str, Any]:
