@@ -15,6 +15,7 @@ def nc_command(
     setup: Path | None = None,
     moves: bool = False,
     time: bool = False,
+    strict: bool = False,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """What an NC program means: its moves as tool-tip positions, times, extents, remarks.
@@ -31,6 +32,8 @@ def nc_command(
         Print every move.
     time
         Cycle time by the time law, by mode and by tool; the set-up must name a machine. About 0.1 ms per move.
+    strict
+        Assume nothing: refuse what the program lacks and the machine would have in its memory.
     json
         Print one JSON document.
     """
@@ -43,10 +46,11 @@ def nc_command(
     from vcmm.nc.interpret import read_program
     from vcmm.nc.moves import Remark
     from vcmm.nc.sensible import remarks_on
+    from vcmm.nc.setup import Setup
     from vcmm.nc.summary import summary
 
     loaded = load_setup(setup) if setup else None
-    read = read_program(program, dialect, loaded)
+    read = read_program(program, dialect, replace(loaded or Setup(), strict=strict))
     if loaded is not None:
         there = loaded.machine is not None and Path(loaded.machine).is_file()
         machine = load_machine(loaded.machine) if there and loaded.machine else None
@@ -112,6 +116,7 @@ def nc_json(read: Any, total: Any) -> dict[str, Any]:
         "moves": [move_json(m) for m in read.moves],
         "summary": total.as_json(),
         "tools": {str(number): name for number, name in read.tools.items()},
+        "assumed": [{"line": a.line, "what": a.what, "value": a.value} for a in read.assumed],
         "warnings": warnings,
     }
 
@@ -126,5 +131,7 @@ def _show(program: Path, read: Any, total: Any, moves: bool) -> None:
         show_table(tables.moves(name, read))
     show_table(tables.kinds(name, read, total))
     show_table(tables.extents(read, total))
+    if read.assumed:
+        show_table(tables.assumed(name, read))
     if read.warnings:
         show_table(tables.remarks(name, read))

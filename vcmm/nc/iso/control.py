@@ -66,12 +66,12 @@ class IsoControl(Recorder):
         turns = self.turns(x)
         return turns if math.isfinite(turns) else 0.0
 
-    def line_feed(self, start: Point, end: Point, rotary: Point) -> float:
+    def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
         """mm/min; degrees per minute, whatever the unit of length, where rotary axes alone move."""
         distance = math.dist(start, end) or self.turned(rotary)
         feed = self.rate(distance, self.feeding((start[0] + end[0]) / 2.0 - self.world.shift[0]))
         alone = start == end and rotary != self.rotary and self.feed_mode == "G94"
-        return feed / self.unit if alone else feed
+        return feed / self.unit if alone and feed is not None else feed
 
     def rebuild(self) -> None:
         """The program's frame G92 + G52 + turn of G68, after one of them or a work offset has changed."""

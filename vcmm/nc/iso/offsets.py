@@ -9,6 +9,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.iso.motion import length, target
+from vcmm.nc.levels import Blank
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.radius import FANUC_B, LINUXCNC, RadiusCompensation
 from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
@@ -206,10 +207,11 @@ def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None
     tool = c.tools.get(number)
     if tool is None and c.tools and number:
         known = ", ".join(str(n) for n in sorted(c.tools)[:12])
-        raise BlockFault(
-            column,
-            f"tool {number} ({letter}{number}) is not in the set-up file, which has {known}; add [tools.{number}]",
-        )
+        c.assume(
+            f"tool {number}", "a tool without length", column=column,
+            otherwise=f"tool {number} ({letter}{number}) is not in the set-up file, which has {known}; add [tools.{number}]",
+            blank=Blank(f"tools.{number}", "length", '"80 mm"'),
+        )  # fmt: skip
     return tool
 
 
@@ -301,19 +303,27 @@ def _radius_of(c: IsoControl, number: int, column: int) -> tuple[float, int]:
     tool = tool_of(c, number, column, "D")
     if number == 0 and tool is None:
         return 0.0, 0
-    if tool is None:
-        raise BlockFault(
-            column,
-            f"cutter radius compensation needs the diameter of tool {number}: name a set-up file with --setup that has "
-            f'[tools.{number}] diameter = "10 mm"',
-        )
-    if tool.radius is None:
-        key, size = ("nose_radius", "0.8 mm") if tool.shape == "turning" else ("diameter", "10 mm")
-        raise BlockFault(
-            column,
-            f'radius compensation needs the {key.replace("_", " ")} of tool {number}: add {key} = "{size}" to [tools.{number}] of the set-up',
-        )
+    if tool is None or tool.radius is None:
+        _unknown_radius(c, number, tool, column)
+        return 0.0, 0
     return tool.radius, tool.orientation
+
+
+def _unknown_radius(c: IsoControl, number: int, tool: Tool | None, column: int) -> None:
+    """Assumes 0 mm, the path on the programmed contour."""
+    turning = c.language.lathe if tool is None else tool.shape == "turning"
+    key, size = ("nose_radius", '"0.8 mm"') if turning else ("diameter", '"10 mm"')
+    name = key.replace("_", " ")
+    otherwise = (
+        f"cutter radius compensation needs the {name} of tool {number}: name a set-up file with --setup that has "
+        f"[tools.{number}] {key} = {size}"
+        if tool is None
+        else f"radius compensation needs the {name} of tool {number}: add {key} = {size} to [tools.{number}] of the set-up"
+    )
+    c.assume(
+        f"the {name} of tool {number}", "0 mm: the path on the programmed contour", otherwise,
+        blank=Blank(f"tools.{number}", key, size), column=column,
+    )  # fmt: skip
 
 
 # -- moves in machine coordinates -------------------------------------------------------------------------------------
