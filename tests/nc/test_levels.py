@@ -6,7 +6,7 @@ import pytest
 
 from vcmm.core.errors import DataError
 from vcmm.nc.interpret import interpret
-from vcmm.nc.levels import Assumed, Blank, demand
+from vcmm.nc.levels import Assumed, SetupEntry, demand
 from vcmm.nc.setup import Setup
 
 SURVEY = Setup(strict=False)
@@ -36,7 +36,7 @@ def test_a_feed_that_the_caller_sets_is_not_known(dialect):
 
 def test_a_demand_names_every_number_and_how_to_give_it():
     missing = (
-        Assumed(4, "the diameter of tool 3", "0 mm", Blank("tools.3", "diameter", '"10 mm"')),
+        Assumed(4, "the diameter of tool 3", "0 mm", SetupEntry("tools.3", "diameter", '"10 mm"')),
         Assumed(9, "the subprogram O5", "a hole in the path"),
         Assumed(12, "M30", "the end of the text", matters=False),
     )

@@ -37,27 +37,13 @@ def nc_command(
     json
         Print one JSON document.
     """
-    from dataclasses import replace
-
     from vcmm.console.documents import document, print_json
     from vcmm.console.terminal import say
-    from vcmm.files.machine import load_machine
     from vcmm.files.setup import load_setup
-    from vcmm.nc.interpret import read_program
-    from vcmm.nc.moves import Remark
-    from vcmm.nc.sensible import remarks_on
-    from vcmm.nc.setup import Setup
     from vcmm.nc.summary import summary
 
     loaded = load_setup(setup) if setup else None
-    read = read_program(program, dialect, replace(loaded or Setup(), strict=strict))
-    if loaded is not None:
-        there = loaded.machine is not None and Path(loaded.machine).is_file()
-        machine = load_machine(loaded.machine) if there and loaded.machine else None
-        said = list(remarks_on(read.moves, loaded, machine))
-        if loaded.machine and not there:
-            said.append(Remark(1, 1, f"{loaded.machine} does not exist: travels are not looked at"))
-        read = replace(read, warnings=(*read.warnings, *said))
+    read = _read(program, dialect, loaded, strict)
     if read.dialect_reason and not json:
         say(f"dialect {read.dialect}: {read.dialect_reason}")
     total = summary(read.moves, loaded)
@@ -71,6 +57,27 @@ def nc_command(
         if time:
             _show_time(path)
     return 0
+
+
+def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
+    """The program, with remarks on whether it is sensible on the machine of the set-up."""
+    from dataclasses import replace
+
+    from vcmm.files.machine import load_machine
+    from vcmm.nc.interpret import read_program
+    from vcmm.nc.moves import Remark
+    from vcmm.nc.sensible import remarks_on
+    from vcmm.nc.setup import Setup
+
+    read = read_program(program, dialect, replace(setup or Setup(), strict=strict))
+    if setup is None:
+        return read
+    there = setup.machine is not None and Path(setup.machine).is_file()
+    machine = load_machine(setup.machine) if there else None
+    said = list(remarks_on(read.moves, setup, machine))
+    if setup.machine and not there:
+        said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
+    return replace(read, warnings=(*read.warnings, *said))
 
 
 def _timed(read: Any, setup: Any) -> Any:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from vcmm.core.errors import DataError
 
 
-class Blank(NamedTuple):
+class SetupEntry(NamedTuple):
     """A number that the set-up file can give: table "tools.3", key "diameter", example '"10 mm"' (as TOML writes it)."""
 
     table: str
@@ -33,7 +33,7 @@ class Assumed(NamedTuple):
     line: int
     what: str
     value: str
-    blank: Blank | None = None
+    blank: SetupEntry | None = None
     matters: bool = True
 
 

@@ -15,7 +15,7 @@ from typing import ClassVar, NoReturn
 
 from vcmm.nc.faults import ProgramFault
 from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
-from vcmm.nc.levels import Assumed, Blank
+from vcmm.nc.levels import Assumed, SetupEntry
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
@@ -90,7 +90,7 @@ class Recorder(ModalState):
         self.remarks.append(Remark(self.line, self.source.first if column is None else column, text))
 
     def assume(
-        self, what: str, value: str, otherwise: str = "", *, blank: Blank | None = None, column: int | None = None,
+        self, what: str, value: str, otherwise: str = "", *, blank: SetupEntry | None = None, column: int | None = None,
         matters: bool = True,
     ) -> None:  # fmt: skip
         """What the program lacks and the machine would know: `value` is taken, and told once for each `what`.
@@ -168,7 +168,7 @@ class Recorder(ModalState):
                 f"the diameter of tool {self.tool}",
                 "0 mm: the path on the programmed contour",
                 f"radius compensation is switched on, but {what} has no known radius; state its diameter in the set-up file under [tools.{self.tool}]",
-                blank=Blank(f"tools.{self.tool}", "diameter", '"10 mm"'),
+                blank=SetupEntry(f"tools.{self.tool}", "diameter", '"10 mm"'),
             )
             radius, extra = 0.0, 0.0
         self.compensation = RadiusCompensation(side, radius + extra, style)

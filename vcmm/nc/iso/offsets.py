@@ -9,7 +9,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.iso.motion import length, target
-from vcmm.nc.levels import Blank
+from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.radius import FANUC_B, LINUXCNC, RadiusCompensation
 from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
@@ -210,7 +210,7 @@ def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None
         c.assume(
             f"tool {number}", "a tool without length", column=column,
             otherwise=f"tool {number} ({letter}{number}) is not in the set-up file, which has {known}; add [tools.{number}]",
-            blank=Blank(f"tools.{number}", "length", '"80 mm"'),
+            blank=SetupEntry(f"tools.{number}", "length", '"80 mm"'),
         )  # fmt: skip
     return tool
 
@@ -322,7 +322,7 @@ def _unknown_radius(c: IsoControl, number: int, tool: Tool | None, column: int) 
     )
     c.assume(
         f"the {name} of tool {number}", "0 mm: the path on the programmed contour", otherwise,
-        blank=Blank(f"tools.{number}", key, size), column=column,
+        blank=SetupEntry(f"tools.{number}", key, size), column=column,
     )  # fmt: skip
 
 
