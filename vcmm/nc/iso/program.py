@@ -14,7 +14,7 @@ from typing import Any
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.frames import UNITY
-from vcmm.nc.iso.blocks import IsoBlock
+from vcmm.nc.iso.blocks import IsoBlock, without_comments
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
@@ -32,6 +32,8 @@ _N = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)"  # no number that could overflow
 _PLAIN = re.compile(
     rf"([ \t]*(?:N\d+[ \t]*)?)(?:G0?([01])[ \t]*)?(?:X({_N})[ \t]*)?(?:Y({_N})[ \t]*)?(?:Z({_N})[ \t]*)?(?:F({_N})[ \t]*)?\Z"
 )
+_MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", re.IGNORECASE)
+LEADER = 500  # lines among which the first % is looked for
 _new = tuple.__new__
 
 
@@ -52,7 +54,7 @@ def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
         dialect = replace(dialect, decimal_point=setup.decimal_point)
     if setup.arc_centre:
         dialect = replace(dialect, arc_centre=setup.arc_centre)
-    return dialect
+    return dialect if setup.strict else replace(dialect, survey=True)
 
 
 def _tool_left_in_the_changer(c: IsoControl) -> None:
@@ -87,14 +89,20 @@ def _blocks(r: IsoRunner) -> None:
 
 
 def _leading_percent(r: IsoRunner) -> bool:
-    """Whether the program begins with %; blank lines before it do not count."""
-    for index, line in enumerate(r.text.lines):
-        if line.strip():
-            if line.strip().startswith("%"):
-                r.at = index + 1
-                return True
+    """Whether the program begins with %; what stands before it is a leader that no control reads, unless it holds blocks."""
+    first = next((i for i, line in enumerate(r.text.lines) if line.strip()), None)
+    if first is None:
+        raise ProgramFault(r.c.file, 1, 1, "the program is empty; name the right file")
+    for index in range(first, min(len(r.text.lines), first + LEADER)):
+        line = r.text.lines[index].strip()
+        if line.startswith("%"):
+            r.at = index + 1
+            return True
+        if _MOVING.match(
+            without_comments(line, r.text.dialect) if "(" in line and r.c.language.survey else line
+        ):
             return False
-    raise ProgramFault(r.c.file, 1, 1, "the program is empty; name the right file")
+    return False
 
 
 def _end_of_text(r: IsoRunner, started: bool) -> None:
@@ -109,8 +117,10 @@ def _end_of_text(r: IsoRunner, started: bool) -> None:
         raise BlockFault(1, f"the text ends inside the subprogram {call.label}; add {end}")
     what = "a second %" if started else "M2 or M30"
     if c.language.needs_end:
-        raise BlockFault(1, f"the program has no end: {what} is missing; add M2 as the last line")
-    c.remark("the program has no end (M30); it is taken to end with the text")
+        refusal = f"the program has no end: {what} is missing; add M2 as the last line"
+        c.assume("the end of the program (M2)", "the end of the text", refusal, column=1, matters=False)
+    else:
+        c.remark("the program has no end (M30); it is taken to end with the text")
     c.ended = True
 
 
@@ -129,6 +139,9 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
         c.ended = not r.calls or r.text is r.main
         return
     if block.deleted and c.setup.block_delete:
+        return
+    if block.beside:
+        c.remark(f"{block.beside}: no axis moves; it is passed over", 1, block.beside)
         return
     r.executed(index, index + 1)
     if c.tracer is not None:
@@ -217,7 +230,7 @@ def _plain_lines(r: IsoRunner) -> None:
         if f is not None:
             if not float(f) >= 0.0:
                 break
-            c.feed = float(f)
+            c.feed = c.turning_feed = float(f)
             line_tail = _tails(c)[1]
         if g is not None:
             rapid = g == "0"
