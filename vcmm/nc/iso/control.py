@@ -46,7 +46,7 @@ class IsoControl(Recorder):
 
     language: Dialect = field(kw_only=True)
     next_tool: int = 0
-    turning_feed: float = 0.0  # F as written: degrees per minute where rotary axes alone move
+    turning_feed: float | None = None  # F as written: degrees per minute where rotary axes alone move
     length_word: int = 0  # H in force
     g92: Point = ORIGIN
     g92_kept: Point = ORIGIN
@@ -92,7 +92,9 @@ class IsoControl(Recorder):
         distance = math.dist(start, end) or self.turned(rotary)
         feed = self.rate(distance, self.feeding((start[0] + end[0]) / 2.0 - self.world.shift[0]))
         alone = start == end and rotary != self.rotary and self.feed_mode == "G94"
-        return self.turning_feed if alone and feed is not None else feed
+        if not alone or feed is None:
+            return feed
+        return feed / self.unit if self.turning_feed is None else self.turning_feed
 
     def rebuild(self) -> None:
         """The program's frame G92 + G52 + turn of G68, after one of them or a work offset has changed."""
