@@ -66,6 +66,7 @@ SIGNS: tuple[Sign, ...] = (
     Sign(("haas", "haas-lathe"), 2, r"\bG53[ \t]*G0+[ \t]*Z0|\bG0+[ \t]*G53[ \t]*Z0|SAFE ?START", "a header of Haas", "all"),
     Sign(("mazak",), 6, r"\bMAZAK|MAZATROL|\bVQC\b|VARIAXIS|INTEGREX", "the name of the control", "comments"),
     Sign(("mazak",), 5, r"\bT\d+[ \t]*T\d+[ \t]*M0?6|\bG61\.1\b[^\n]*\n(?s:.)*\bG43\b", "two tools before M6"),
+    Sign((*MILLS, "fanuc-lathe-b"), 4, r"\bG9[01][ \t]*G0?[0-3](?!\d)|\bG0?[0-3][ \t]+G9[01](?![\d.])", "G90 or G91 with a motion"),
     Sign(LATHES, 5, r"\bG7[0-6][^\n]*P\d+[ \t]*Q\d+", "turning cycles with P and Q"),
     Sign(LATHES, 4, r"\bG50[ \t]*S\d|\bG28[ \t]*U|\bG0?0[ \t]*T\d{3,4}\b|^[ \t]*(?:N\d+[ \t]*)?T\d{4}\b", "words of a lathe"),
     Sign((*LATHES, "fanuc-lathe-b"), 3, r"\bG96[ \t]*S|\bG9[67]\b[^\n]*S\d", "constant cutting speed"),

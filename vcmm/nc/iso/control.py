@@ -57,6 +57,10 @@ class IsoControl(Recorder):
     tilt: AffineMap = UNMOVED  # G68.2
     polar: PolarWords | None = None  # G16
     base_motion: str = "G0"  # what G80 leaves in force, where cycles are a group of their own
+    turning_words: dict[str, float] = field(
+        default_factory=dict
+    )  # of the first of two blocks of G71 to G76, mm
+    points_written: bool = False  # all coordinates of the program have a decimal point
     arcs_seen: bool = False  # an arc has been read: how its centre counts is settled
     tools: dict[int, Tool] = field(default_factory=dict)
     lengths: dict[int, float] = field(default_factory=dict)  # length registers set by G10

@@ -49,7 +49,7 @@ def drill(c: IsoControl, w: IsoWords, code: str) -> None:
 def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
     """Where the holes are in the plane, and the increment from one to the next (G91)."""
     first, second, _ = PLANES[c.plane]
-    if c.polar is not None:
+    if c.polar is not None or c.language.lathe:
         p, _ = target(c, w)
         return [p[first], p[second]], [0.0, 0.0]
     step, point = [0.0, 0.0], [c.p[first], c.p[second]]
@@ -67,7 +67,10 @@ def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
 def heights(c: IsoControl) -> tuple[float, float]:
     """Clearance and bottom of the cycle in force, mm."""
     level = c.cycle_level or 0.0
-    r = c.cycle["R"] if c.absolute else level + c.cycle["R"]
+    counts_on = not c.absolute or (
+        c.language.lathe and not c.language.everything_home
+    )  # Fanuc lathes: from where it starts
+    r = level + c.cycle["R"] if counts_on else c.cycle["R"]
     return r, c.cycle["Z"] if c.absolute else r + c.cycle["Z"]
 
 
@@ -97,6 +100,10 @@ def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
         c.cycle["R"] = length(c, w, "R", number)
     if "Z" not in c.cycle:
         c.fault(f"{code} has no depth yet; add {letter}, as in {code} {letter}-10.0 R2.0")
+    if "R" not in c.cycle and (c.language.lathe or c.language.survey):
+        c.cycle["R"] = 0.0 if c.language.lathe and not c.language.everything_home else c.cycle_level or 0.0
+        if not c.language.lathe:
+            c.assume("the clearance height R of a cycle", "the height at which it begins", column=c.column)
     if "R" not in c.cycle:
         c.fault(f"{code} has no clearance height yet; add R, as in {code} {letter}-10.0 R2.0")
     r, bottom = heights(c)

@@ -13,6 +13,7 @@ from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, rigid_tap
 from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
+from vcmm.nc.iso.grooving import SINGLE, single_cut
 from vcmm.nc.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
 from vcmm.nc.iso.motion import arc, length, line, thread
 from vcmm.nc.iso.offsets import (
@@ -84,13 +85,13 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
 
 def _dwell(c: IsoControl, w: IsoWords) -> None:
     column = column_of(w, "dwell")
-    if c.language.words == "o":
+    if c.language.words == "o" and not (c.language.cycles_apart and (w.has("S") or w.has("X"))):
         seconds: float = w.need("P", "the time of G4 in seconds, as in G4 P0.5", column)
     else:
         seconds = 0.0
         if w.has("P"):
             seconds = (w.take("P") or 0.0) * c.language.dwell
-        for letter in "XU":
+        for letter in "XUS" if c.language.words == "o" else "XU":
             if w.has(letter):
                 seconds = w.take(letter) or 0.0
                 if c.language.decimal_point == "increment" and not w.words[letter].pointed:
@@ -187,7 +188,11 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
         line(c, w, mode == "G0")
     elif mode in ("G2", "G3"):
         arc(c, w, mode == "G2")
-    elif mode in ("G32", "G33"):
+    elif mode in SINGLE:
+        c.marker = mode
+        single_cut(c, w, mode, _lead(c, w, column) if SINGLE[mode] == "thread" else 0.0)
+        c.marker = ""
+    elif mode in ("G32", "G33", "G34"):
         thread(c, w, _lead(c, w, column))
     elif mode == "G33.1":
         rigid_tap(c, w, _lead(c, w, column))
@@ -198,7 +203,11 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
 
             thread_cycle(c, w)
         else:
+            kept = c.plane
+            if c.language.lathe:  # along Z, or along X
+                c.plane = "YZ" if mode in ("G87", "G88", "G89") else "XY"
             drill(c, w, mode)
+            c.plane = kept
         c.marker = ""
 
 

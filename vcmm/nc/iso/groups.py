@@ -30,7 +30,7 @@ _MACH3 = {
     "scaling": "G50 G51",
     "polar": "G15 G16",
     "pocket": "G12 G13",
-    "harmless": "G48 G49.1 G61.1 G100 G101",
+    "harmless": "G40.1 G48 G49.1 G61.1 G100 G101",
 }
 _FANUC = {
     **{k: v for k, v in _LINUXCNC.items() if k not in ("diameter", "arc")},
@@ -63,7 +63,7 @@ _HAAS = {
 _LATHE = {
     **{k: v for k, v in _FANUC.items() if k not in ("retract", "distance", "spindle", "feed", "tilt")},
     "motion": "G0 G1 G2 G3 G32 G33 G34 G90 G92 G94",
-    "cycle": "G80 G83 G84 G85 G87 G88 G89 G81 G82 G86 G95 G186",
+    "cycle": "G80 G83 G84 G85 G87 G88 G89 G81 G82 G86",
     "feed": "G98 G99",
     "spindle": "G96 G97",
     "length": "G43 G44 G49",
@@ -103,7 +103,7 @@ REFUSED = {
     "G54.2": "dynamic work offsets", "G254": "dynamic work offsets", "G255": "dynamic work offsets", "G253": "tilted working planes",
     "G234": "tool centre point control", "G143": "tool length along a tilted axis", "G268": "tilted working planes",
     "G60": "single direction positioning", "G34": "threads of variable lead", "G35": "circular threads", "G36": "circular threads",
-    "G37": "measuring the tool", "G45": "tool offset increments", "G46": "tool offset increments", "G47": "tool offset increments",
+    "G186": "tapping with a driven tool", "G95": "tapping with a driven tool", "G37": "measuring the tool", "G45": "tool offset increments", "G46": "tool offset increments", "G47": "tool offset increments",
     "G48": "tool offset increments", "G41.2": "radius compensation in space", "G42.2": "radius compensation in space",
     "G150": "pockets of any shape", "G141": "radius compensation in space", "G136": "measuring a work offset",
     "G68.4": "tilted working planes", "G53.3": "tilted working planes", "G53.6": "tilted working planes", "G69": "tilted working planes",

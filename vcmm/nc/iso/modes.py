@@ -29,7 +29,7 @@ def feed_and_speed(c: IsoControl, w: IsoWords) -> None:
         _unit(c, w)
     if "spindle" in w.g:
         _spindle_mode(c, w)
-    if c.feed_mode != "G93" and w.has("F") and w.g.get("motion") not in ("G32",) and not _threading(c, w):
+    if c.feed_mode != "G93" and w.has("F") and not _threading(c, w):
         number = w.take("F")
         assert number is not None
         if number < 0:
@@ -52,7 +52,10 @@ def feed_and_speed(c: IsoControl, w: IsoWords) -> None:
 
 def _threading(c: IsoControl, w: IsoWords) -> bool:
     """Fanuc: F of a thread is its lead, not a feed."""
-    return c.language.words == "macro" and w.g.get("motion", c.motion) in ("G32", "G33")
+    thread = ("G32", "G33", "G34", "G92", "G78")
+    return c.language.words == "macro" and (
+        w.g.get("motion", c.motion) in thread or w.g.get("turning") == "G76"
+    )
 
 
 def _unit(c: IsoControl, w: IsoWords) -> None:

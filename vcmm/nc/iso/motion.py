@@ -19,6 +19,7 @@ from vcmm.nc.moves import PLANES, Point
 CENTRE_WORDS = "IJK"
 TINY = 1e-12
 FULL_CIRCLE = 1e-6  # rad: an arc that ends where it begins is a whole turn
+POINTLESS = 20.0  # from here on a number without a point counts increments where all coordinates have one
 CHORD = 0.001  # mm: how far straight lines may lie from the arc that they stand for
 SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding and not worth a remark
 
@@ -26,11 +27,10 @@ SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding an
 def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
     """Programmed end point and rotary position from the axis words of a block."""
     p = list(c.p)
-    if c.polar is not None:
-        _polar_words(c, w, p)
+    polar = _polar_words(c, w, p) if c.polar is not None else ()
     for i, axis in enumerate(AXES):
-        number = None if axis in w.used else w.take(axis)
-        if number is not None:
+        number = w.take(axis)
+        if number is not None and i not in polar:
             value = length(c, w, axis, number)
             if axis == "X" and c.diametral():
                 value /= 2.0
@@ -40,15 +40,15 @@ def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
     return (p[0], p[1], p[2]), turned(c, w)
 
 
-def _polar_words(c: IsoControl, w: IsoWords, p: list[float]) -> None:
+def _polar_words(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, int]:
     """G16: the first axis of the plane is a radius, the second an angle; with G91 the angle counts on, and a radius is one about
-    where the tool stands (FANUC B-64304EN, "polar coordinate command")."""
+    where the tool stands (FANUC B-64304EN, "polar coordinate command"). The axes that are settled by it."""
     first, second, _ = PLANES[c.plane]
     polar = c.polar
     assert polar is not None
     radius, angle = w.take(AXES[first]), w.take(AXES[second])
     if radius is None and angle is None:
-        return
+        return first, second
     if radius is not None:
         polar.radius = length(c, w, AXES[first], radius)
         polar.pole = (0.0, 0.0) if c.absolute else (c.p[first], c.p[second])
@@ -56,6 +56,7 @@ def _polar_words(c: IsoControl, w: IsoWords, p: list[float]) -> None:
         polar.angle = math.radians(angle) if c.absolute else polar.angle + math.radians(angle)
     p[first] = polar.pole[0] + polar.radius * math.cos(polar.angle)
     p[second] = polar.pole[1] + polar.radius * math.sin(polar.angle)
+    return first, second
 
 
 def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
@@ -87,8 +88,13 @@ def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
     """A number of the program in mm, with the decimal point rule of the dialect."""
     word = w.words.get(letter)
     if word is not None and number and not word.pointed and c.language.words == "macro":
+        small = c.language.increment[1 if c.unit > 1.0 else 0]
         if c.language.decimal_point == "increment":
-            return number * c.language.increment[1 if c.unit > 1.0 else 0] * c.unit
+            return number * small * c.unit
+        if c.points_written and abs(number) >= POINTLESS:
+            text = f"increments of {small:g}, as {letter}{word.text}: every coordinate of this program has its point"
+            c.assume("words without a decimal point", text, column=word.first)
+            return number * small * c.unit
         _warn_pointless(c, w, letter, number)
     return number * c.unit
 
@@ -150,6 +156,17 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
     radius = w.take("R")
     if radius is not None and any(w.has(k) for k in CENTRE_WORDS) and c.language.words == "o":
         raise BlockFault(w.column("R"), "an arc takes R or a centre (I J K), not both; remove one of them")
+    if (
+        radius is None
+        and not any(w.has(k) for k in CENTRE_WORDS)
+        and c.language.words == "macro"
+        and not c.setup.strict
+    ):
+        c.assume(
+            "an arc without R and centre", "a straight line (FANUC parameter 3403 CIR = 0)", column=c.column
+        )
+        c.straight(p, False, rotary)
+        return
     if radius is not None:
         for k in CENTRE_WORDS:
             w.take(k)

@@ -223,7 +223,7 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     rapid = c.motion != "G1" or c.language.words == "macro"
     if c.language.words == "o" and c.motion not in ("G0", "G1"):
         raise BlockFault(column, "G53 needs G0 or G1 in force; write G53 G0 Z0")
-    if not c.absolute and c.language.words == "o":
+    if not c.absolute and not c.language.cycles_apart:
         raise BlockFault(column, "G53 needs absolute coordinates; write G90 before")
     if c.compensation is not None:
         raise BlockFault(column, "G53 while cutter radius compensation is on; cancel it with G40 before")

@@ -23,6 +23,7 @@ from vcmm.nc.iso.macros import call_program, end_program, macro, macro_call, mod
 from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
+from vcmm.nc.iso.turning import turning
 from vcmm.nc.moves import Move, Program, Remark, Source
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace
@@ -42,10 +43,20 @@ def run(text: str, dialect: str, setup: Setup, name: str, trace: bool) -> Progra
     language = _adapted(G_CODE[dialect], setup)
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
+    c.points_written = language.survey and not setup.decimal_point and points_written(text)
     runner = IsoRunner(c, attach(c), Text(name, text, language), Path(name).parent)
     _blocks(runner)
     _tool_left_in_the_changer(c)
     return c.program(name)
+
+
+_POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
+
+
+def points_written(text: str) -> bool:
+    """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
+    plain = re.sub(r"\([^)\n]*\)", "", text)
+    return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
 def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
@@ -191,17 +202,28 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
         macro_call(r, w, index)
         return
     call = w.m.get("call")
+    if "turning" in w.g:
+        w.used |= set("PQUWRXYZVIKDAE")
     if call is not None:
         w.used |= {"P", "L"}
     execute(c, w)
     if c.tracer is not None and before is not None and len(c.moves) > made:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
+    if "turning" in w.g:
+        turning(r, w, index, lambda at: _run_line(r, at))
     if call == 98:
         call_program(r, w, index, w.m_columns["call"])
     elif call == 99:
         end_program(r, w, w.m_columns["call"], index)
     elif r.modal_macro is not None and len(c.moves) > made:
         modal_call(r, index)
+
+
+def _run_line(r: IsoRunner, index: int) -> None:
+    """One line of the text, out of its turn."""
+    r.at = index + 1
+    r.c.source = Source(index + 1, 1, 1)
+    _execute(r, r.text.block(index), index)
 
 
 # -- plain lines ----------------------------------------------------------------------------------------------------------
