@@ -25,7 +25,7 @@ _OUTPUT = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(DPRNT|BPRNT|POPEN|PCLOS)\b", re.IGN
 _SECOND_BLOCK = re.compile(
     r"[ \t]*/?(?:[A-MP-Z][ \t]*[-+]?(?:\d+\.?\d*|\.\d+)[ \t]*)+;?[ \t]*\Z", re.IGNORECASE | re.ASCII
 )
-_TITLE = re.compile(r"[ \t]*[O:][ \t]*([A-Z_][\w-]*)", re.IGNORECASE)
+_TITLE = re.compile(r"[ \t]*(?:[O:][ \t]*(\d*[A-Z_][\w-]*|(?=[ \t]*\Z))|<([\w.-]+)>)[ \t]*\Z", re.IGNORECASE)
 
 
 class Word(NamedTuple):
@@ -117,7 +117,7 @@ def _beside(clean: str, dialect: Dialect) -> str:
     if output := _OUTPUT.match(clean):
         return output[1].upper()
     title = _TITLE.match(clean) if dialect.survey else None
-    return f"the title {title[1]}" if title else ""
+    return f"the title {title[1] or title[2] or ':'}" if title else ""
 
 
 def _plain_words(block: IsoBlock, plain: re.Match[str]) -> None:

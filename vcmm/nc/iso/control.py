@@ -46,6 +46,7 @@ class IsoControl(Recorder):
 
     language: Dialect = field(kw_only=True)
     next_tool: int = 0
+    lead: float | None = None  # of the last thread: F of Fanuc, K of LinuxCNC; mm
     turning_feed: float | None = None  # F as written: degrees per minute where rotary axes alone move
     length_word: int = 0  # H in force
     g92: Point = ORIGIN

@@ -212,15 +212,16 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
 
 
 def _lead(c: IsoControl, w: IsoWords, column: int) -> float:
+    """mm per turn; the last one stays in force, for Fanuc even an F of another motion."""
     letter = "K" if c.language.words == "o" else "F"
     number = w.take(letter)
-    if number is None:
-        number = c.cycle.get("lead")
-        if number is None:
-            raise BlockFault(column, f"the thread has no lead; add {letter}, as in {letter}1.5")
-        return number
-    c.cycle["lead"] = length(c, w, letter, number) if c.language.words == "o" else number * c.unit
-    return c.cycle["lead"]
+    if number is not None:
+        c.lead = length(c, w, letter, number) if c.language.words == "o" else number * c.unit
+    elif c.lead is None and c.language.words == "macro" and c.turning_feed is not None:
+        c.lead = c.turning_feed * c.unit
+    if c.lead is None:
+        raise BlockFault(column, f"the thread has no lead; add {letter}, as in {letter}1.5")
+    return c.lead
 
 
 _HARMLESS_WORDS = frozenset("NOS")
