@@ -99,6 +99,7 @@ class Setup:
     arc_centre: str | None = None
     block_delete: bool = False
     strict: bool = True
+    subprograms: tuple[Path, ...] = ()  # further folders in which they are looked for
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
