@@ -58,7 +58,7 @@ def evaluate(
         raise UsageError(
             "the part has no characteristics; add [[part.characteristics]] with name, type and of"
         )
-    if not task.inputs:
+    if not task.inputs and not (world is not None and world.predicts):
         raise UsageError(
             "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
         )
