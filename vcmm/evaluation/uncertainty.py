@@ -52,7 +52,11 @@ def evaluate(
     progress: Progress | None = None,
     world: World | None = None,
 ) -> UncertaintyResult:
-    """Evaluate a task. world: where the errors come from (default: the task's machine). Raises UsageError without Inputs or characteristics; see `linear.build` for the rest."""
+    """Evaluate a task. world: where the errors come from (default: the task's machine).
+
+    Raises UsageError without characteristics, and for a measurement in which nothing is uncertain (a prediction may be
+    certain); see `linear.build` for the rest.
+    """
     settings = settings or Settings()
     if not task.part.characteristics:
         raise UsageError(
@@ -132,7 +136,8 @@ class _Evaluation:
             u = [self._scalar_u(j) for j in (product.first, product.second)]
             for _, _, gain in self.model.product_gains(product):
                 second += (float(self.gradient[i] @ gain) * u[0] * u[1]) ** 2
-        return float(closed_form_u(self._projected(i))[0]) ** 2, second
+        terms = self._projected(i)
+        return float(closed_form_u(terms)[0]) ** 2 if terms else 0.0, second
 
     def _scalar_u(self, j: int) -> float:
         law, factor = self.model.influences[j].input.spread(1)

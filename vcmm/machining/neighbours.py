@@ -38,7 +38,7 @@ LOWER = 1e-7  # mm: a place between steps counts if it is so much deeper than th
 
 STROKE = 9  # places along a stroke into a hole
 ALONG = 1e-9  # sine of the angle between a plunge and the axis of its tool; mm between strokes of one hole
-INSIDE = 1e-6  # mm that the full radius has passed a point at the upper end of its stroke
+INSIDE = 0.02  # mm that the full radius has passed a point at the upper end of its stroke: more than it may stand off by
 
 
 OffPath = Callable[[Ints, Array, Array], Array]
