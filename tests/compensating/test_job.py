@@ -177,7 +177,9 @@ def bowed(component: str) -> ComponentTable:
 
 
 BOWED = (bowed("EYX"), bowed("EXY"))
-POCKET = "T1 M6\nG0 X80. Y80. Z0\nG41 D1 G1 X80. Y0 F500\nX300.\nY300.\nX0\nY0\nX80.\nG40 G1 X80. Y80.\nM30\n%\n"
+POCKET = (
+    "T1 M6\nG0 X80. Y80. Z0\nG41 D1 G1 X80. Y0 F500\nX300.\nY300.\nX0\nY0\nX80.\nG40 G1 X80. Y80.\nM30\n%\n"
+)
 
 
 @pytest.mark.parametrize("dialect", ["fanuc", "linuxcnc"])

@@ -55,7 +55,9 @@ OUT_OF_SQUARE = '[[effects]]\neffect = "squareness"\npair = "B0Z"\nangle = "60 u
 
 
 @pytest.mark.parametrize(
-    ("cycle", "shape"), [(hole.DRILL, "drill"), (hole.DRILL, "flat"), (hole.PECK, "flat")], ids=["drill", "mill", "pecks"]
+    ("cycle", "shape"),
+    [(hole.DRILL, "drill"), (hole.DRILL, "flat"), (hole.PECK, "flat")],
+    ids=["drill", "mill", "pecks"],
 )
 def test_the_wall_of_a_hole_drilled_out_of_square_is_straight(tmp_path, cycle, shape):
     """Z leans by 60 urad: the tool goes down along a slant, its wall is left where it passes last.

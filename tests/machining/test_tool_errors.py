@@ -34,9 +34,7 @@ def side(*effects, inputs=(), setting=(1, -1), **more) -> ToolSide:
     position = {"X": np.array([400.0, 300.0]), "Y": np.zeros(2), "Z": np.zeros(2)}
     columns = {"temp_scale_x_C": np.full(2, 25.0), "nx": np.ones(2), "ny": np.zeros(2), "nz": np.zeros(2)}
     run = Run(position, np.zeros((2, 3)), columns, {"touch": np.array(["p", SETTING])})
-    return ToolSide(
-        machine, machine.prepare(run), each_axis(*setting), np.zeros((2, 3)), inputs, **more
-    )
+    return ToolSide(machine, machine.prepare(run), each_axis(*setting), np.zeros((2, 3)), inputs, **more)
 
 
 def test_errors_count_from_where_the_zero_was_set():

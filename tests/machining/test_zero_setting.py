@@ -246,7 +246,11 @@ def bores(tmp_path, setup="", offset=""):
     (tmp_path / "errors.csv").write_text("Z EBZ\n-500 20e-6\n0 20e-6\n")
     table = setup + shop.SETUP[: shop.SETUP.index("[tools")] + TOOLS
     path = shop.write(
-        tmp_path, TILTED, program=BORES, setup=table, scenario=f"{head}[part.features]\n{PAIR}[job]\ntrials = 1000\n"
+        tmp_path,
+        TILTED,
+        program=BORES,
+        setup=table,
+        scenario=f"{head}[part.features]\n{PAIR}[job]\ntrials = 1000\n",
     )
     return vcmm.load_cut(path)
 
@@ -259,9 +263,7 @@ def test_x_and_y_of_a_work_offset_come_from_the_tool_that_set_it(tmp_path, more)
 
 
 def test_which_tool_set_the_offset_says_which_bore_is_off_its_place(tmp_path):
-    by_first, by_second = (
-        surface_of(bores(tmp_path, more), "one") for more in ("", "set_with = 2\n")
-    )
+    by_first, by_second = (surface_of(bores(tmp_path, more), "one") for more in ("", "set_with = 2\n"))
     # set with the tool that drills it, only the lean of the tool is left: 20 urad over at most 12.9 mm, 0.258 um
     assert np.abs(by_first).max() * 1e3 == pytest.approx(0.258, abs=1e-3)
     # set with the tool of 200 mm, the bore of the tool of 120 mm stands +1.6 um in X

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -284,7 +285,7 @@ def _proved(
 def _in_one_piece(work: Work, line: int) -> str:
     """Why the block of a line of the file was not split, where radius compensation starts or ends along it."""
     traces = work.program.traces
-    for before, here in zip(traces, traces[1:]):
+    for before, here in pairwise(traces):
         switched = (before.compensation is None) != (here.compensation is None)
         if switched and work.origin[here.line - 1] == line and here.contour.kind == "line":
             return (

@@ -21,7 +21,9 @@ SPACING, MOST_SAMPLES = (
     400,
 )  # mm between the points at which a correction is asked for; and at most per move
 CUTTING = ("line", "arc")
-CORNER = 1.1  # times the stretch by which radius compensation shortens or lengthens the centre path at a corner
+CORNER = (
+    1.1  # times the stretch by which radius compensation shortens or lengthens the centre path at a corner
+)
 NEVER_SPLIT = (
     "M98",
     "M99",
@@ -195,7 +197,9 @@ def targets(
         rows = samples.rows(i)
         m = trace.contour
         following = traces[i + 1] if i + 1 < len(traces) else None
-        free = may_split(trace, codes[i], following, traces[i - 1] if i else None) and (beside or trace.compensation is None)
+        free = may_split(trace, codes[i], following, traces[i - 1] if i else None) and (
+            beside or trace.compensation is None
+        )
         if not m.rewritable or m.kind == "dwell":
             fits.append(None)
         elif m.kind == "arc":

@@ -216,7 +216,7 @@ def _known(
                     text = f"{key} belongs to a turning tool; tool {name} is {setup.tools[int(name)].shape}"
                     problems.add(("cut", "tools", name, key), text)
         if cut.tools[name].compliance is not None and not forces_known(setup):
-            text = 'compliance needs cutting forces: add [stock] with its size and material to the set-up, or leave compliance out'
+            text = "compliance needs cutting forces: add [stock] with its size and material to the set-up, or leave compliance out"
             problems.add(("cut", "tools", name, "compliance"), text)
     if problems.found:
         return None

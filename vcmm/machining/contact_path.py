@@ -99,7 +99,12 @@ def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
     setter = np.array([setting_tool(job, str(name)) for name in own])
     other = np.flatnonzero(setter != own)  # their X and Y were set with another tool
     each = job.process.rows_per_zero
-    rows = _set_with(job, run, np.repeat(np.concatenate([first, first[other]]), each), np.repeat([*own, *setter[other]], each))
+    rows = _set_with(
+        job,
+        run,
+        np.repeat(np.concatenate([first, first[other]]), each),
+        np.repeat([*own, *setter[other]], each),
+    )
     across = np.arange(len(first))
     across[other] = len(first) + np.arange(len(other))
     back = run.n + each * np.stack([across, across, np.arange(len(first))], axis=1)[number]

@@ -100,7 +100,9 @@ class Setup:
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
-    set_with: int | None = None  # tool with which X and Y of the work offsets were set; None = the first that cuts
+    set_with: int | None = (
+        None  # tool with which X and Y of the work offsets were set; None = the first that cuts
+    )
     constants: Mapping[str, float] = field(default_factory=dict)  # columns of the whole run: temperatures
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
