@@ -148,24 +148,28 @@ def _also(count: int, named: Sequence[object], k: int) -> str:
 
 
 def _unit_hint(scenario: Scenario, given: GivenPoints, placed: Mapping[str, OnSurface]) -> str:
-    rows = {n: p.rows for n, p in placed.items()}
-    now = _median(placed)
     for word, factor in UNIT_FACTORS.items():
-        if _median(surfaces(scenario.part, rows, given.points * factor)) < 0.05 * now:
-            return f"The points fit when they are taken as {word}: name the columns by their unit (x_in, x_m, x_um) or convert the file."
+        if _fits(scenario, placed, given.points * factor):
+            return (
+                f"The points fit when they are taken as {word}: name the columns by their unit (x_in, x_m, x_um) or convert "
+                "the file."
+            )
     return ""
 
 
-def _frame_hint(scenario: Scenario, points: Array, placed: Mapping[str, OnSurface], in_machine: bool) -> str:
-    rows = {n: p.rows for n, p in placed.items()}
+def _frame_hint(
+    scenario: Scenario, points: Array, placed: Mapping[str, OnSurface], in_machine: bool
+) -> str:
     other: Pose = scenario.pose if in_machine else scenario.pose.inverse()
-    if _median(surfaces(scenario.part, rows, other.apply(points))) < 0.05 * _median(placed):
+    if _fits(scenario, placed, other.apply(points)):
         return f"The points fit in the other frame: use --frame {'part' if in_machine else 'machine'}."
     return ""
 
 
-def _median(placed: Mapping[str, OnSurface]) -> float:
-    return float(np.median(np.abs(np.concatenate([p.distance for p in placed.values()]))))
+def _fits(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array) -> bool:
+    """Whether all points (n, 3) would lie within reach of their surfaces."""
+    there = surfaces(scenario.part, {n: p.rows for n, p in placed.items()}, points)
+    return all(np.abs(p.distance).max() <= scenario.plan.touch.approach for p in there.values())
 
 
 def _tip_hint(scenario: Scenario, placed: Mapping[str, OnSurface]) -> str:
