@@ -34,6 +34,7 @@ ROOMS = (
     "response",
     "instruments",
     "evaluation",
+    "inference",
     "placing",
     "machining",
     "files",
