@@ -94,4 +94,4 @@ def test_a_program_read_in_another_dialect_than_its_name_says(tmp_path, capsys):
     (tmp_path / "part.mpf").write_text('; ring\nN10 G54 G90\nN20 R1=5\nMSG("RING")\nN30 G0 X=R1\nM30\n')
     assert run(["nc", str(tmp_path / "part.mpf"), "--setup", str(tmp_path / "setup.toml")]) == 2
     err = capsys.readouterr().err
-    assert "was read as fanuc, that of the set-up; the file ends in .mpf, which is sinumerik" in err
+    assert "was read as fanuc, that of the set-up; it looks like sinumerik (14: the file ends in .mpf" in err

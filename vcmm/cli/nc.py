@@ -15,6 +15,7 @@ def nc_command(
     setup: Path | None = None,
     moves: bool = False,
     time: bool = False,
+    strict: bool = False,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """What an NC program means: its moves as tool-tip positions, times, extents, remarks.
@@ -31,29 +32,18 @@ def nc_command(
         Print every move.
     time
         Cycle time by the time law, by mode and by tool; the set-up must name a machine. About 0.1 ms per move.
+    strict
+        Assume nothing: refuse what the program lacks and the machine would have in its memory.
     json
         Print one JSON document.
     """
-    from dataclasses import replace
-
     from vcmm.console.documents import document, print_json
     from vcmm.console.terminal import say
-    from vcmm.files.machine import load_machine
     from vcmm.files.setup import load_setup
-    from vcmm.nc.interpret import read_program
-    from vcmm.nc.moves import Remark
-    from vcmm.nc.sensible import remarks_on
     from vcmm.nc.summary import summary
 
     loaded = load_setup(setup) if setup else None
-    read = read_program(program, dialect, loaded)
-    if loaded is not None:
-        there = loaded.machine is not None and Path(loaded.machine).is_file()
-        machine = load_machine(loaded.machine) if there and loaded.machine else None
-        said = list(remarks_on(read.moves, loaded, machine))
-        if loaded.machine and not there:
-            said.append(Remark(1, 1, f"{loaded.machine} does not exist: travels are not looked at"))
-        read = replace(read, warnings=(*read.warnings, *said))
+    read = _read(program, dialect, loaded, strict)
     if read.dialect_reason and not json:
         say(f"dialect {read.dialect}: {read.dialect_reason}")
     total = summary(read.moves, loaded)
@@ -67,6 +57,27 @@ def nc_command(
         if time:
             _show_time(path)
     return 0
+
+
+def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
+    """The program, with remarks on whether it is sensible on the machine of the set-up."""
+    from dataclasses import replace
+
+    from vcmm.files.machine import load_machine
+    from vcmm.nc.interpret import read_program
+    from vcmm.nc.moves import Remark
+    from vcmm.nc.sensible import remarks_on
+    from vcmm.nc.setup import Setup
+
+    read = read_program(program, dialect, replace(setup or Setup(), strict=strict))
+    if setup is None:
+        return read
+    there = setup.machine is not None and Path(setup.machine).is_file()
+    machine = load_machine(setup.machine) if there else None
+    said = list(remarks_on(read.moves, setup, machine))
+    if setup.machine and not there:
+        said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
+    return replace(read, warnings=(*read.warnings, *said))
 
 
 def _timed(read: Any, setup: Any) -> Any:
@@ -112,6 +123,7 @@ def nc_json(read: Any, total: Any) -> dict[str, Any]:
         "moves": [move_json(m) for m in read.moves],
         "summary": total.as_json(),
         "tools": {str(number): name for number, name in read.tools.items()},
+        "assumed": [{"line": a.line, "what": a.what, "value": a.value} for a in read.assumed],
         "warnings": warnings,
     }
 
@@ -126,5 +138,7 @@ def _show(program: Path, read: Any, total: Any, moves: bool) -> None:
         show_table(tables.moves(name, read))
     show_table(tables.kinds(name, read, total))
     show_table(tables.extents(read, total))
+    if read.assumed:
+        show_table(tables.assumed(name, read))
     if read.warnings:
         show_table(tables.remarks(name, read))

@@ -60,6 +60,7 @@ class SetupFile(Table):
     decimal_point: Literal["calculator", "increment"] | None = None
     arc_centre: Literal["incremental", "absolute"] | None = None
     block_delete: bool = False
+    subprograms: list[str] = Field(default_factory=list, examples=['["../macros"]'])
     offsets: dict[str, Point] = Field(default_factory=dict)
     rotations: dict[str, Angle] = Field(default_factory=dict)
     reference: Point = ZERO
@@ -100,6 +101,7 @@ def load_setup(path: str | Path) -> Setup:
         bar=_bar(model.stock),
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
         control=control, compensation=active, set_with=model.set_with,
+        subprograms=tuple(folder / name for name in model.subprograms),
         constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
         thrust=model.stock.thrust_ratio if model.stock else None,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from vcmm.core.errors import UsageError, choose_from
@@ -27,6 +27,9 @@ class Dialect:
     decimal_point: "calculator" (X10 is 10 mm) or "increment" (X10 without a point is 10 increments).
     dwell: seconds per unit of P in G4 and cycles. words: "o" O-words and named parameters, "macro" Fanuc macro B.
     unused: what a word means that no code of its block uses: "refuse" or "remark".
+    codes: name of the table of G codes (vcmm.nc.iso.groups). survey: the level (vcmm.nc.levels), from the set-up.
+    cycles_apart: drilling cycles are a modal group of their own: G0 G80 in one block, and G80 leaves G0 or G1 in force.
+    system: of the G codes of a lathe, A, B or C. everything_home: G28 without axes sends all of them.
     length_follows: a block with G43 and an axis word counts increments from the programmed point (Fanuc), not from the
     point the new tool stands at (LinuxCNC).
     """
@@ -46,22 +49,33 @@ class Dialect:
     default_motion: str | None = None
     length_follows: bool = False
     lathe: bool = False
+    codes: str = ""
+    survey: bool = False
+    cycles_apart: bool = False
+    system: str = "A"
+    everything_home: bool = False
     peck_clearance: float = 0.254  # mm; G73 retract and G83 re-entry distance
     fix_is_floor: bool = True
 
 
-LINUXCNC = Dialect("linuxcnc", "o", {"G20": 25.4, "G21": 1.0})
+_INCH = {"G20": 25.4, "G21": 1.0}
+LINUXCNC = Dialect("linuxcnc", "o", _INCH, everything_home=True)
+GRBL = replace(
+    LINUXCNC, name="grbl", nested_comments=True, unused="remark", needs_end=False, default_motion="G0", cycles_apart=True
+)  # fmt: skip
+MACH3 = replace(GRBL, name="mach3", codes="mach3", unit_codes=_INCH | {"G70": 25.4, "G71": 1.0})
 FANUC = Dialect(
-    "fanuc", "macro", {"G20": 25.4, "G21": 1.0, "G70": 25.4, "G71": 1.0}, dwell=0.001, nested_comments=True,
+    "fanuc", "macro", _INCH | {"G70": 25.4, "G71": 1.0}, dwell=0.001, nested_comments=True,
     semicolon_comment=False, sharing=True, unused="remark", needs_end=False, default_motion="G0",
-    length_follows=True, peck_clearance=0.5, fix_is_floor=False,
+    length_follows=True, peck_clearance=0.5, fix_is_floor=False, cycles_apart=True,
 )  # fmt: skip
-FANUC_LATHE = Dialect(
-    "fanuc-lathe", "macro", {"G20": 25.4, "G21": 1.0}, dwell=0.001, nested_comments=True, semicolon_comment=False,
-    sharing=True, unused="remark", needs_end=False, default_motion="G0", length_follows=True, lathe=True,
-    peck_clearance=0.5, fix_is_floor=False,
-)  # fmt: skip
-G_CODE: dict[str, Dialect] = {d.name: d for d in (FANUC, LINUXCNC, FANUC_LATHE)}
+HAAS = replace(FANUC, name="haas", codes="haas", unit_codes=_INCH, everything_home=True)
+MAZAK = replace(FANUC, name="mazak", unit_codes=_INCH)
+FANUC_LATHE = replace(FANUC, name="fanuc-lathe", codes="lathe", unit_codes=_INCH, lathe=True)
+FANUC_LATHE_B = replace(FANUC_LATHE, name="fanuc-lathe-b", codes="lathe-b", system="B")
+HAAS_LATHE = replace(FANUC_LATHE, name="haas-lathe", everything_home=True)
+_FAMILY = (FANUC, LINUXCNC, FANUC_LATHE, FANUC_LATHE_B, HAAS, HAAS_LATHE, MAZAK, MACH3, GRBL)
+G_CODE: dict[str, Dialect] = {d.name: d for d in _FAMILY}
 FRONT_ENDS: dict[str, FrontEnd] = {}
 TRACED: dict[str, FrontEnd] = {}  # the same with Program.traces and Program.steps
 EXTENSIONS: dict[str, str] = {"ngc": "linuxcnc"}

@@ -8,7 +8,8 @@ from pathlib import Path
 from vcmm.core.errors import DataError
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE_READER, TRACED, check_name, late
 from vcmm.nc.moves import Program
-from vcmm.nc.reading import guess, read_bytes
+from vcmm.nc.reading import guess, read_bytes, runner_up
+from vcmm.nc.recognition import candidates
 from vcmm.nc.setup import Setup
 
 
@@ -21,16 +22,19 @@ def read_program(
     """
     path = Path(path)
     text = read_bytes(path)
+    said = dialect or (setup.dialect if setup else None)
+    if said is None:
+        return interpret(text, None, setup, str(path), trace)
     try:
         return interpret(text, dialect, setup, str(path), trace)
     except DataError as error:
-        said = dialect or (setup.dialect if setup else None)
-        likely, why = guess(text, path)
-        if said is None or likely == said or why.startswith("nothing"):
+        ranking = candidates(text, path)
+        likely = ranking[0].dialect if ranking else said
+        if likely == said or ranking[0].score <= 1:
             raise
         whose = "asked for" if dialect else "that of the set-up"
-        hint = f"{path} was read as {said}, {whose}; {why}, which is {likely}: perhaps --dialect {likely}"
-        raise DataError([*error.problems, hint]) from None
+        hint = f"{path} was read as {said}, {whose}; it looks like {ranking[0]}"
+        raise DataError([*error.problems, f"{hint}: perhaps --dialect {likely}"]) from None
 
 
 def interpret(
@@ -42,12 +46,28 @@ def interpret(
 ) -> Program:
     """The meaning of a program text. `name` stands in messages; a file of that name has its subprograms beside it."""
     setup = setup or Setup()
-    chosen, why = dialect or setup.dialect, ""
-    if chosen is None:
-        chosen, why = guess(text, Path(name))
-    check_name(chosen)
-    if chosen in FRONT_ENDS:
-        program = (TRACED if trace and chosen in TRACED else FRONT_ENDS)[chosen](text, name, setup)
-    else:
-        program = late(G_CODE_READER, "run")(text, chosen, setup, name, trace)
-    return replace(program, dialect_reason=why) if why else program
+    chosen = dialect or setup.dialect
+    if chosen is not None:
+        return _read(text, check_name(chosen), setup, name, trace)
+    chosen, why = guess(text, Path(name))
+    try:
+        return replace(_read(text, chosen, setup, name, trace), dialect_reason=why)
+    except DataError:
+        second = runner_up(text, Path(name))
+        if second is None:
+            raise
+        try:
+            program = _read(text, second.dialect, setup, name, trace)
+        except DataError:
+            program = None
+        if program is None or not program.moves:
+            raise
+    reason = f"it has {', '.join(second.signs[:4])}; as {chosen}, which has more signs, it cannot be read"
+    return replace(program, dialect_reason=reason)
+
+
+def _read(text: str, dialect: str, setup: Setup, name: str, trace: bool) -> Program:
+    if dialect in FRONT_ENDS:
+        return (TRACED if trace and dialect in TRACED else FRONT_ENDS)[dialect](text, name, setup)
+    program: Program = late(G_CODE_READER, "run")(text, dialect, setup, name, trace)
+    return program

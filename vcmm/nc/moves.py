@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from vcmm.nc.levels import Assumed
+
 Point = tuple[float, float, float]
 PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # first axis, second axis, normal: right-handed
 ORIGIN: Point = (0.0, 0.0, 0.0)
@@ -28,7 +30,7 @@ class Move(NamedTuple):
     """One motion. A NamedTuple: programs have 10^5 of them.
 
     kind: "rapid" | "line" | "arc" | "thread" | "dwell".
-    feed: mm/min along the path; None for rapids and dwells. Inverse time and per-turn feeds are already converted.
+    feed: mm/min along the path; None for rapids and dwells, and where a survey does not know it. Inverse time and per-turn feeds are already converted.
     turns: started turns of an arc, 1 up to a full circle; a helix has an end beside its plane. clockwise as seen
     against the normal of the plane (G2), None unless it is an arc.
     compensation: "left" | "right" while cutter radius compensation is on; the points are those of the centre path.
@@ -76,4 +78,5 @@ class Program:
     tools: Mapping[int, str] = field(default_factory=dict)  # numbers called and what the program calls them
     traces: tuple[Any, ...] = ()  # vcmm.nc.trace.Trace of each move, on request
     steps: tuple[Any, ...] = ()  # vcmm.nc.trace.Step of each executed block, with the traces
+    assumed: tuple[Assumed, ...] = ()  # what the program lacks and the survey took for granted
     dialect_reason: str = ""  # why this dialect was taken, where it was guessed

@@ -149,13 +149,13 @@ class _Walker:
 
     def run(self, moves: Sequence[Move], sides: Sequence[RadiusCompensation], leaving: Move | None) -> None:
         """One stretch with compensation on; leaving: the first move in the plane behind it."""
+        if self.off == ORIGIN and all(s.radius == 0.0 and s.nose == ORIGIN for s in sides):
+            self.path += [m._replace(compensation=s.side) for m, s in zip(moves, sides)]
+            return
         self.check_run(moves, sides)
         side, radius, shift = sides[0].side, sides[0].radius, sides[0].nose
         h = radius if side == "left" else -radius
         here = _minus(self.standing(moves[0]), shift)
-        if h == 0.0 and self.off == (0.0, 0.0, 0.0) and shift == (0.0, 0.0, 0.0):
-            self.path += [m._replace(compensation=side) for m in moves]
-            return
         flat = [k for k, m in enumerate(moves) if planar(m)]
         pieces = [piece_of(moves[k]) for k in flat]
         engaged = bool(pieces) and self.engaged(moves[flat[0]], pieces[0], h)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from vcmm.core.errors import DataError
-from vcmm.nc.dialects import EXTENSIONS, FRONT_ENDS
+from vcmm.nc.dialects import names
+from vcmm.nc.recognition import HERE, Candidate, candidates, told, unsure
 
 
 def read_bytes(path: Path) -> str:
@@ -31,35 +31,25 @@ def read_bytes(path: Path) -> str:
         return raw.decode("latin-1")
 
 
-_SIGNS: tuple[tuple[str, str, str], ...] = (  # dialect, pattern (upper case, comments removed), what it is
-    ("heidenhain", r"^\s*\d*\s*BEGIN PGM", "BEGIN PGM"),
-    ("sinumerik", r"^\s*(?:N\d+\s*)?(?:DEF (?:REAL|INT)|TRANS|ATRANS|MSG\(|CYCLE\d+|G0?[23].*CR=|R\d+=|WORKPIECE)", "a Sinumerik word"),
-    ("linuxcnc", r"^\s*(?:N\d+\s*)?O\s*(?:<|\d+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))", "O-words"),
-    ("linuxcnc", r"#<\w+>", "named parameters"),
-    ("linuxcnc", r"\bG(?:64\s*P|59\.[123]|43\.1|92\.[123]|33\.1|41\.1|42\.1|90\.1|91\.1|38\.[2345])", "a code of LinuxCNC"),
-    ("fanuc", r"^\s*(?:N\d+\s*)?(?:IF\s*\[|WHILE\s*\[|GOTO\s*\d)|G65\s*P|G66\s*P", "macro B"),
-    ("fanuc", r"M98\s*P|M99\b|G54\.1\s*P|G5\.1\s*Q1|G0?5\.1\s*Q", "a code of Fanuc controls"),
-    ("fanuc", r"G28[^\n]*G91|G91[^\n]*G28", "G28 and G91 in one block"),
-    ("fanuc", r"^\s*%?\s*[:O]\d{4}", "a four-digit program number"),
-)  # fmt: skip
-
-
 def guess(text: str, path: Path | None) -> tuple[str, str]:
-    """The dialect that a program seems to be written in, and why; the reason says when it is not sure."""
-    suffix = path.suffix.lstrip(".").lower() if path else ""
-    named = EXTENSIONS.get(suffix)
-    if named == "linuxcnc":
-        return named, f"the file ends in .{suffix}"
-    if named in FRONT_ENDS:
-        return str(named), f"the file ends in .{suffix}"
-    plain = re.sub(r"\([^)\n]*\)|;[^\n]*", "", text[:200_000]).upper()
-    signs = [(d, why) for d, pattern, why in _SIGNS if re.search(pattern, plain, re.MULTILINE)]
-    if named is not None:
-        return named, f"the file ends in .{suffix}"
-    if signs:
-        others = sorted({d for d, _ in signs} - {signs[0][0]})
-        doubt = f"; signs of {', '.join(others)} are there too, so name it with --dialect" if others else ""
-        return signs[0][0], f"the program has {signs[0][1]}{doubt}"
-    if not re.search(r"Y[-+ \d.]", plain) and re.search(r"G0?[23][^\n]*K[-+ \d.]", plain):
-        return "fanuc-lathe", "there is no Y and arcs have K, so name it with --dialect where that is wrong"
-    return "fanuc", "nothing tells it apart, so name it with --dialect where that is wrong"
+    """The dialect that a program seems to be written in, and why; the reason says when it is not sure. Raises DataError where it is
+    one that is not here."""
+    ranking = candidates(text, path)
+    if not ranking:
+        return "fanuc", "nothing tells it apart, so name it with --dialect where that is wrong"
+    here = [c for c in ranking if c.dialect in names()]
+    best = ranking[0]
+    if best.dialect not in HERE and (not here or best.score > here[0].score):
+        place = path or "the program"
+        second = f"; the nearest that is: {here[0]}" if here else ""
+        raise DataError(
+            f"{place}:1:1: this seems to be written for {best.dialect} ({', '.join(best.signs[:2])}), a dialect that is not here"
+            f"{second}; have it posted for one of {', '.join(names())}, or name one with --dialect"
+        )
+    return (here[0].dialect, told(here)) if here else ("fanuc", told(ranking))
+
+
+def runner_up(text: str, path: Path | None) -> Candidate | None:
+    """The second likely dialect, where the first is not sure."""
+    here = [c for c in candidates(text, path) if c.dialect in names()]
+    return here[1] if unsure(here) else None

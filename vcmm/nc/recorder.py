@@ -15,6 +15,7 @@ from typing import ClassVar, NoReturn
 
 from vcmm.nc.faults import ProgramFault
 from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
+from vcmm.nc.levels import Assumed, SetupEntry
 from vcmm.nc.moves import ORIGIN, PLANES, Move, Point, Program, Remark, Source
 from vcmm.nc.offsetting import sweep_of
 from vcmm.nc.radius import RadiusCompensation, Style, centre_path
@@ -60,6 +61,7 @@ class Recorder(ModalState):
     finishes: list[Finish] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
     remarked: set[str] = field(default_factory=set)
+    assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
@@ -86,6 +88,19 @@ class Recorder(ModalState):
                 return
             self.remarked.add(kind or text)
         self.remarks.append(Remark(self.line, self.source.first if column is None else column, text))
+
+    def assume(
+        self, what: str, value: str, otherwise: str = "", *, blank: SetupEntry | None = None, column: int | None = None,
+        matters: bool = True,
+    ) -> None:  # fmt: skip
+        """What the program lacks and the machine would know: `value` is taken, and told once for each `what`.
+
+        The caller goes on with the value: this only tells. Strict: refused with the sentence `otherwise`; where there is none,
+        both levels go on. blank: how the set-up file gives it. matters: whether the path depends on it.
+        """
+        if self.setup.strict and otherwise:
+            self.fault(otherwise, column)
+        self.assumed.setdefault(what, Assumed(self.line, what, value, blank, matters))
 
     # -- positions --
     def refresh(self) -> None:
@@ -149,9 +164,13 @@ class Recorder(ModalState):
         radius = self.tool_data.radius
         if radius is None:
             what = f"tool {self.tool}" if self.tool else "no tool in the spindle, and it"
-            self.fault(
-                f"radius compensation is switched on, but {what} has no known radius; state its diameter in the set-up file under [tools.{self.tool}]"
+            self.assume(
+                f"the diameter of tool {self.tool}",
+                "0 mm: the path on the programmed contour",
+                f"radius compensation is switched on, but {what} has no known radius; state its diameter in the set-up file under [tools.{self.tool}]",
+                blank=SetupEntry(f"tools.{self.tool}", "diameter", '"10 mm"'),
             )
+            radius, extra = 0.0, 0.0
         self.compensation = RadiusCompensation(side, radius + extra, style)
 
     # -- speed and feed --
@@ -166,16 +185,18 @@ class Recorder(ModalState):
         """Turns per minute with constant surface speed at the centre, where nothing limits them."""
         self.fault("constant surface speed at X 0 has no limit of the spindle speed; add LIMS=")
 
-    def rate(self, length: float, turns: float) -> float:
-        """mm/min along a path of `length` mm, at so many turns per minute. Raises ProgramFault where there is no feed."""
+    def rate(self, length: float, turns: float) -> float | None:
+        """mm/min along a path of `length` mm, at so many turns per minute; None where a survey does not know it."""
         if self.feed is None or self.feed <= 0:
-            self.fault(self.NO_FEED[self.feed_mode])
+            self.assume("the feed", "not known; its time is not counted", self.NO_FEED[self.feed_mode])
+            return None
         if self.feed_mode == "G93":
             return self.feed * length
         if self.feed_mode == "G94":
             return self.feed * self.feed_scale
         if not turns:
-            self.fault(self.NO_TURNS)
+            self.assume("the spindle speed", "not known; feeds per turn are not counted", self.NO_TURNS)
+            return None
         return self.feed * self.feed_scale * abs(turns)
 
     # -- motion --
@@ -197,7 +218,7 @@ class Recorder(ModalState):
             feed = self.line_feed(start, end, self.rotary if rotary is None else rotary)
         self.emit(kind, end, start=start, rotary=rotary, feed=feed, rewritable=rewritable)
 
-    def line_feed(self, start: Point, end: Point, rotary: Point) -> float:
+    def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
         """mm/min of a straight cut; degrees per minute where rotary axes alone move, which is what F means then."""
         distance = math.dist(start, end)
         return self.rate(distance or self.turned(rotary), self.spindle(start, end))
@@ -311,7 +332,10 @@ class Recorder(ModalState):
             moves, sides = finish(moves, sides)
         if any(side is not None for side in sides):
             moves = centre_path(moves, sides, name)
-        return Program(self.dialect, tuple(moves), tuple(self.remarks), dict(self.called), traces, steps)
+        return Program(
+            self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), traces=traces, steps=steps,
+            assumed=tuple(self.assumed.values()),
+        )  # fmt: skip
 
 
 def radius_centre(start: Point, end: Point, radius: float, clockwise: bool, plane: str) -> Point | None:

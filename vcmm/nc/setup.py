@@ -79,6 +79,7 @@ class Setup:
     reference: machine position of G28; second_reference: of G30. stock: size of the box, None = not stated;
     stock_corner: its lowest corner in work coordinates, None = centred, top at work zero.
     material of the stock: for cutting forces, None = none are computed. thrust: force square to the edge over the main one.
+    strict: nothing is assumed, what a program lacks is refused; else it is taken as the machine would and told (levels).
     path: the set-up file, for messages. control: tolerance of corners, time of a tool change; None = not stated.
     """
 
@@ -97,6 +98,8 @@ class Setup:
     decimal_point: str | None = None
     arc_centre: str | None = None
     block_delete: bool = False
+    strict: bool = True
+    subprograms: tuple[Path, ...] = ()  # further folders in which they are looked for
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero

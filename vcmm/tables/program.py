@@ -73,6 +73,12 @@ def remarks(name: str, program: Program) -> ResultTable[Any]:
     return listing("remarks", ["where", "what"], rows, words=(0, 1))
 
 
+def assumed(name: str, program: Program) -> ResultTable[Any]:
+    """What the program lacks and was taken for granted."""
+    rows = [[f"{name}:{a.line}", a.what, a.value] for a in program.assumed]
+    return listing("assumed", ["where", "what", "taken"], rows, words=(0, 1, 2))
+
+
 TIMES: tuple[Column[tuple[str, float, str]], ...] = (
     Column("", lambda row: row[0]),
     Column("time", lambda row: row[1], fixed(1, "s")),

@@ -9,9 +9,10 @@ from tests.nc.meanings import fanuc, linuxcnc
 
 # -- feeds and spindle ------------------------------------------------------------------------------------------------
 def test_feeds():
-    moves = linuxcnc("G21 S1000 M3\nG95 F0.2 G1 X10\nG93 G1 X20 F2\nG94 F300 G1 X30\nG20 F10 G1 X2")
-    # 0.2 mm per turn x 1000; 10 mm in half a minute; 300; 10 inch/min
-    assert [m.feed for m in moves] == pytest.approx([200, 20, 300, 254])
+    moves = linuxcnc("G21 S1000 M3\nG95 F0.2 G1 X10\nG93 G1 X20 F2\nG94 F300 G1 X30\nG20 F10 G1 X2\nF10 X3")
+    # 0.2 mm per turn x 1000; 10 mm in half a minute; 300; 10 mm/min, for RS274 takes F before G20; 10 inch/min
+    assert [m.feed for m in moves] == pytest.approx([200, 20, 300, 10, 254])
+    assert fanuc("G20 G1 X2. F10.")[0].feed == pytest.approx(254)  # Fanuc: the unit of the block counts
     assert moves[0].spindle == 1000
 
 

@@ -21,6 +21,11 @@ _PLAIN_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _PLAIN = re.compile(rf"[ \t]*(?:N(\d+)[ \t]*)?(?:[A-MP-Z]{_PLAIN_NUMBER}[ \t]*)+\Z", re.IGNORECASE | re.ASCII)
 _PLAIN_WORD = re.compile(rf"([A-MP-Z])({_PLAIN_NUMBER})", re.IGNORECASE | re.ASCII)
 _LETTERS = "ABCDEFGHIJKLMNPQRSTUVWXYZ"
+_OUTPUT = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(DPRNT|BPRNT|POPEN|PCLOS)\b", re.IGNORECASE)
+_SECOND_BLOCK = re.compile(
+    r"[ \t]*/?(?:[A-MP-Z][ \t]*[-+]?(?:\d+\.?\d*|\.\d+)[ \t]*)+;?[ \t]*\Z", re.IGNORECASE | re.ASCII
+)
+_TITLE = re.compile(r"[ \t]*(?:[O:][ \t]*(\d*[A-Z_][\w-]*|(?=[ \t]*\Z))|<([\w.-]+)>)[ \t]*\Z", re.IGNORECASE)
 
 
 class Word(NamedTuple):
@@ -72,6 +77,9 @@ class IsoBlock:
     percent: bool = False
     deleted: bool = False
     spaced: int = 0  # column of a number with blanks inside
+    beside: str = (
+        ""  # what it is, where no axis has to do with it: output to a printer, a command of the console
+    )
 
 
 def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
@@ -83,8 +91,11 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
         return block
     clean = without_comments(text, dialect)
     _check_characters(clean)
-    if clean.strip() == "%":
+    if clean.lstrip().startswith("%"):
         block.percent = True
+        return block
+    block.beside = _beside(clean, dialect)
+    if block.beside:
         return block
     reader = LineReader(clean, dialect.words)
     if reader.accept("/"):
@@ -94,6 +105,19 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
     while reader.skip():
         _item(reader, block, dialect)
     return block
+
+
+def _beside(clean: str, dialect: Dialect) -> str:
+    """What a line is that moves nothing; "" for a block. A title without a number is one of these."""
+    first = clean.strip()[:1]
+    if first and dialect.survey and first in "$!~?":
+        return f"{clean.split()[0]}, a command of the console"
+    if dialect.words != "macro":
+        return ""
+    if output := _OUTPUT.match(clean):
+        return output[1].upper()
+    title = _TITLE.match(clean) if dialect.survey else None
+    return f"the title {title[1] or title[2] or ':'}" if title else ""
 
 
 def _plain_words(block: IsoBlock, plain: re.Match[str]) -> None:
@@ -121,14 +145,19 @@ def without_comments(text: str, dialect: Dialect) -> str:
         elif text[at] == ")":
             raise BlockFault(at + 1, '")" without "(": remove it, or open the comment with "("')
         elif text[at] == ";":
-            if (
-                not dialect.semicolon_comment
-                and text[at + 1 :].strip()
-                and not text[at + 1 :].lstrip().startswith(("(", ";"))
-            ):
+            rest = text[at + 1 :]
+            words = (
+                _SECOND_BLOCK.match(rest)
+                if dialect.survey
+                else rest.strip() and not rest.lstrip().startswith(("(", ";"))
+            )
+            if not dialect.semicolon_comment and words:
                 raise BlockFault(
                     at + 2, 'a second block follows ";" on the same line; write it on a line of its own'
                 )
+            if not dialect.semicolon_comment and dialect.survey and not rest.lstrip().startswith("("):
+                out[at:] = " " * (len(text) - at)  # prose: a note
+                break
             if not dialect.semicolon_comment:
                 out[at] = " "
                 at += 1
@@ -179,6 +208,14 @@ def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
     if here in "oO" or (here == ":" and dialect.words == "macro"):
         _o_word(reader, block, dialect)
         return
+    if (
+        here == ","
+        and dialect.words == "macro"
+        and reader.text[reader.at + 1 : reader.at + 2].upper() in "RCA"
+    ):
+        reader.at += 1
+        _word(reader, block, ",")
+        return
     if here == ",":
         raise reader.fault(
             "corner rounding and chamfers (,R ,C) are not understood; program the arc or the line itself"
@@ -190,9 +227,9 @@ def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
     _word(reader, block)
 
 
-def _word(reader: LineReader, block: IsoBlock) -> None:
+def _word(reader: LineReader, block: IsoBlock, comma: str = "") -> None:
     first = reader.at
-    letter = reader.text[first].upper()
+    letter = comma + reader.text[first].upper()
     reader.at += 1
     before = reader.at
     try:

@@ -9,14 +9,28 @@ from typing import ClassVar, NoReturn
 
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.frames import AffineMap, rotation
+from vcmm.nc.frames import AffineMap, rotation, stretched, translation
 from vcmm.nc.iso.expressions import Parameters
 from vcmm.nc.moves import ORIGIN, PLANES, Point
-from vcmm.nc.recorder import Recorder
+from vcmm.nc.recorder import UNMOVED, Recorder
 from vcmm.nc.setup import Setup, Tool
 
 AXES = "XYZ"
 _NO_FEED = Recorder.NO_FEED["G94"]
+
+
+@dataclass(slots=True)
+class PolarWords:
+    """G16: the words of the plane are radius (mm) and angle (rad); pole: mm, in the plane."""
+
+    radius: float = 0.0
+    angle: float = 0.0
+    pole: tuple[float, float] = (0.0, 0.0)
+
+
+def about(centre: Point, turned: AffineMap) -> AffineMap:
+    """A turn, mirror or scale about a point."""
+    return translation(centre).then(turned).then(translation((-centre[0], -centre[1], -centre[2])))
 
 
 @dataclass(slots=True, eq=False)
@@ -32,11 +46,23 @@ class IsoControl(Recorder):
 
     language: Dialect = field(kw_only=True)
     next_tool: int = 0
+    lead: float | None = None  # of the last thread: F of Fanuc, K of LinuxCNC; mm
+    turning_feed: float | None = None  # F as written: degrees per minute where rotary axes alone move
     length_word: int = 0  # H in force
     g92: Point = ORIGIN
     g92_kept: Point = ORIGIN
     g52: Point = ORIGIN
     turn: tuple[str, Point, float] | None = None  # G68: plane, centre, angle
+    scale: tuple[Point, Point] | None = None  # G51: centre, factors
+    mirrors: dict[int, float] = field(default_factory=dict)  # G51.1: axis -> where its mirror stands
+    tilt: AffineMap = UNMOVED  # G68.2
+    polar: PolarWords | None = None  # G16
+    base_motion: str = "G0"  # what G80 leaves in force, where cycles are a group of their own
+    turning_words: dict[str, float] = field(
+        default_factory=dict
+    )  # of the first of two blocks of G71 to G76, mm
+    points_written: bool = False  # all coordinates of the program have a decimal point
+    arcs_seen: bool = False  # an arc has been read: how its centre counts is settled
     tools: dict[int, Tool] = field(default_factory=dict)
     lengths: dict[int, float] = field(default_factory=dict)  # length registers set by G10
     radii: dict[int, float] = field(default_factory=dict)
@@ -66,23 +92,29 @@ class IsoControl(Recorder):
         turns = self.turns(x)
         return turns if math.isfinite(turns) else 0.0
 
-    def line_feed(self, start: Point, end: Point, rotary: Point) -> float:
+    def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
         """mm/min; degrees per minute, whatever the unit of length, where rotary axes alone move."""
         distance = math.dist(start, end) or self.turned(rotary)
         feed = self.rate(distance, self.feeding((start[0] + end[0]) / 2.0 - self.world.shift[0]))
         alone = start == end and rotary != self.rotary and self.feed_mode == "G94"
-        return feed / self.unit if alone else feed
+        if not alone or feed is None:
+            return feed
+        return feed / self.unit if self.turning_feed is None else self.turning_feed
 
     def rebuild(self) -> None:
         """The program's frame G92 + G52 + turn of G68, after one of them or a work offset has changed."""
         shift = [self.g92[i] + self.g52[i] for i in range(3)]
-        turn = AffineMap()
+        frame = translation((shift[0], shift[1], shift[2])).then(self.tilt)
         if self.turn is not None:
             plane, centre, angle = self.turn
-            turn = rotation(PLANES[plane][2], angle)
-            turned = turn.apply(centre)
-            shift = [shift[i] + centre[i] - turned[i] for i in range(3)]
-        self.frame = AffineMap(turn.matrix, (shift[0], shift[1], shift[2]))
+            frame = frame.then(about(centre, rotation(PLANES[plane][2], angle)))
+        if self.scale is not None:
+            frame = frame.then(about(self.scale[0], stretched(self.scale[1])))
+        for axis, at in self.mirrors.items():
+            centre = (at if axis == 0 else 0.0, at if axis == 1 else 0.0, at if axis == 2 else 0.0)
+            factors = tuple(-1.0 if i == axis else 1.0 for i in range(3))
+            frame = frame.then(about(centre, stretched((factors[0], factors[1], factors[2]))))
+        self.frame = frame
         self.refresh()
 
     def set_unit(self, unit: float) -> None:
@@ -97,7 +129,7 @@ def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:
     c.home, c.home2 = setup.reference, setup.second_reference
     c.motion = language.default_motion
     c.arc_absolute = language.arc_centre == "absolute"
-    c.retract = "G99" if language.words == "o" else "G98"  # as the controls wake up
+    c.retract = "G98" if language.cycles_apart else "G99"  # as the controls wake up
     if language.lathe:
         c.plane, c.diameter, c.feed_mode = "ZX", "always", "G95"
     c.rebuild()

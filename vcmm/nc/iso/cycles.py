@@ -11,7 +11,7 @@ from vcmm.nc.drilling import Hole
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
-from vcmm.nc.iso.motion import CENTRE_WORDS, length, target, thread_to
+from vcmm.nc.iso.motion import CENTRE_WORDS, length, target, thread_to, turned
 from vcmm.nc.moves import PLANES
 
 CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")
@@ -25,16 +25,34 @@ def drill(c: IsoControl, w: IsoWords, code: str) -> None:
         c.fault(f"{code} while cutter radius compensation is on; cancel it with G40 before")
     if c.feed_mode == "G93":
         c.fault(f"{code} with inverse time feed (G93); write G94 before")
-    if any(w.has(a) for a in "ABC"):
+    if any(w.has(a) for a in "ABC") and c.language.words == "o":
         c.fault(f"rotary axes cannot move in the block of the cycle {code}; move them before")
-    first, second, normal = PLANES[c.plane]
+    normal = PLANES[c.plane][2]
     if c.cycle_level is None:
         c.cycle_level = c.p[normal]
-    r, bottom = _heights(c, w, code, normal)
+    _heights(c, w, code, normal)
     _words(c, w, code)
     repeats = _repeats(c, w, c.column)
-    step = [0.0, 0.0]
-    point = [c.p[first], c.p[second]]
+    point, step = _hole_point(c, w)
+    rotary = turned(c, w)
+    if rotary != c.rotary:
+        c.straight(c.p, True, rotary)
+    if code in ("G73", "G83") and c.cycle.get("Q"):
+        r, bottom = heights(c)
+        if (r - bottom) / c.cycle["Q"] > _MOST_PECKS:
+            raise BlockFault(w.column("Q"), f"Q gives more than {_MOST_PECKS} pecks; correct it")
+    for _ in range(repeats):
+        point = [point[0] + step[0], point[1] + step[1]]
+        drill_at(c, point[0], point[1], code)
+
+
+def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
+    """Where the holes are in the plane, and the increment from one to the next (G91)."""
+    first, second, _ = PLANES[c.plane]
+    if c.polar is not None or c.language.lathe:
+        p, _ = target(c, w)
+        return [p[first], p[second]], [0.0, 0.0]
+    step, point = [0.0, 0.0], [c.p[first], c.p[second]]
     for k, i in enumerate((first, second)):
         number = w.take(AXES[i])
         if number is not None:
@@ -43,22 +61,36 @@ def drill(c: IsoControl, w: IsoWords, code: str) -> None:
                 point[k] = value
             else:
                 step[k] = value
-    hole = Hole(c, r, bottom, r if c.retract == "G99" else max(c.cycle_level, r))
-    if code in ("G73", "G83") and c.cycle.get("Q") and (r - bottom) / c.cycle["Q"] > _MOST_PECKS:
-        raise BlockFault(w.column("Q"), f"Q gives more than {_MOST_PECKS} pecks; correct it")
-    below = c.cycle_level if c.language.words == "o" else c.p[normal]
+    return point, step
+
+
+def heights(c: IsoControl) -> tuple[float, float]:
+    """Clearance and bottom of the cycle in force, mm."""
+    level = c.cycle_level or 0.0
+    counts_on = not c.absolute or (
+        c.language.lathe and not c.language.everything_home
+    )  # Fanuc lathes: from where it starts
+    r = level + c.cycle["R"] if counts_on else c.cycle["R"]
+    return r, c.cycle["Z"] if c.absolute else r + c.cycle["Z"]
+
+
+def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
+    """One hole of the cycle in force, at (a, b) mm of the plane."""
+    code, normal = code or str(c.motion), PLANES[c.plane][2]
+    r, bottom = heights(c)
+    level = r if c.cycle_level is None else c.cycle_level
+    hole = Hole(c, r, bottom, r if c.retract == "G99" else max(level, r))
+    below = level if c.language.words == "o" else c.p[normal]
     if below < r:  # LinuxCNC: even where it stands higher now
         hole.to(r, True)
-    for _ in range(repeats):
-        point = [point[0] + step[0], point[1] + step[1]]
-        hole.across(point[0], point[1])
-        if code != "G87":
-            hole.to(r, True)
-        _MACHINING[code](c, hole)
+    hole.across(a, b)
+    if code != "G87":
+        hole.to(r, True)
+    _MACHINING[code](c, hole)
 
 
-def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> tuple[float, float]:
-    """R and bottom, absolute, mm; the words as given stay in force."""
+def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
+    """R and depth: the words as given stay in force, and are checked."""
     letter = AXES[normal]
     number = w.take(letter)
     if number is not None:
@@ -68,16 +100,17 @@ def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> tuple[float,
         c.cycle["R"] = length(c, w, "R", number)
     if "Z" not in c.cycle:
         c.fault(f"{code} has no depth yet; add {letter}, as in {code} {letter}-10.0 R2.0")
+    if "R" not in c.cycle and (c.language.lathe or c.language.survey):
+        c.cycle["R"] = 0.0 if c.language.lathe and not c.language.everything_home else c.cycle_level or 0.0
+        if not c.language.lathe:
+            c.assume("the clearance height R of a cycle", "the height at which it begins", column=c.column)
     if "R" not in c.cycle:
         c.fault(f"{code} has no clearance height yet; add R, as in {code} {letter}-10.0 R2.0")
-    assert c.cycle_level is not None
-    r = c.cycle["R"] if c.absolute else c.cycle_level + c.cycle["R"]
-    bottom = c.cycle["Z"] if c.absolute else r + c.cycle["Z"]
+    r, bottom = heights(c)
     if (bottom > r and code != "G87") or (code == "G87" and c.language.words == "o" and bottom > r):
         c.fault(
             f"the bottom of {code} ({letter} {bottom:g} mm) lies above its clearance height (R {r:g} mm); correct one of them",
         )
-    return r, bottom
 
 
 def _words(c: IsoControl, w: IsoWords, code: str) -> None:
@@ -169,8 +202,10 @@ def _feed_out(c: IsoControl, h: Hole) -> None:
 
 
 def _g85(c: IsoControl, h: Hole) -> None:
+    """Out at feed to R, and on at rapid: LinuxCNC 2.9, convert_cycle_g85, and Fanuc alike."""
     h.feed_in()
-    _feed_out(c, h)
+    h.to(h.clearance, False)
+    h.leave()
 
 
 def _g89(c: IsoControl, h: Hole) -> None:

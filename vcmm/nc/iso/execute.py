@@ -6,13 +6,15 @@ distance mode, retract level, data and reference moves, motion, stop (order of R
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, rigid_tap
+from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
+from vcmm.nc.iso.grooving import SINGLE, single_cut
+from vcmm.nc.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
 from vcmm.nc.iso.motion import arc, length, line, thread
 from vcmm.nc.iso.offsets import (
     coordinate_turn,
@@ -20,17 +22,13 @@ from vcmm.nc.iso.offsets import (
     local_shift,
     machine_move,
     preset,
-    radius_compensation,
     select_offset,
     set_data,
     store_home,
-    tool_length,
-    tool_of,
 )
+from vcmm.nc.iso.patterns import nonmodal
+from vcmm.nc.iso.tools import radius_compensation, tool_length
 from vcmm.nc.moves import Source
-
-PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
-MOST_TOOL = 99_999_999
 
 
 def execute(c: IsoControl, w: IsoWords) -> None:
@@ -46,9 +44,9 @@ def execute(c: IsoControl, w: IsoWords) -> None:
             w.block.spaced,
             kind="blanks",
         )
-    _feed_and_speed(c, w)
-    _tools_and_spindle(c, w)
-    _modes(c, w)
+    feed_and_speed(c, w)
+    tools_and_spindle(c, w)
+    modes(c, w)
     _shifts(c, w)
     _motion(c, w)
     _unused(c, w)
@@ -57,202 +55,43 @@ def execute(c: IsoControl, w: IsoWords) -> None:
     _stop(c, w)
 
 
-def _column(w: IsoWords, group: str) -> int:
-    return w.g_columns.get(group, 1)
-
-
-def _feed_and_speed(c: IsoControl, w: IsoWords) -> None:
-    mode = w.g.get("feed")
-    if mode:
-        new = {"G98": "G94", "G99": "G95"}.get(mode, mode) if c.language.lathe else mode
-        if new != c.feed_mode:
-            c.feed = None  # a feed per minute is none per turn
-        c.feed_mode = new
-    _unit(c, w)
-    if "spindle" in w.g:
-        _spindle_mode(c, w)
-    if c.feed_mode != "G93" and w.has("F") and w.g.get("motion") not in ("G32",) and not _threading(c, w):
-        number = w.take("F")
-        assert number is not None
-        if number < 0:
-            raise BlockFault(w.column("F"), f"F{number:g}: a feed cannot be negative; correct it")
-        c.feed = number
-    elif c.feed_mode == "G93":
-        c.feed = w.take("F")
-    w.used.add("F")
-    speed = w.take("S")
-    if speed is not None and w.g.get("other") not in ("G50", "G92"):
-        if speed < 0:
-            raise BlockFault(
-                w.column("S"),
-                f"S{speed:g}: a spindle speed cannot be negative; choose the sense with M3 or M4",
-            )
-        c.speed = speed
-
-
-def _threading(c: IsoControl, w: IsoWords) -> bool:
-    """Fanuc: F of a thread is its lead, not a feed."""
-    return c.language.words == "macro" and w.g.get("motion", c.motion) in ("G32", "G33")
-
-
-def _unit(c: IsoControl, w: IsoWords) -> None:
-    code = w.g.get("unit")
-    if code is None:
-        return
-    new = c.language.unit_codes[code]
-    if new != c.unit:
-        if c.moves:
-            c.remark(f"the unit changes within the program ({code})", _column(w, "unit"), every=True)
-        if c.feed is not None and not w.has("F") and c.feed_mode != "G93":
-            c.feed *= c.unit / new  # the feed in force stays what it is
-        c.set_unit(new)
-
-
-def _spindle_mode(c: IsoControl, w: IsoWords) -> None:
-    c.surface = w.g["spindle"] == "G96"
-    if c.surface:
-        if c.language.words == "o":
-            limit = w.take("D")
-            c.speed_limit = math.inf if limit is None else limit
-        if w.has("R"):
-            w.take("R")
-
-
-def _tools_and_spindle(c: IsoControl, w: IsoWords) -> None:
-    if w.has("T"):
-        _select_tool(c, w)
-    change = w.m.get("tool")
-    if change == 6:
-        c.tool = c.next_tool
-        if c.language.words == "o" and c.tool:
-            tool_of(c, c.tool, w.m_columns["tool"], "T")
-        if c.tool:
-            c.called.setdefault(c.tool, f"T{c.tool}")
-        if c.compensation is not None:
-            raise BlockFault(
-                w.m_columns["tool"],
-                "a tool change while cutter radius compensation is on; cancel it with G40 before",
-            )
-    elif change == 61:
-        number = w.whole("Q", w.m_columns["tool"])
-        if number is None:
-            raise BlockFault(w.m_columns["tool"], "M61 needs Q, the number of the tool in the spindle")
-        c.tool = number
-    spindle = w.m.get("spindle")
-    if spindle is not None:
-        c.sense = {3: 1, 4: -1, 13: 1, 14: -1}.get(spindle, 0)
-        w.used |= {"P", "R", "Q"} if spindle == 19 else set()
-    if c.language.words == "o" and spindle in (3, 4, 5):
-        w.used.add("$")
-
-
-def _select_tool(c: IsoControl, w: IsoWords) -> None:
-    number = w.whole("T", 1)
-    assert number is not None
-    if number > MOST_TOOL:
-        raise BlockFault(w.column("T"), f"T{number} is no tool number")
-    if c.language.lathe:  # T0101: tool and offset register; the turret turns at once
-        c.tool, register = divmod(number, 100) if number > 99 else (number, 0)
-        c.next_tool = c.tool
-        if c.tool:
-            c.called.setdefault(c.tool, f"T{number:04d}")
-        tool = tool_of(c, register, w.column("T"), "T") if register else None
-        c.tool_offset = tool.offset if tool else (0.0, 0.0, 0.0)
-        c.locate()
-        return
-    c.next_tool = number
-
-
-def _modes(c: IsoControl, w: IsoWords) -> None:
-    g = w.g
-    if "diameter" in g:
-        c.diameter = "always" if g["diameter"] == "G7" else ""
-    if "plane" in g:
-        if c.compensation is not None and PLANES[g["plane"]] != c.plane:
-            raise BlockFault(
-                _column(w, "plane"),
-                "the plane changes while cutter radius compensation is on; cancel it with G40 before",
-            )
-        if (
-            PLANES[g["plane"]] != c.plane and c.language.words == "macro"
-        ):  # LinuxCNC keeps the level of the series
-            c.cycle_level = None
-        c.plane = PLANES[g["plane"]]
-    if "distance" in g:
-        c.absolute = g["distance"] == "G90"
-    if "arc" in g:
-        c.arc_absolute = g["arc"] == "G90.1"
-    if "path" in g:
-        _path(c, w)
-    c.exact_once = g.get("exact") == "G9"
-    if "retract" in g:
-        c.retract = g["retract"]
-    if "state" in w.m:
-        _saved_state(c, w.m["state"])
-
-
-def _path(c: IsoControl, w: IsoWords) -> None:
-    code = w.g["path"]
-    c.exact_stop = code in ("G61", "G61.1")
-    c.tolerance = None
-    if code == "G64" and c.language.words == "o":
-        blend = w.take("P")
-        w.take("Q")
-        if blend is not None:
-            if blend < 0:
-                raise BlockFault(w.column("P"), "the tolerance of G64 cannot be negative; correct P")
-            c.tolerance = blend * c.unit
-
-
-_STATE = (
-    "plane", "unit", "feed_scale", "absolute", "arc_absolute", "feed_mode", "feed", "surface", "speed", "retract", "exact_stop",
-    "tolerance", "diameter", "motion",
-)  # fmt: skip
-
-
-def _saved_state(c: IsoControl, code: int) -> None:
-    """M70 to M72 of LinuxCNC: save, forget, restore the modal state."""
-    if code in (70, 73):
-        c.saved = tuple(getattr(c, name) for name in _STATE)
-    elif code == 71:
-        c.saved = None
-    elif c.saved is not None:
-        for name, value in zip(_STATE, c.saved):
-            setattr(c, name, value)
-
-
 def _shifts(c: IsoControl, w: IsoWords) -> None:
     """Dwell, compensation, tool length, offsets, reference moves."""
     g = w.g
     if "dwell" in g:
         _dwell(c, w)
     if "compensation" in g:
-        radius_compensation(c, w, g["compensation"], _column(w, "compensation"))
+        radius_compensation(c, w, g["compensation"], column_of(w, "compensation"))
     elif w.has("D") and c.compensation is not None and c.language.words == "macro":
         radius_compensation(c, w, "G41" if c.compensation.side == "left" else "G42", w.column("D"))
     if "length" in g:
-        tool_length(c, w, g["length"], _column(w, "length"))
+        tool_length(c, w, g["length"], column_of(w, "length"))
     elif w.has("H") and c.language.words == "macro" and any(c.tool_offset):
         tool_length(c, w, "G43", w.column("H"))
     elif w.has("H") and c.language.words == "macro":
         w.take("H")
     if "offset" in g:
-        select_offset(c, w, g["offset"], _column(w, "offset"))
+        select_offset(c, w, g["offset"], column_of(w, "offset"))
     if "rotation" in g:
-        coordinate_turn(c, w, g["rotation"], _column(w, "rotation"))
+        coordinate_turn(c, w, g["rotation"], column_of(w, "rotation"))
+    for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilted)):
+        if group in g:
+            action(c, w, g[group], column_of(w, group))
+    if "polar" in g:
+        polar_words(c, g["polar"])
     if "other" in g:
-        _other(c, w, g["other"], _column(w, "other"))
+        _other(c, w, g["other"], column_of(w, "other"))
 
 
 def _dwell(c: IsoControl, w: IsoWords) -> None:
-    column = _column(w, "dwell")
-    if c.language.words == "o":
+    column = column_of(w, "dwell")
+    if c.language.words == "o" and not (c.language.cycles_apart and (w.has("S") or w.has("X"))):
         seconds: float = w.need("P", "the time of G4 in seconds, as in G4 P0.5", column)
     else:
         seconds = 0.0
         if w.has("P"):
             seconds = (w.take("P") or 0.0) * c.language.dwell
-        for letter in "XU":
+        for letter in "XUS" if c.language.words == "o" else "XU":
             if w.has(letter):
                 seconds = w.take(letter) or 0.0
                 if c.language.decimal_point == "increment" and not w.words[letter].pointed:
@@ -284,22 +123,43 @@ def _other(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 
 
 def _motion(c: IsoControl, w: IsoWords) -> None:
-    code, column = w.g.get("motion"), w.g_columns.get("motion", 0)
+    code, column = _motion_code(c, w)
     if code is not None and code != c.motion:
         if code not in CYCLES or c.motion not in CYCLES:
             c.cycle.clear()
             c.cycle_level = None
         c.motion = code
-    if "other" in w.g or ("dwell" in w.g and not _axis_left(c, w)):
+    if "other" in w.g or "tilt" in w.g or ("dwell" in w.g and not _axis_left(c, w)):
         return
     if "machine" in w.g:
-        machine_move(c, w, _column(w, "machine"))
+        machine_move(c, w, column_of(w, "machine"))
+        return
+    if nonmodal(c, w):
         return
     if code == "G80" or not (_axis_left(c, w) or _bare(c, w, code)):
         return
     if not column:
         column = min((word.first for word in w.words.values()), default=1)
     _move(c, w, c.motion, column)
+
+
+def _motion_code(c: IsoControl, w: IsoWords) -> tuple[str | None, int]:
+    """The motion of the block and its column. Where cycles are a group of their own, G80 leaves G0 or G1 in force, and of a
+    motion and a cycle in one block the later one counts (FANUC B-64304EN, "canned cycle", notes)."""
+    code, column = w.g.get("motion"), w.g_columns.get("motion", 0)
+    cycle, at = w.g.get("cycle"), w.g_columns.get("cycle", 0)
+    if not c.language.cycles_apart:
+        return code, column
+    if code in ("G80", *CYCLES):  # tables with one group
+        code, cycle, column, at = None, code, 0, column
+    if c.motion not in CYCLES and c.motion not in (None, "G80"):
+        c.base_motion = c.motion
+    c.base_motion = code or c.base_motion
+    if cycle is None or (code is not None and at < column and cycle != "G80"):
+        if cycle is not None:
+            w.used |= {"R", "P", "Q", "K", "L"}
+        return code, column
+    return (code or c.base_motion, column or at) if cycle == "G80" else (cycle, at)
 
 
 def _axis_left(c: IsoControl, w: IsoWords) -> bool:
@@ -328,7 +188,11 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
         line(c, w, mode == "G0")
     elif mode in ("G2", "G3"):
         arc(c, w, mode == "G2")
-    elif mode in ("G32", "G33"):
+    elif mode in SINGLE:
+        c.marker = mode
+        single_cut(c, w, mode, _lead(c, w, column) if SINGLE[mode] == "thread" else 0.0)
+        c.marker = ""
+    elif mode in ("G32", "G33", "G34"):
         thread(c, w, _lead(c, w, column))
     elif mode == "G33.1":
         rigid_tap(c, w, _lead(c, w, column))
@@ -339,20 +203,25 @@ def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
 
             thread_cycle(c, w)
         else:
+            kept = c.plane
+            if c.language.lathe:  # along Z, or along X
+                c.plane = "YZ" if mode in ("G87", "G88", "G89") else "XY"
             drill(c, w, mode)
+            c.plane = kept
         c.marker = ""
 
 
 def _lead(c: IsoControl, w: IsoWords, column: int) -> float:
+    """mm per turn; the last one stays in force, for Fanuc even an F of another motion."""
     letter = "K" if c.language.words == "o" else "F"
     number = w.take(letter)
-    if number is None:
-        number = c.cycle.get("lead")
-        if number is None:
-            raise BlockFault(column, f"the thread has no lead; add {letter}, as in {letter}1.5")
-        return number
-    c.cycle["lead"] = length(c, w, letter, number) if c.language.words == "o" else number * c.unit
-    return c.cycle["lead"]
+    if number is not None:
+        c.lead = length(c, w, letter, number) if c.language.words == "o" else number * c.unit
+    elif c.lead is None and c.language.words == "macro" and c.turning_feed is not None:
+        c.lead = c.turning_feed * c.unit
+    if c.lead is None:
+        raise BlockFault(column, f"the thread has no lead; add {letter}, as in {letter}1.5")
+    return c.lead
 
 
 _HARMLESS_WORDS = frozenset("NOS")
@@ -361,11 +230,13 @@ _HARMLESS_WORDS = frozenset("NOS")
 def _unused(c: IsoControl, w: IsoWords) -> None:
     """IsoWords that nothing in the block uses."""
     left = [letter for letter in w.values if letter not in w.used and letter not in _HARMLESS_WORDS]
-    if not left:
+    if not left or w.passed:
         return
     letter = min(left, key=w.column)
     if letter in "UVW" and not c.language.lathe:
-        raise BlockFault(w.column(letter), f"the axis {letter} is not modelled; vcmm knows X Y Z A B C")
+        refusal = f"the axis {letter} is not modelled; vcmm knows X Y Z A B C"
+        c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
+        return
     text = f'nothing in this block uses the word "{letter}"'
     if c.language.unused == "refuse" or letter in "XYZABC":
         raise BlockFault(w.column(letter), f"{text}; remove it, or add the code that it belongs to")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +11,16 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.blocks import Assign, IsoFlow
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.parameters import ParameterTable
-from vcmm.nc.iso.texts import Text, find_file
+from vcmm.nc.iso.texts import Text
+from vcmm.nc.search import find_file
 
 DEEPEST = 50
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
 MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
+
+
+class Unfinished(Exception):
+    """The end of what can be read of a subprogram on its own, and why."""
 
 
 @dataclass(slots=True)
@@ -33,14 +39,15 @@ class ActiveCall:
 class IsoRunner:
     """Where the program stands. `at` is the index of the next line."""
 
-    def __init__(self, c: IsoControl, table: ParameterTable, text: Text, folder: Path | None) -> None:
-        self.c, self.table, self.text, self.folder = c, table, text, folder
+    def __init__(self, c: IsoControl, table: ParameterTable, text: Text, folders: Sequence[Path]) -> None:
+        self.c, self.table, self.text, self.folders = c, table, text, folders
         self.main = text
         self.at = 0
         self.calls: list[ActiveCall] = []
         self.counters: dict[tuple[int, str], int] = {}
         self.others: dict[str, Text] = {}
         self.idle, self.moves_seen, self.repeated = 0, 0, 0
+        self.fragment = False  # a subprogram on its own: its arguments are missing
         self.modal_macro: tuple[int, list[tuple[str, float]]] | None = None
 
     # -- jumps ----------------------------------------------------------------------------------------------------
@@ -50,6 +57,8 @@ class IsoRunner:
             if len(self.c.moves) != self.moves_seen:
                 self.idle, self.moves_seen = 0, len(self.c.moves)
             self.idle += 1
+            if self.idle > IDLE_JUMPS and self.fragment:
+                raise Unfinished("the loop that ends here runs for ever without its arguments")
             if self.idle > IDLE_JUMPS:
                 raise BlockFault(
                     column,
@@ -126,9 +135,17 @@ class IsoRunner:
         self.text, self.at = text, start
         self.c.file = text.name
 
+    def missing(self, label: str, file: str, column: int) -> None:
+        """A subprogram that is nowhere: a hole in the path."""
+        refusal = f"the subprogram {label} is neither in this program nor in a file {file} beside it; add it"
+        if self.c.language.words == "macro":
+            refusal = f"the subprogram {label} is neither in this file nor in a file {file} beside it; add it"
+        value = "a hole in the path: its moves are missing"
+        self.c.assume(f"the subprogram {label} ({file})", value, refusal, column=column)
+
     def load(self, names: list[str]) -> Text | None:
         """A subprogram in a file of its own."""
-        path = find_file(self.folder, names)
+        path = find_file(self.folders, names)
         if path is None:
             return None
         if str(path) not in self.others:
@@ -163,10 +180,8 @@ def _call(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
         start = other.subprogram(label) if other else None
         text = other or r.text
     if start is None:
-        raise BlockFault(
-            flow.column,
-            f"the subprogram o<{label}> is neither in this program nor in a file {label}.ngc beside it",
-        )
+        r.missing(f"o<{label}>", f"{label}.ngc", flow.column)
+        return
     r.push(ActiveCall(r.text, here + 1, "o", f"o<{label}>", start + 1), arguments, flow.column)
     r.enter(text, start + 1)
 

@@ -58,6 +58,17 @@ def call_program(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
     start_program(r, ProgramCall("M98", number, 1 if times is None else times), here, column)
 
 
+def call_block(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
+    """M97 Pn Lm (Haas): the subprogram that begins at block N n of this file."""
+    number, times = w.whole("P", column), w.whole("L", column)
+    index = None if number is None else r.text.number(number, here)
+    if index is None:
+        raise BlockFault(column, f"M97 needs P, the number of a block of this program; there is no N{number}")
+    if times != 0:
+        r.push(ActiveCall(r.text, here + 1, "M98", f"N{number}", index, times or 1), None, column)
+        r.enter(r.text, index)
+
+
 class ProgramCall(NamedTuple):
     """What is called: M98 or G65, the number of the program, how often, and its local variables."""
 
@@ -76,14 +87,14 @@ def start_program(r: IsoRunner, call: ProgramCall, here: int, column: int) -> No
     if start is None:
         text, start = r.main, r.main.programs.get(number)
     if start is None:
-        other = r.load([f"O{number:04d}", f"O{number}", f"o{number}", f"{number}", f"{number:04d}"])
+        other = r.load(
+            [f"O{number:04d}", f"O{number}", f"{number}", f"{number:04d}", f"O{number:05d}", f"O{number:08d}"]
+        )
         if other is not None:
             text, start = other, other.programs.get(number, 0)
     if start is None:
-        raise BlockFault(
-            column,
-            f"the subprogram O{number} is neither in this file nor in a file O{number:04d}.nc beside it; add it",
-        )
+        r.missing(f"O{number}", f"O{number:04d}.nc", column)
+        return
     first = start + 1 if text.programs.get(number) == start and not _more_on_line(text, start) else start
     under_way = ActiveCall(r.text, here + 1, call.code, f"O{number}", first, call.times)
     r.push(under_way, call.arguments, column)

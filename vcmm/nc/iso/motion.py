@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.frames import in_plane
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.moves import PLANES, Point
@@ -18,22 +19,44 @@ from vcmm.nc.moves import PLANES, Point
 CENTRE_WORDS = "IJK"
 TINY = 1e-12
 FULL_CIRCLE = 1e-6  # rad: an arc that ends where it begins is a whole turn
+POINTLESS = 20.0  # from here on a number without a point counts increments where all coordinates have one
+CHORD = 0.001  # mm: how far straight lines may lie from the arc that they stand for
 SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding and not worth a remark
 
 
 def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
     """Programmed end point and rotary position from the axis words of a block."""
     p = list(c.p)
+    polar = _polar_words(c, w, p) if c.polar is not None else ()
     for i, axis in enumerate(AXES):
         number = w.take(axis)
-        if number is not None:
+        if number is not None and i not in polar:
             value = length(c, w, axis, number)
             if axis == "X" and c.diametral():
                 value /= 2.0
             p[i] = value if c.absolute else p[i] + value
     if c.language.lathe:
         _increments(c, w, p)
-    return (p[0], p[1], p[2]), _rotary(c, w)
+    return (p[0], p[1], p[2]), turned(c, w)
+
+
+def _polar_words(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, int]:
+    """G16: the first axis of the plane is a radius, the second an angle; with G91 the angle counts on, and a radius is one about
+    where the tool stands (FANUC B-64304EN, "polar coordinate command"). The axes that are settled by it."""
+    first, second, _ = PLANES[c.plane]
+    polar = c.polar
+    assert polar is not None
+    radius, angle = w.take(AXES[first]), w.take(AXES[second])
+    if radius is None and angle is None:
+        return first, second
+    if radius is not None:
+        polar.radius = length(c, w, AXES[first], radius)
+        polar.pole = (0.0, 0.0) if c.absolute else (c.p[first], c.p[second])
+    if angle is not None:
+        polar.angle = math.radians(angle) if c.absolute else polar.angle + math.radians(angle)
+    p[first] = polar.pole[0] + polar.radius * math.cos(polar.angle)
+    p[second] = polar.pole[1] + polar.radius * math.sin(polar.angle)
+    return first, second
 
 
 def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
@@ -48,7 +71,8 @@ def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
         p[i] = c.p[i] + (value / 2.0 if letter == "U" and c.diametral() else value)
 
 
-def _rotary(c: IsoControl, w: IsoWords) -> Point:
+def turned(c: IsoControl, w: IsoWords) -> Point:
+    """The rotary position that a block asks for, rad."""
     if not any(w.has(a) for a in "ABC"):
         return c.rotary
     out = list(c.rotary)
@@ -64,8 +88,13 @@ def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
     """A number of the program in mm, with the decimal point rule of the dialect."""
     word = w.words.get(letter)
     if word is not None and number and not word.pointed and c.language.words == "macro":
+        small = c.language.increment[1 if c.unit > 1.0 else 0]
         if c.language.decimal_point == "increment":
-            return number * c.language.increment[1 if c.unit > 1.0 else 0] * c.unit
+            return number * small * c.unit
+        if c.points_written and abs(number) >= POINTLESS:
+            text = f"increments of {small:g}, as {letter}{word.text}: every coordinate of this program has its point"
+            c.assume("words without a decimal point", text, column=word.first)
+            return number * small * c.unit
         _warn_pointless(c, w, letter, number)
     return number * c.unit
 
@@ -85,6 +114,17 @@ def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
     """G0 or G1."""
     p, rotary = target(c, w)
     c.straight(p, rapid, rotary)
+    corner_words(c, w)
+
+
+def corner_words(c: IsoControl, w: IsoWords) -> None:
+    """,R and ,C: the corner after this move is rounded or cut; R and C alone in the straight cuts of a lathe."""
+    for letter, kind in (("R", "round"), ("C", "chamfer")):
+        for word in (f",{letter}", letter if c.language.lathe and c.motion == "G1" else ""):
+            if word and word in w.values and word not in w.used:
+                size = abs(length(c, w, word, w.take(word) or 0.0))
+                if size:
+                    c.corner(size, kind)
 
 
 def arc_limits(c: IsoControl) -> tuple[float, float, float]:
@@ -116,6 +156,17 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
     radius = w.take("R")
     if radius is not None and any(w.has(k) for k in CENTRE_WORDS) and c.language.words == "o":
         raise BlockFault(w.column("R"), "an arc takes R or a centre (I J K), not both; remove one of them")
+    if (
+        radius is None
+        and not any(w.has(k) for k in CENTRE_WORDS)
+        and c.language.words == "macro"
+        and not c.setup.strict
+    ):
+        c.assume(
+            "an arc without R and centre", "a straight line (FANUC parameter 3403 CIR = 0)", column=c.column
+        )
+        c.straight(p, False, rotary)
+        return
     if radius is not None:
         for k in CENTRE_WORDS:
             w.take(k)
@@ -123,14 +174,51 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
     else:
         centre = _centre_of_words(c, w, ends)
     centre[plane[2]] = start[plane[2]]
-    distance = _arc_length(ends, centre, plane, turns)
-    feed = c.rate(distance, c.feeding((start[0] + p[0]) / 2.0))
-    _check_plane(c)
+    c.arcs_seen = True
+    emit_arc(c, ends, (centre[0], centre[1], centre[2]), turns, rotary)
+    corner_words(c, w)
+
+
+def emit_arc(c: IsoControl, ends: ArcEnds, centre: Point, turns: int, rotary: Point) -> None:
+    """The arc in machine coordinates; a mirror turns its sense round."""
+    kept = in_plane(c.world, c.plane)
+    if kept is None:
+        chords(c, ends, centre, turns)
+        return
+    distance = kept[0] * _arc_length(ends, centre, PLANES[c.plane], turns)
+    feed = c.rate(distance, c.feeding((ends.start[0] + ends.end[0]) / 2.0))
     c.emit(
-        "arc", c.world.apply(ends.end), rotary=rotary, feed=feed, centre=c.world.apply((centre[0], centre[1], centre[2])),
-        turns=turns, clockwise=clockwise,
+        "arc", c.world.apply(ends.end), rotary=rotary, feed=feed, centre=c.world.apply(centre),
+        turns=turns, clockwise=ends.clockwise != kept[1],
     )  # fmt: skip
     c.p = ends.end
+
+
+def chords(c: IsoControl, ends: ArcEnds, centre: Point, turns: int) -> None:
+    """An arc out of the principal planes or scaled differently along its axes, as straight lines within CHORD of it."""
+    first, second, normal = PLANES[c.plane]
+    text = (
+        f"the coordinates are turned about another axis than the normal of the plane {c.plane}, or scaled differently along its "
+        "axes; such arcs are not understood"
+    )
+    c.assume("arcs in a tilted plane", f"straight lines within {CHORD * 1000:g} um", text, matters=False)
+    before = ends.start
+    radius = math.hypot(before[first] - centre[first], before[second] - centre[second])
+    last = math.hypot(ends.end[first] - centre[first], ends.end[second] - centre[second])
+    begin = math.atan2(before[second] - centre[second], before[first] - centre[first])
+    sweep = _sweep(ends, centre, PLANES[c.plane], turns) * (-1.0 if ends.clockwise else 1.0)
+    step = 2.0 * math.acos(max(0.0, 1.0 - CHORD / max(radius, last)))
+    count = max(1, math.ceil(abs(sweep) / step))
+    for k in range(1, count):
+        share, point = k / count, list(ends.end)
+        r, angle = radius + (last - radius) * share, begin + sweep * share
+        point[first], point[second] = (
+            centre[first] + r * math.cos(angle),
+            centre[second] + r * math.sin(angle),
+        )
+        point[normal] = before[normal] + (ends.end[normal] - before[normal]) * share
+        c.straight((point[0], point[1], point[2]), False)
+    c.straight(ends.end, False)
 
 
 def _turns(c: IsoControl, w: IsoWords) -> int:
@@ -155,32 +243,62 @@ def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
         )
     if c.arc_absolute and (given[first] is None or given[second] is None) and c.language.words == "o":
         c.fault("with absolute centres (G90.1) both centre words of the plane are due; add the other")
-    centre = list(ends.start)
-    for i in (first, second):
-        number = given[i]
-        if number is not None:
-            value = length(c, w, CENTRE_WORDS[i], number)
-            if c.arc_absolute:
-                centre[i] = value / 2.0 if i == 0 and c.diametral() and c.language.words == "o" else value
-            else:
-                centre[i] = ends.start[i] + value
+    centre = _centre(c, w, ends, given, c.arc_absolute)
+    if c.language.survey and not c.arcs_seen and not c.arc_absolute and _misfit(c, ends, centre):
+        other = _centre(c, w, ends, given, True)
+        if not _misfit(c, ends, other):
+            c.assume("how I J K count", "from the work zero: they fit no relative centre", column=c.column)
+            c.arc_absolute, centre = True, other
     _check_radii(c, ends, centre)
     return centre
 
 
-def _check_radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> None:
+def _centre(
+    c: IsoControl, w: IsoWords, ends: ArcEnds, given: list[float | None], absolute: bool
+) -> list[float]:
+    """The centre, its words counted from the work zero (absolute) or from the start."""
+    centre = list(ends.start)
+    for i in PLANES[c.plane][:2]:
+        number = given[i]
+        if number is None:
+            continue
+        value = length(c, w, CENTRE_WORDS[i], number)
+        if not absolute:
+            centre[i] = ends.start[i] + value
+        else:
+            centre[i] = value / 2.0 if i == 0 and c.diametral() and c.language.words == "o" else value
+    return centre
+
+
+def _radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> tuple[float, float]:
     first, second, _ = PLANES[c.plane]
     before, p, _, _ = ends
-    r1 = math.hypot(before[first] - centre[first], before[second] - centre[second])
-    r2 = math.hypot(p[first] - centre[first], p[second] - centre[second])
+    return (
+        math.hypot(before[first] - centre[first], before[second] - centre[second]),
+        math.hypot(p[first] - centre[first], p[second] - centre[second]),
+    )
+
+
+def _misfit(c: IsoControl, ends: ArcEnds, centre: list[float]) -> bool:
+    """Whether the radii at start and end differ by more than a control takes."""
+    r1, r2 = _radii(c, ends, centre)
+    never, step, share = arc_limits(c)
+    off = abs(r1 - r2)
+    return min(r1, r2) < TINY or off > never or (off > step and off > share * max(r1, r2))
+
+
+def _check_radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> None:
+    first, second, _ = PLANES[c.plane]
+    r1, r2 = _radii(c, ends, centre)
     if r1 < TINY or r2 < TINY:
         where = "start" if r1 < TINY else "end"
         c.fault(f"the centre of the arc lies on its {where} point: an arc of radius zero; check I J K")
-    never, step, share = arc_limits(c)
+    never, step, _ = arc_limits(c)
     off = abs(r1 - r2)
-    if off > never or (off > step and off > share * max(r1, r2)):
+    if _misfit(c, ends, centre):
         hint = ""
-        if not c.arc_absolute and _fits_absolute(c, ends, centre):
+        absolute = [centre[i] - (ends.start[i] if i in (first, second) else 0.0) for i in range(3)]
+        if not c.arc_absolute and not _misfit(c, ends, absolute):
             hint = '; the words fit an absolute centre: write arc_centre = "absolute" in the set-up file'
         c.fault(
             f"the arc does not fit: radius {r1:.4f} mm at its start, {r2:.4f} mm at its end ({off * 1000:.1f} um apart; "
@@ -193,15 +311,6 @@ def _check_radii(c: IsoControl, ends: ArcEnds, centre: list[float]) -> None:
             c.column,
             every=True,
         )
-
-
-def _fits_absolute(c: IsoControl, ends: ArcEnds, centre: list[float]) -> bool:
-    first, second, _ = PLANES[c.plane]
-    before, p, _, _ = ends
-    a, b = centre[first] - before[first], centre[second] - before[second]
-    r1 = math.hypot(before[first] - a, before[second] - b)
-    r2 = math.hypot(p[first] - a, p[second] - b)
-    return abs(r1 - r2) < arc_limits(c)[1]
 
 
 def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) -> list[float]:
@@ -237,27 +346,21 @@ def _centre_of_radius(c: IsoControl, ends: ArcEnds, radius: float, column: int) 
     return centre
 
 
-def _arc_length(ends: ArcEnds, centre: list[float], plane: tuple[int, int, int], turns: int) -> float:
+def _arc_length(ends: ArcEnds, centre: Point, plane: tuple[int, int, int], turns: int) -> float:
     """Length of the path, mm; equal end points mean a whole turn."""
     first, second, normal = plane
+    radius = math.hypot(ends.start[first] - centre[first], ends.start[second] - centre[second])
+    return math.hypot(radius * _sweep(ends, centre, plane, turns), ends.end[normal] - ends.start[normal])
+
+
+def _sweep(ends: ArcEnds, centre: Point, plane: tuple[int, int, int], turns: int) -> float:
+    """Angle swept, rad, positive."""
+    first, second, _ = plane
     before, p, clockwise, _ = ends
     a = math.atan2(before[second] - centre[second], before[first] - centre[first])
     b = math.atan2(p[second] - centre[second], p[first] - centre[first])
     sweep = (a - b if clockwise else b - a) % (2.0 * math.pi)
-    if sweep < FULL_CIRCLE:
-        sweep += 2.0 * math.pi
-    sweep += 2.0 * math.pi * (turns - 1)
-    radius = math.hypot(before[first] - centre[first], before[second] - centre[second])
-    return math.hypot(radius * sweep, p[normal] - before[normal])
-
-
-def _check_plane(c: IsoControl) -> None:
-    """A rotation must leave the plane of an arc a principal plane."""
-    normal = PLANES[c.plane][2]
-    if abs(c.world.matrix[normal][normal] - 1.0) > TINY:
-        c.fault(
-            f"the coordinates are turned about another axis than the normal of the plane {c.plane}; such arcs are not understood"
-        )
+    return sweep + 2.0 * math.pi * (turns - (sweep >= FULL_CIRCLE))
 
 
 def thread(c: IsoControl, w: IsoWords, lead: float) -> None:

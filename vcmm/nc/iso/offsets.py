@@ -10,8 +10,8 @@ from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.iso.motion import length, target
 from vcmm.nc.moves import ORIGIN, PLANES, Point
-from vcmm.nc.radius import FANUC_B, LINUXCNC, RadiusCompensation
-from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
+from vcmm.nc.recorder import UNMOVED
+from vcmm.nc.setup import Tool
 
 OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 MOST_FURTHER = 300  # G54.1 P1 .. P300
@@ -24,6 +24,13 @@ def select_offset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         if number is None or number > MOST_FURTHER:
             raise BlockFault(column, f"G54.1 needs P1 to P{MOST_FURTHER}, as in G54.1 P3")
         code = further(number)
+    elif code == "G154":  # Haas: G154 P1 is what others call G54.1 P1, G110 the first of it
+        number = w.whole("P", column, 1)
+        if number is None or number > 99:
+            raise BlockFault(column, "G154 needs P1 to P99, as in G154 P3")
+        code = further(number)
+    elif code.startswith("G1"):
+        code = further(int(code[1:]) - 109)
     c.offset = code
     c.rebuild()
 
@@ -36,18 +43,27 @@ def further(number: int) -> str:
 def set_data(c: IsoControl, w: IsoWords, column: int) -> None:
     """G10: L2 and L20 work offsets; L1, L10 to L13 tool data."""
     kind = w.whole("L", column)
-    if kind in (2, 20):
+    if kind == 2 or (kind == 20 and c.language.words == "o"):
         _set_offset(c, w, kind, column)
-    elif kind in (1, 10, 11, 12, 13):
+    elif kind == 20 and c.language.words == "macro" and w.has("P") and not w.has("R"):
+        _set_offset(c, w, 2, column)
+    elif kind in (1, 10, 11, 12, 13) and (w.has("R") or c.language.words == "o"):
         _set_tool(c, w, kind, column)
     else:
         shown = "without L" if kind is None else f"L{kind}"
-        raise BlockFault(column, f"G10 {shown} is not understood; known are L1, L2, L10 to L13 and L20")
+        refusal = f"G10 {shown} is not understood; known are L1, L2, L10 to L13 and L20"
+        c.assume(f"the data of G10 {shown}", "passed over", refusal, column=column)
+        w.used |= set(w.values)
 
 
 def _offset_name(c: IsoControl, w: IsoWords, column: int) -> str:
+    further_ones = w.values.get("L") == 20 and c.language.words == "macro"
     number = w.whole("P", column)
+    if further_ones and number:  # Fanuc, Haas: G10 L20 Pn is G54.1 Pn
+        return further(number)
     most = 9 if c.language.words == "o" else 6
+    if number is None and c.language.survey:
+        number = 0
     if number is None or number > most:
         raise BlockFault(column, f"G10 L2 needs P0 to P{most}; P1 is G54")
     if number == 0:
@@ -184,12 +200,13 @@ def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
 def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G68: turn the programmed points about a centre, in the plane; G69 ends it."""
     if code == "G69":
-        c.turn = None
+        c.turn, c.tilt = None, UNMOVED
     else:
         if c.compensation:
             raise BlockFault(column, "G68 while cutter radius compensation is on; cancel it with G40 before")
         first, second, _ = PLANES[c.plane]
-        angle = w.need("R", "the angle of G68, in degrees, as in G68 X0 Y0 R30", column)
+        letter = "R" if c.language.words == "macro" or w.has("R") else "B"
+        angle = w.need(letter, f"the angle of G68, in degrees, as in G68 X0 Y0 {letter}30", column)
         centre = list(c.p)
         for i in (first, second):
             number = w.take(AXES[i])
@@ -200,129 +217,13 @@ def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     c.rebuild()
 
 
-# -- tools ----------------------------------------------------------------------------------------------------------
-def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None:
-    """The tool of a register; None without a tool table. Raises BlockFault: the table is there and lacks it."""
-    tool = c.tools.get(number)
-    if tool is None and c.tools and number:
-        known = ", ".join(str(n) for n in sorted(c.tools)[:12])
-        raise BlockFault(
-            column,
-            f"tool {number} ({letter}{number}) is not in the set-up file, which has {known}; add [tools.{number}]",
-        )
-    return tool
-
-
-def tool_length(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G43, G44, G43.1, G43.2, G49."""
-    offset = _offset_of(c, w, code, column)
-    follows = c.language.length_follows and w.has("Z")
-    c.tool_offset = offset
-    if not follows:
-        c.locate()
-
-
-def _offset_of(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
-    if code == "G49":
-        return ORIGIN
-    if code == "G43.1":
-        old = list(c.tool_offset)
-        for i, axis in enumerate(AXES):
-            number = w.take(axis)
-            if number is not None:
-                old[i] = number * c.unit
-        return (old[0], old[1], old[2])
-    number = w.whole("H", column)
-    if number is None:
-        number = c.tool if c.language.words == "o" else c.length_word
-    c.length_word = number
-    if number == 0 and c.language.words == "macro":
-        return ORIGIN
-    offset = _register(c, number, column)
-    sign = -1.0 if code == "G44" else 1.0
-    if code == "G43.2":
-        old_offset = c.tool_offset
-        return (old_offset[0] + offset[0], old_offset[1] + offset[1], old_offset[2] + offset[2])
-    return (sign * offset[0], sign * offset[1], sign * offset[2])
-
-
-def _register(c: IsoControl, number: int, column: int) -> Point:
-    if number in c.lengths:
-        return (0.0, 0.0, c.lengths[number])
-    tool = tool_of(c, number, column, "H")
-    if tool is None:
-        if number:
-            c.remark(
-                f"the length of tool {number} is not known and taken as 0 mm; give the tools with --setup",
-                column,
-                "no tools",
-            )
-        return ORIGIN
-    return tool.offset
-
-
-def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G40, G41, G42, G41.1, G42.1: side and radius in force."""
-    if code == "G40":
-        c.compensation = None
-        return
-    if c.compensation is not None and c.language.words == "o":
-        raise BlockFault(column, "cutter radius compensation is on already; end it with G40 before")
-    side = "left" if code.startswith("G41") else "right"
-    if code.endswith(".1"):
-        diameter = w.need("D", f"the diameter of the cutter, as in {code} D10", column)
-        orientation = w.whole("L", column) or 0
-        c.compensation = _compensation(c, side, (diameter * c.unit / 2.0, orientation), column)
-        return
-    number = w.whole("D", column)
-    tool = _radius_of(c, c.tool if number is None else number, column)
-    c.compensation = _compensation(c, side, tool, column)
-
-
-def _compensation(c: IsoControl, side: str, tool: tuple[float, int], column: int) -> RadiusCompensation:
-    """With the way from the centre of the nose to the imaginary tip that the offsets of a turning tool are measured at."""
-    style, tips = (LINUXCNC, LINUXCNC_TIPS) if c.language.words == "o" else (FANUC_B, FANUC_TIPS)
-    radius, orientation = tool
-    if orientation and orientation not in tips:
-        raise BlockFault(column, f"{orientation} is no orientation of a turning tool; they are 0 to 9")
-    nose = ORIGIN
-    if orientation and c.plane == "ZX":
-        x, z = tips[orientation]
-        nose = (x * abs(radius), 0.0, z * abs(radius))
-    return RadiusCompensation(side, radius, style, nose)
-
-
-def _radius_of(c: IsoControl, number: int, column: int) -> tuple[float, int]:
-    """Radius and orientation of a register, else of its tool."""
-    if number in c.radii:
-        return c.radii[number], 0
-    if number == 0 and c.language.words == "macro":
-        return 0.0, 0
-    tool = tool_of(c, number, column, "D")
-    if number == 0 and tool is None:
-        return 0.0, 0
-    if tool is None:
-        raise BlockFault(
-            column,
-            f"cutter radius compensation needs the diameter of tool {number}: name a set-up file with --setup that has "
-            f'[tools.{number}] diameter = "10 mm"',
-        )
-    if tool.radius is None:
-        key, size = ("nose_radius", "0.8 mm") if tool.shape == "turning" else ("diameter", "10 mm")
-        raise BlockFault(
-            column,
-            f'radius compensation needs the {key.replace("_", " ")} of tool {number}: add {key} = "{size}" to [tools.{number}] of the set-up',
-        )
-    return tool.radius, tool.orientation
-
-
 # -- moves in machine coordinates -------------------------------------------------------------------------------------
 def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     """G53: one block whose words are positions of the axes in machine coordinates."""
     rapid = c.motion != "G1" or c.language.words == "macro"
     if c.language.words == "o" and c.motion not in ("G0", "G1"):
         raise BlockFault(column, "G53 needs G0 or G1 in force; write G53 G0 Z0")
-    if not c.absolute and c.language.words == "o":
+    if not c.absolute and not c.language.cycles_apart:
         raise BlockFault(column, "G53 needs absolute coordinates; write G90 before")
     if c.compensation is not None:
         raise BlockFault(column, "G53 while cutter radius compensation is on; cancel it with G40 before")
@@ -358,11 +259,9 @@ def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:
     if second and c.language.words == "macro":
         number = w.whole("P", column)
         if number not in (None, 2):
-            raise BlockFault(
-                column,
-                f"G30 P{number} is not known: the set-up file holds the first and the second reference point only",
-            )
-    everything = not named and not turned and c.language.words == "o"
+            refusal = f"G30 P{number} is not known: the set-up file holds the first and the second reference point only"
+            c.assume(f"the reference point of G30 P{number}", "the second one", refusal, column=column)
+    everything = not named and not turned and c.language.everything_home
     if named or turned:
         p, rotary = target(c, w)
         start, end = c.tip(), c.world.apply(p)

@@ -44,7 +44,15 @@ class ParameterTable:
         if self.macro and (index == 0 or index < 1000):
             return None
         if self.macro:
-            raise BlockFault(0, f"the system variable #{index} is not known to vcmm; replace it by its value")
+            refusal = f"the system variable #{index} is not known to vcmm; replace it by its value"
+            if self.c.setup.strict:
+                raise BlockFault(0, refusal)
+            inputs = 1000 <= index <= 1199
+            self.c.assume(
+                "system variables of the machine",
+                f"#{index} and its like 0" if inputs else f"#{index} and its like vacant",
+            )
+            return 0.0 if inputs else None
         return 0.0
 
     def named(self, name: str) -> float:
@@ -54,10 +62,13 @@ class ParameterTable:
         if name in NAMED:
             return float(NAMED[name](self.c))
         known = [*self.named_locals[-1], *self.named_common, *NAMED]
-        raise BlockFault(
-            0,
-            f"the parameter #<{name}> has no value yet.{did_you_mean(name, known)} Set it before it is used",
+        refusal = (
+            f"the parameter #<{name}> has no value yet.{did_you_mean(name, known)} Set it before it is used"
         )
+        if self.c.setup.strict:
+            raise BlockFault(0, refusal)
+        self.c.assume(f"the value of #<{name}>", "0")
+        return 0.0
 
     def exists(self, name: str) -> bool:
         return name in self.named_common or name in self.named_locals[-1] or name in NAMED
@@ -77,10 +88,14 @@ class ParameterTable:
         if index < 1 or index > 99999:
             raise BlockFault(column, f"parameter #{index} does not exist")
         if index == 3000 and self.macro:
-            raise BlockFault(
-                column,
-                f"the program raises its own alarm #3000 = {value or 0:g} here; see the comment of this line",
+            refusal = (
+                f"the program raises its own alarm #3000 = {value or 0:g} here; see the comment of this line"
             )
+            self.c.assume(
+                f"the alarm #3000 = {value or 0:g}", "the program ends here", refusal, column=column
+            )
+            self.c.ended = True
+            return
         if index == 3006 and self.macro:
             return
         if self._set_offset(index, value or 0.0):
@@ -186,7 +201,7 @@ _MODAL: dict[int, Callable[[IsoControl], float]] = {  # modal information of Fan
     4005: lambda c: float(c.feed_mode[1:]), 4006: lambda c: 20 if c.unit > 1 else 21,
     4007: lambda c: 40 if c.compensation is None else 41 if c.compensation.side == "left" else 42,
     4008: lambda c: 43 if any(c.tool_offset) else 49, 4010: lambda c: float(c.retract[1:]),
-    4014: lambda c: float(c.offset[1:].split()[0]), 4109: lambda c: c.feed or 0.0, 4111: lambda c: c.length_word,
+    4012: lambda c: float(c.offset[1:].split()[0]), 4014: lambda c: float(c.offset[1:].split()[0]), 4109: lambda c: c.feed or 0.0, 4111: lambda c: c.length_word,
     4119: lambda c: c.speed, 4120: lambda c: c.next_tool or c.tool, 4107: lambda c: 0,
 }  # fmt: skip
 

@@ -14,16 +14,18 @@ from typing import Any
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.frames import UNITY
-from vcmm.nc.iso.blocks import IsoBlock
+from vcmm.nc.iso.blocks import IsoBlock, without_comments
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
-from vcmm.nc.iso.flow import IsoRunner, o_word
-from vcmm.nc.iso.macros import call_program, end_program, macro, macro_call, modal_call
+from vcmm.nc.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
+from vcmm.nc.iso.macros import call_block, call_program, end_program, macro, macro_call, modal_call
 from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
-from vcmm.nc.moves import Move, Program, Remark, Source
+from vcmm.nc.iso.turning import turning
+from vcmm.nc.moves import ORIGIN, Move, Program, Remark, Source
+from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace
 from vcmm.nc.tracer import Tracer
@@ -32,6 +34,9 @@ _N = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)"  # no number that could overflow
 _PLAIN = re.compile(
     rf"([ \t]*(?:N\d+[ \t]*)?)(?:G0?([01])[ \t]*)?(?:X({_N})[ \t]*)?(?:Y({_N})[ \t]*)?(?:Z({_N})[ \t]*)?(?:F({_N})[ \t]*)?\Z"
 )
+_MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", re.IGNORECASE)
+_ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
+LEADER = 500  # lines among which the first % is looked for
 _new = tuple.__new__
 
 
@@ -40,10 +45,22 @@ def run(text: str, dialect: str, setup: Setup, name: str, trace: bool) -> Progra
     language = _adapted(G_CODE[dialect], setup)
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
-    runner = IsoRunner(c, attach(c), Text(name, text, language), Path(name).parent)
+    c.points_written = language.survey and not setup.decimal_point and points_written(text)
+    runner = IsoRunner(c, attach(c), Text(name, text, language), folders_of(Path(name), setup.subprograms))
     _blocks(runner)
+    if language.survey and not c.moves:
+        _alone(runner)
     _tool_left_in_the_changer(c)
     return c.program(name)
+
+
+_POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
+
+
+def points_written(text: str) -> bool:
+    """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
+    plain = re.sub(r"\([^)\n]*\)", "", text)
+    return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
 def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
@@ -52,7 +69,7 @@ def _adapted(dialect: Dialect, setup: Setup) -> Dialect:
         dialect = replace(dialect, decimal_point=setup.decimal_point)
     if setup.arc_centre:
         dialect = replace(dialect, arc_centre=setup.arc_centre)
-    return dialect
+    return dialect if setup.strict else replace(dialect, survey=True)
 
 
 def _tool_left_in_the_changer(c: IsoControl) -> None:
@@ -66,8 +83,14 @@ def _tool_left_in_the_changer(c: IsoControl) -> None:
 
 def _blocks(r: IsoRunner) -> None:
     """Run until the program ends. Every complaint gets its file and line here."""
-    c = r.c
     started = _leading_percent(r)
+    r.fragment = r.c.language.survey and r.c.language.words == "macro" and not _ENDING.search(r.main.whole)
+    _loop(r, started)
+    _text_after_end(r)
+
+
+def _loop(r: IsoRunner, started: bool) -> None:
+    c = r.c
     try:
         while not c.ended:
             if r.at >= len(r.text.lines):
@@ -80,21 +103,51 @@ def _blocks(r: IsoRunner) -> None:
             index = r.at
             r.at += 1
             c.source = Source(index + 1, 1, 1)
-            _execute(r, r.text.block(index), index)
+            block = r.text.block(index)
+            try:
+                _execute(r, block, index)
+            except BlockFault as fault:
+                if not r.fragment:
+                    raise
+                raise Unfinished(fault.text) from None
     except BlockFault as fault:
         raise ProgramFault(c.file, c.line, max(fault.column, 1), fault.text) from None
-    _text_after_end(r)
+    except Unfinished as end:
+        c.assume("the rest of a subprogram on its own", f"not read, its arguments are missing: {end}")
+        c.ended = True
+
+
+def _alone(r: IsoRunner) -> None:
+    """Subprograms that nobody calls, where the text has nothing else: each is read as if called without arguments."""
+    subs = {label: words[0][0] for label, words in r.main.o_words.items() if words[0][1] == "sub"}
+    called = {label for label, words in r.main.o_words.items() if any(kind == "call" for _, kind in words)}
+    r.fragment = True
+    for label, start in subs.items():
+        if label in called:
+            continue
+        r.calls.clear()
+        r.c.ended, r.c.source = False, Source(start + 1, 1, 1)
+        r.c.assume(f"the call of o<{label}>, a subprogram on its own", "one without arguments: they are 0")
+        r.push(ActiveCall(r.main, len(r.main.lines), "o", f"o<{label}>", start + 1), {}, 1)
+        r.enter(r.main, start + 1)
+        _loop(r, False)
 
 
 def _leading_percent(r: IsoRunner) -> bool:
-    """Whether the program begins with %; blank lines before it do not count."""
-    for index, line in enumerate(r.text.lines):
-        if line.strip():
-            if line.strip().startswith("%"):
-                r.at = index + 1
-                return True
+    """Whether the program begins with %; what stands before it is a leader that no control reads, unless it holds blocks."""
+    first = next((i for i, line in enumerate(r.text.lines) if line.strip()), None)
+    if first is None:
+        raise ProgramFault(r.c.file, 1, 1, "the program is empty; name the right file")
+    for index in range(first, min(len(r.text.lines), first + LEADER)):
+        line = r.text.lines[index].strip()
+        if line.startswith("%"):
+            r.at = index + 1
+            return True
+        if _MOVING.match(
+            without_comments(line, r.text.dialect) if "(" in line and r.c.language.survey else line
+        ):
             return False
-    raise ProgramFault(r.c.file, 1, 1, "the program is empty; name the right file")
+    return False
 
 
 def _end_of_text(r: IsoRunner, started: bool) -> None:
@@ -109,8 +162,10 @@ def _end_of_text(r: IsoRunner, started: bool) -> None:
         raise BlockFault(1, f"the text ends inside the subprogram {call.label}; add {end}")
     what = "a second %" if started else "M2 or M30"
     if c.language.needs_end:
-        raise BlockFault(1, f"the program has no end: {what} is missing; add M2 as the last line")
-    c.remark("the program has no end (M30); it is taken to end with the text")
+        refusal = f"the program has no end: {what} is missing; add M2 as the last line"
+        c.assume("the end of the program (M2)", "the end of the text", refusal, column=1, matters=False)
+    else:
+        c.remark("the program has no end (M30); it is taken to end with the text")
     c.ended = True
 
 
@@ -129,6 +184,9 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
         c.ended = not r.calls or r.text is r.main
         return
     if block.deleted and c.setup.block_delete:
+        return
+    if block.beside:
+        c.remark(f"{block.beside}: no axis moves; it is passed over", 1, block.beside)
         return
     r.executed(index, index + 1)
     if c.tracer is not None:
@@ -154,19 +212,23 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
 
 def _program_number(r: IsoRunner, block: IsoBlock, index: int) -> None:
     """An O number between programs: the one before has no end."""
-    flow = block.flow
+    flow, c = block.flow, r.c
     assert flow is not None
-    if (
-        r.c.moves
-        and r.text is r.main
-        and r.text.programs.get(int(str(flow.label))) == index
-        and not r.calls
-        and r.c.language.words == "macro"
-    ):
-        raise BlockFault(
-            flow.column,
-            f"program O{flow.label} begins here, but the one before has no end; add M30 or M99 before it",
+    starts = r.text is r.main and r.text.programs.get(int(str(flow.label))) == index
+    if not (c.moves and starts and not r.calls and c.language.words == "macro"):
+        return
+    refusal = f"program O{flow.label} begins here, but the one before has no end; add M30 or M99 before it"
+    if min(r.text.programs.values()) < index:
+        c.assume(
+            f"the end of the program before O{flow.label}", "where that begins", refusal, column=flow.column
         )
+        c.ended = True
+        return
+    c.assume(f"lines before O{flow.label}", "no part of the program", refusal, column=flow.column)
+    c.moves.clear()
+    c.sides.clear()
+    c.q = ORIGIN
+    c.locate()
 
 
 def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
@@ -178,17 +240,30 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
         macro_call(r, w, index)
         return
     call = w.m.get("call")
+    if "turning" in w.g:
+        w.used |= set("PQUWRXYZVIKDAE")
     if call is not None:
         w.used |= {"P", "L"}
     execute(c, w)
     if c.tracer is not None and before is not None and len(c.moves) > made:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
-    if call == 98:
+    if "turning" in w.g:
+        turning(r, w, index, lambda at: _run_line(r, at))
+    if call in (98, 198):
         call_program(r, w, index, w.m_columns["call"])
+    elif call == 97:
+        call_block(r, w, index, w.m_columns["call"])
     elif call == 99:
         end_program(r, w, w.m_columns["call"], index)
     elif r.modal_macro is not None and len(c.moves) > made:
         modal_call(r, index)
+
+
+def _run_line(r: IsoRunner, index: int) -> None:
+    """One line of the text, out of its turn."""
+    r.at = index + 1
+    r.c.source = Source(index + 1, 1, 1)
+    _execute(r, r.text.block(index), index)
 
 
 # -- plain lines ----------------------------------------------------------------------------------------------------------
@@ -217,7 +292,7 @@ def _plain_lines(r: IsoRunner) -> None:
         if f is not None:
             if not float(f) >= 0.0:
                 break
-            c.feed = float(f)
+            c.feed = c.turning_feed = float(f)
             line_tail = _tails(c)[1]
         if g is not None:
             rapid = g == "0"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
@@ -15,7 +14,6 @@ _O_WORD = re.compile(
 )
 _N_WORD = re.compile(r"[ \t]*/?\d?[ \t]*N[ \t]*(\d+)", re.IGNORECASE)
 _LOOP = re.compile(r"(?:^|[^A-Z])(DO|END)[ \t]*([123])", re.IGNORECASE)
-SUFFIXES = ("", ".ngc", ".nc", ".NGC", ".NC", ".txt", ".tap")
 
 
 class Text:
@@ -23,7 +21,7 @@ class Text:
 
     def __init__(self, name: str, text: str, dialect: Dialect) -> None:
         self.name, self.dialect = name, dialect
-        self.lines = split_lines(text)
+        self.whole, self.lines = text, split_lines(text)
         self._blocks: dict[int, IsoBlock] = {}
         self.runs: dict[int, int] = {}  # line -> how often it has been executed
         self.o_words: dict[str, list[tuple[int, str]]] = {}  # label -> (index of the line, keyword)
@@ -102,16 +100,3 @@ class Text:
                 for match in _LOOP.finditer(plain):
                     self._loops.append((i, match[1].upper(), match[2]))
         return self._loops
-
-
-def find_file(folder: Path | None, names: list[str]) -> Path | None:
-    """A subprogram in a file of its own beside the program."""
-    if folder is None:
-        return None
-    for name in names:
-        if re.fullmatch(r"[\w.-]+", name):
-            for suffix in SUFFIXES:
-                path = folder / f"{name}{suffix}"
-                if path.is_file():
-                    return path
-    return None

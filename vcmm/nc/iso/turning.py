@@ -1,0 +1,228 @@
+"""Turning cycles along a programmed contour: G71 and G72 (roughing), G73 (pattern), G70 (finishing); one block or two.
+
+Source: FANUC Series 30i operator's manual for lathes B-64304EN-1, "multiple repetitive cycle"; Haas lathe operator's manual for
+the form in one block. X here is a radius, machine coordinates, mm. Passes are type I: each cuts up to where it first meets the
+contour; the contour itself, with the allowance, is followed at the end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import fields
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+from vcmm.nc.faults import BlockFault
+from vcmm.nc.iso.codes import IsoWords
+from vcmm.nc.iso.control import IsoControl
+from vcmm.nc.iso.grooving import GROOVING, to_tip
+from vcmm.nc.iso.motion import length
+from vcmm.nc.moves import Move
+from vcmm.nc.rounding import round_corners
+
+if TYPE_CHECKING:
+    from vcmm.nc.iso.flow import IsoRunner
+
+TOLD = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
+MOST_PASSES = 100_000
+CHORD = 0.001  # mm, of arcs where passes meet them; the contour itself keeps its arcs
+Flat = tuple[float, float]  # X (radius), Z
+Section = list[Flat]
+
+
+class Rough(NamedTuple):
+    """Depth of a pass, retraction (radii), allowances in X (radius) and Z, mm."""
+
+    depth: float
+    escape: float
+    x: float
+    z: float
+
+
+def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
+    """A block with G70 to G76. run: executes one line of the text."""
+    c, code, column = r.c, w.g["turning"], w.g_columns["turning"]
+    c.column, c.marker = column, code
+    if code in GROOVING:
+        GROOVING[code](c, w)
+    else:
+        _contour_cycle(r, w, code, here, run)
+    c.marker = ""
+
+
+def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callable[[int], None]) -> None:
+    c, column = r.c, w.g_columns["turning"]
+    if not (w.has("P") and w.has("Q")):  # the first of two blocks
+        c.turning_words = {k: _value(c, w, k) for k in "UWRD" if w.has(k)}
+        if code == "G73":
+            c.turning_words["count"] = w.take("R") or 1.0
+        return
+    first, last = (_line(r, w, k, here, column) for k in "PQ")
+    if last < first:
+        raise BlockFault(column, f"{code}: the block of Q stands before that of P; correct them")
+    kept, c.turning_words = c.turning_words, {}
+    if code == "G70":
+        _finish(r, first, last, run)
+        return
+    rough = _rough(c, w, code, kept)
+    start, moves = (c.tip()[0], c.tip()[2]), _contour(r, first, last, run)
+    if len(moves) < 2:
+        raise BlockFault(column, f"{code}: the blocks of P to Q make no contour; correct them")
+    if code == "G73":
+        _pattern(c, w, moves, rough, kept)
+    else:
+        _passes(c, moves, rough, "XZ" if code == "G71" else "ZX")
+    to_tip(c, start, True)
+    r.at = last + 1
+
+
+def _value(c: IsoControl, w: IsoWords, letter: str) -> float:
+    return length(c, w, letter, w.take(letter) or 0.0)
+
+
+def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int:
+    number = w.whole(letter, column)
+    index = None if number is None else r.text.number(number, here)
+    if index is None:
+        raise BlockFault(w.column(letter), f"{letter}{number}: this program has no block N{number}")
+    return index
+
+
+def _rough(c: IsoControl, w: IsoWords, code: str, kept: dict[str, float]) -> Rough:
+    """Two blocks: depth and retraction stand in the first (G72: W), U and W of the second are allowances. One: D is the depth."""
+    depth = kept.get("W" if code == "G72" else "U", 0.0)
+    if w.has("D"):
+        depth = _value(c, w, "D")
+    if code == "G73":
+        depth = 1.0
+    if depth <= 0:
+        raise BlockFault(
+            w.g_columns["turning"], f"{code} has no depth of cut; add {code} U2. R1. before it, or D in it"
+        )
+    return Rough(depth, kept.get("R", 0.0), _value(c, w, "U") / 2.0, _value(c, w, "W"))
+
+
+def _contour(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> list[Move]:
+    """The moves of the blocks first to last, as programmed; nothing of the state is changed by them."""
+    c = r.c
+    kept = {f.name: getattr(c, f.name) for f in fields(c) if f.name not in TOLD}
+    c.moves, c.sides, c.corners, c.markers, c.tracer = [], [], [], [], None
+    c.cycle, c.mirrors = dict(c.cycle), dict(c.mirrors)
+    _run(r, first, last, run)
+    moves, _ = round_corners(c.moves, [None] * len(c.moves), c.corners, c.file)
+    for name, value in kept.items():
+        setattr(c, name, value)
+    return [m for m in moves if m.kind in ("rapid", "line", "arc")]
+
+
+def _run(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> None:
+    for index in range(first, last + 1):
+        run(index)
+        if r.at != index + 1:
+            raise BlockFault(1, "jumps and calls inside the blocks of a turning cycle are not understood")
+
+
+def _finish(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> None:
+    """G70: the contour with its own feeds, and back to where it began."""
+    c, back = r.c, r.at
+    start = (c.tip()[0], c.tip()[2])
+    _run(r, first, last, run)
+    c.compensation = None
+    to_tip(c, start, True)
+    r.at = back if first < back else last + 1
+
+
+# -- roughing ---------------------------------------------------------------------------------------------------------
+def _passes(c: IsoControl, moves: list[Move], rough: Rough, order: str) -> None:
+    """Cuts along the second axis of `order`, one below the other in the first; then the contour with its allowance."""
+    a, b = (0, 1) if order == "XZ" else (1, 0)  # of Flat: across, along
+    entry = moves[0].kind == "rapid"
+    start = (c.tip()[0] + rough.x, c.tip()[2] + rough.z)
+    path = _section(moves[1:], rough)
+    goal, level = path[0][a], start[a]
+    down = 1.0 if goal > level else -1.0
+    along = 1.0 if path[-1][b] > start[b] else -1.0
+    if abs(goal - level) / rough.depth > MOST_PASSES:
+        raise BlockFault(c.column, f"more than {MOST_PASSES} passes; make the depth of cut larger")
+    to_tip(c, start, True)
+    while (goal - (level + down * rough.depth)) * down > 1e-9:
+        level += down * rough.depth
+        end = _meeting(path, a, b, level, down)
+        out = (level - down * rough.escape, end - along * min(rough.escape, abs(end - start[b])))
+        to_tip(c, _flat(a, level, start[b]), entry)
+        to_tip(c, _flat(a, level, end), False)
+        to_tip(c, _flat(a, *out), False)
+        to_tip(c, _flat(a, out[0], start[b]), True)
+    to_tip(c, path[0], entry)
+    _follow(c, moves[1:], rough.x, rough.z)
+
+
+def _flat(a: int, across: float, along: float) -> Flat:
+    return (across, along) if a == 0 else (along, across)
+
+
+def _meeting(path: Section, a: int, b: int, level: float, down: float) -> float:
+    """Where a pass at `level` first meets the contour; its end where it never does."""
+    for p, q in pairwise(path):
+        u, v = (p[a] - level) * down, (q[a] - level) * down
+        if u >= 0.0 and v < 0.0:
+            return p[b] + (q[b] - p[b]) * u / (u - v)
+    return path[-1][b]
+
+
+def _section(moves: list[Move], rough: Rough) -> Section:
+    """The contour with its allowance as a chain of points, arcs within CHORD."""
+    out: Section = [(moves[0].start[0] + rough.x, moves[0].start[2] + rough.z)]
+    for move in moves:
+        for x, z in _points(move):
+            out.append((x + rough.x, z + rough.z))
+    return out
+
+
+def _points(move: Move) -> Section:
+    end = (move.end[0], move.end[2])
+    if move.centre is None:
+        return [end]
+    cx, cz = move.centre[0], move.centre[2]
+    radius = math.hypot(move.start[0] - cx, move.start[2] - cz)
+    first = math.atan2(move.start[0] - cx, move.start[2] - cz)  # plane ZX: Z is its first axis
+    last = math.atan2(end[0] - cx, end[1] - cz)
+    sweep = (first - last if move.clockwise else last - first) % (2.0 * math.pi) or 2.0 * math.pi
+    count = max(1, math.ceil(sweep / (2.0 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))))
+    step = (-sweep if move.clockwise else sweep) / count
+    inner = [
+        (cx + radius * math.sin(first + k * step), cz + radius * math.cos(first + k * step))
+        for k in range(1, count)
+    ]
+    return [*inner, end]
+
+
+def _follow(c: IsoControl, moves: list[Move], x: float, z: float) -> None:
+    """The contour moved by (x, z), at the feed of the cycle."""
+    for move in moves:
+        end = (move.end[0] + x, c.tip()[1], move.end[2] + z)
+        if move.centre is None:
+            to_tip(c, (end[0], end[2]), move.kind == "rapid")
+            continue
+        centre = (move.centre[0] + x, c.tip()[1], move.centre[2] + z)
+        feed = c.rate(math.dist(c.tip(), end), c.feeding((c.tip()[0] + end[0]) / 2.0 - c.world.shift[0]))
+        c.emit("arc", end, feed=feed, plane="ZX", centre=centre, clockwise=move.clockwise, turns=move.turns)
+        c.locate()
+
+
+def _pattern(c: IsoControl, w: IsoWords, moves: list[Move], rough: Rough, kept: dict[str, float]) -> None:
+    """G73: the whole contour, moved nearer from pass to pass. U and W of the first block (I and K in one) are the way, R (D) the
+    number of passes."""
+    way_x = kept["U"] if "U" in kept else (_value(c, w, "I") if w.has("I") else 0.0)
+    way_z = kept["W"] if "W" in kept else (_value(c, w, "K") if w.has("K") else 0.0)
+    count = max(1, round(kept.get("count") or w.take("D") or 1.0))
+    if count > MOST_PASSES:
+        raise BlockFault(c.column, f"more than {MOST_PASSES} passes; correct R")
+    for k in range(count):
+        share = 0.0 if count == 1 else 1.0 - k / (count - 1)
+        x, z = rough.x + way_x * share, rough.z + way_z * share
+        to_tip(c, (moves[1].start[0] + x, moves[1].start[2] + z), moves[0].kind == "rapid")
+        _follow(c, moves[1:], x, z)
+        if k < count - 1:
+            to_tip(c, (c.tip()[0] + way_x * share, c.tip()[2] + way_z * share), True)

@@ -1,0 +1,53 @@
+"""Two levels of reading: strict refuses what a program lacks, survey takes what the machine would have in its memory, and says so.
+
+A reader calls `Recorder.assume` wherever a program leaves open what tool table, work offsets, caller or builder of the machine
+would settle. What is wrong in itself (a malformed word, an impossible arc) is a fault on both levels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from vcmm.core.errors import DataError
+
+
+class SetupEntry(NamedTuple):
+    """A number that the set-up file can give: table "tools.3", key "diameter", example '"10 mm"' (as TOML writes it)."""
+
+    table: str
+    key: str
+    example: str
+
+    def __str__(self) -> str:
+        where = f"[{self.table}] " if self.table else ""
+        return f"{where}{self.key} = {self.example}"
+
+
+class Assumed(NamedTuple):
+    """What was taken for granted: line of the program, what it is, the value taken.
+
+    blank: how the set-up file gives it, None where it cannot. matters: whether the path of the tool depends on it.
+    """
+
+    line: int
+    what: str
+    value: str
+    blank: SetupEntry | None = None
+    matters: bool = True
+
+
+def demand(assumed: Iterable[Assumed], name: str, job: str) -> None:
+    """Refuses to go on with a path that depends on what was assumed. Raises DataError, one sentence for each missing number.
+
+    name: of the program, for messages; job: who asks, as in "cut".
+    """
+    missing = [a for a in assumed if a.matters]
+    if missing:
+        raise DataError([f"{name}:{a.line}:1: {job} needs {a.what}: {_how(a)}" for a in missing])
+
+
+def _how(a: Assumed) -> str:
+    if a.blank is not None:
+        return f"write {a.blank} in the set-up file (vcmm nc --write-setup writes it with blanks)"
+    return f"a survey takes {a.value}, which is not enough here; put it into the program, or add the file that has it"

@@ -1,0 +1,47 @@
+"""Subprograms in files of their own: where they are looked for, and what they may be called."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+ENDINGS = (
+    "",
+    ".ngc",
+    ".nc",
+    ".txt",
+    ".tap",
+    ".cnc",
+    ".eia",
+    ".prg",
+    ".sub",
+    ".mpf",
+    ".spf",
+    ".h",
+    ".min",
+    ".ssb",
+    ".gcode",
+)
+BESIDE = ("", "sub", "subs", "subprograms", "subroutines", "macros", "nc_subroutines")
+
+
+def folders_of(program: Path, further: Iterable[Path] = ()) -> list[Path]:
+    """Where subprograms of a program are looked for: beside it, in the usual folders beside it, then in those of the set-up."""
+    beside = [program.parent / name if name else program.parent for name in BESIDE]
+    return [f for f in (*beside, *further) if f.is_dir()]
+
+
+def find_file(folders: Sequence[Path], names: Sequence[str]) -> Path | None:
+    """The first file of one of these names, whatever its case and with any of ENDINGS; None where there is none."""
+    for folder in folders:
+        there = _listing(folder)
+        for name in names:
+            for ending in ENDINGS:
+                found = there.get(f"{name}{ending}".lower())
+                if found is not None:
+                    return found
+    return None
+
+
+def _listing(folder: Path) -> dict[str, Path]:
+    return {p.name.lower(): p for p in sorted(folder.iterdir()) if p.is_file()}
