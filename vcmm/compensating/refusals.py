@@ -80,6 +80,9 @@ def _errors_table(path: Path | None) -> str | None:
     return None if not isinstance(table, dict) else str(table.get("state", ""))
 
 
+HEIGHTS_MOVE = ("CYCLE81", "CYCLE82", "CYCLE83", "CYCL DEF 200")  # holes that drilled.py knows how to shift
+
+
 def check_program(program: Program, machine: Machine, setup: Setup, name: str) -> None:
     """Work offsets, tools, rotary axes, words and blocks that cannot be rewritten."""
     check_moves([t.contour for t in program.traces], machine, setup, name)
@@ -126,6 +129,10 @@ def _check_rewritable(trace: Trace, name: str, at: str) -> None:
         )
     if any(k in trace.words for k in "UVW"):
         raise DataError(f"{at}: increments by U, V or W are not rewritten; use X, Y and Z with G91")
+    if trace.cycle.startswith("CYC") and trace.cycle not in HEIGHTS_MOVE:
+        raise DataError(
+            f"{at}: the cycle {trace.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
+        )
     if trace.cycle == "G76" and trace.contour.kind == "thread":
         raise DataError(
             f"{at}: the threading cycle G76 is not rewritten; write its passes as single G33 moves"

@@ -233,7 +233,7 @@ class Recorder(ModalState):
         """Arc in the plane to a programmed point; start and end within 1e-9 mm in the plane are a full circle."""
         plane = plane or self.plane
         one, two, normal = PLANES[plane]
-        self._check_radii(plane, end, centre)
+        self.check_radii(plane, end, centre)
         kept = in_plane(self.world, plane)
         if kept is None:
             self.fault(
@@ -251,7 +251,7 @@ class Recorder(ModalState):
         self.emit("arc", target, feed=feed, plane=plane, centre=middle, clockwise=clockwise, turns=turns)
         self.p = end
 
-    def _check_radii(self, plane: str, end: Point, centre: Point) -> None:
+    def check_radii(self, plane: str, end: Point, centre: Point) -> None:
         one, two, _ = PLANES[plane]
         r1 = math.hypot(self.p[one] - centre[one], self.p[two] - centre[two])
         r2 = math.hypot(end[one] - centre[one], end[two] - centre[two])

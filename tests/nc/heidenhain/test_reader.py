@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from tests.nc.heidenhain.klartext import check, ends, moves, sample
+from tests.nc.heidenhain.klartext import SETUP, check, ends, moves, sample
 from vcmm.core.errors import DataError
 from vcmm.nc.heidenhain.reader import read
 from vcmm.nc.setup import Setup
@@ -43,10 +44,11 @@ def test_end_of_program():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("PLANE SPATIAL SPA+0 SPB+45 SPC+0", "part.h:2:1: PLANE is not understood"),
+        ("PLANE SPATIAL SPA+0 SPB+45 SPC+0", "PLANE and cycle 19 hang on the kinematics"),
         ("1 L X+1 FMAX M128", "part.h:2:14: M128 is not understood"),
-        ("CYCL DEF 251 RECTANGULAR POCKET", "part.h:2:10: CYCL DEF 251"),
-        ("CALL PGM OTHER.H", "CALL PGM is not understood"),
+        ("CYCL DEF 262 THREAD MILLING", "part.h:2:10: Cycle 262 is not understood"),
+        ("CYCL DEF 251 RECTANGULAR POCKET", "part.h:2:10: cycle 251 has no Q218"),
+        ("CALL PGM OTHER.H", "CALL PGM OTHER.H: there is no such file"),
         ("FN 18: SYSREAD Q1 = ID50 NR3 IDX1", "ID50 NR3 IDX1 is known to the machine only"),
         ("FN 14: ERROR = 1000", "FN 14 is not understood"),
         ("L X+1", "part.h:2:1: no feed"),
@@ -93,3 +95,69 @@ def test_the_program_ends_where_it_says(end):
 
 def test_a_stop_without_an_end_goes_on():
     assert [m.end[0] for m in moves("L X+10 F100\nSTOP M5\nL X+99\nSTOP\nL X+0")] == [10, 99, 0]
+
+
+def survey(text):
+    program = read(f"BEGIN PGM T MM\n{text}\nEND PGM T MM\n", "part.h", replace(SETUP, strict=False))
+    return program, {a.what: (a.line, a.value) for a in program.assumed}
+
+
+def test_structure_lines_and_long_comments_are_no_blocks():
+    """TNC 640, "Structuring programs": `* - text`; a comment block goes on with ~ up to the next block number."""
+    check("1 * - MILL X+99\n* - DRILL\n2 ;a long~\n comment about L X+5~\n the rest\n3 L X+1 FMAX", (1, 0, 0))
+    check("5 ;ends here~\n6 L X+2 FMAX", (2, 0, 0))
+
+
+def test_a_survey_names_what_only_the_machine_knows_once():
+    program, told = survey(
+        'TCH PROBE 421 MEASURE HOLE\nQ5 = Q150 + 2\nL X+Q5 FMAX\nL X+Q5 Y+Q150 FMAX\nFN 16: F-PRINT A / B\nSEL TABLE "X"'
+    )
+    assert [m.end for m in program.moves] == [(2, 0, 0), (2, 0, 0)]
+    assert list(told) == ["TCH PROBE 421", "the value of Q150", "FN 16: F-PRINT", "SEL TABLE"]
+    assert told["the value of Q150"] == (3, "0")
+
+
+def test_a_position_without_l_is_read_as_one():
+    program, told = survey("Z+5 FMAX\nX+10 F200")
+    assert [m.end for m in program.moves] == [(0, 0, 5), (10, 0, 5)]
+    assert "a position without L" in told
+    with pytest.raises(DataError, match="without L before it"):
+        moves("Z+5 FMAX")
+
+
+def test_missing_programs_cycles_and_free_contours_are_holes():
+    program, told = survey(
+        "CALL PGM TNC:\\\\X\\\\SUB.H\nFL X+5\nCYCL DEF 262 THREAD\nL X+3 FMAX M99\nL X+4 FMAX M99"
+    )
+    hole = "a hole in the path: its moves are missing"
+    assert told == {
+        "the program SUB.H": (2, hole),
+        "the free contour (FK: FL, FC ...)": (3, hole),
+        "cycle 262": (5, hole),
+    }
+    assert [m.end[0] for m in program.moves] == [3, 4]
+
+
+def test_a_program_beside_is_called_with_the_parameters(tmp_path):
+    (tmp_path / "SUB.H").write_text("BEGIN PGM SUB MM\nL X+Q1 FMAX\nQ1 = Q1 + 1\nEND PGM SUB MM\n")
+    main = "BEGIN PGM T MM\nQ1 = 5\nCALL PGM sub\nCYCL DEF 12.0 PGM CALL\nCYCL DEF 12.1 PGM SUB.H\nL Y+2 FMAX M99\nEND PGM T MM\n"
+    (tmp_path / "T.H").write_text(main)
+    program = read(main, str(tmp_path / "T.H"), replace(SETUP, strict=False))
+    assert [m.end for m in program.moves] == [(5, 0, 0), (5, 2, 0), (6, 2, 0)]
+    (tmp_path / "SUB.H").write_text("CALL PGM SUB\n")
+    with pytest.raises(DataError, match=r"does SUB(\.H)? call itself"):
+        read(main, str(tmp_path / "T.H"), SETUP)
+
+
+def test_an_arc_whose_start_nobody_knows_is_told():
+    program, told = survey("CC X+0 Y+0\nL Y+0 F100\nC DR+\nL Y-10")
+    assert [m.kind for m in program.moves] == ["line", "line", "line"]
+    assert "the start position, from which an arc is programmed" in told
+    with pytest.raises(DataError, match="radius zero"):  # both axes are known here: it is the program's fault
+        survey("CC X+0 Y+0\nL X+0 Y+0 F100\nC DR+")
+
+
+def test_fn_14_ends_the_program():
+    program, told = survey("L X+1 FMAX\nFN 14: ERROR = 1000\nL X+2 FMAX")
+    assert len(program.moves) == 1
+    assert told["an error that the program raises itself (FN 14)"][1] == "the program ends there"

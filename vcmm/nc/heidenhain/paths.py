@@ -6,111 +6,24 @@ Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Programming con
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
+from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.heidenhain.approach import KINDS, Approach, Said, depart, resolve
-from vcmm.nc.heidenhain.cycles import KlartextCycles
+from vcmm.nc.heidenhain.technology import KlartextTechnology
 from vcmm.nc.heidenhain.text import KlartextReader
 from vcmm.nc.heidenhain.words import AXES, ROTARY, KlartextWords, read_words
+from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Move, Point
-from vcmm.nc.offsetting import Vec, planar
-from vcmm.nc.radius import HEIDENHAIN
-from vcmm.nc.recorder import Recorder, Sides, radius_centre
-from vcmm.nc.setup import Tool
+from vcmm.nc.offsetting import planar
+from vcmm.nc.recorder import Sides, radius_centre
 
-IDLE_M = (0, 1, 2, 6, 7, 8, 9, 30, 10, 11, 19, 25, 26, 27, 40, 41, 42, 43)
-PATH_M = (
-    90,
-    92,
-    94,
-    97,
-    98,
-    101,
-    107,
-    108,
-    109,
-    110,
-    111,
-    116,
-    118,
-    120,
-    126,
-    127,
-    128,
-    129,
-    130,
-    136,
-    137,
-    138,
-    140,
-    144,
-)
 POLAR = ("PR", "PA", "IPR", "IPA")
 
 
 @dataclass(eq=False)
-class KlartextPaths:
+class KlartextPaths(KlartextTechnology):
     """State of the path functions."""
-
-    r: Recorder
-    cycles: KlartextCycles
-    pole: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    tangent: Vec | None = None  # direction of the last element at its end, as programmed
-    last_rapid: bool = False
-    modal_call: bool = False
-    auto_feed: float | None = None
-    extra_radius: float = 0.0
-    said: list[Said] = field(default_factory=list)
-    defined: dict[int, Tool] = field(default_factory=dict)  # by TOOL DEF
-
-    # -- what precedes a motion --
-    def technology(self, words: KlartextWords) -> bool:
-        """Feed, side and M functions that act before the motion. True where the motion is at rapid."""
-        if words.feed_kind == "AUTO":
-            if self.auto_feed is None:
-                self.r.fault("F AUTO takes the feed of TOOL CALL, which has none; add F there")
-            self.r.feed, self.r.feed_mode = self.auto_feed, "G94"
-        elif words.feed is not None:
-            self.r.feed, self.r.feed_mode = (
-                self.feed_of(words.feed, words.feed_kind),
-                "G95" if words.feed_kind == "FU" else "G94",
-            )
-        if words.sided:
-            self.r.compensate(words.side, HEIDENHAIN, self.extra_radius)
-        for m in words.m:
-            if m in (3, 4, 13, 14):
-                self.r.sense = 1 if m in (3, 13) else -1
-            elif m in (5, 89, 91, 99, *IDLE_M):
-                continue
-            elif m in PATH_M:
-                self.r.fault(
-                    f"M{m} is not understood; it may change the path or the feed, remove it or program what it does",
-                    words.columns[f"M{m}"],
-                )
-            else:
-                self.r.remark(
-                    f"M{m} belongs to the machine builder; it is taken to move nothing",
-                    words.columns[f"M{m}"],
-                )
-        return words.rapid
-
-    def feed_of(self, value: float, kind: str) -> float:
-        """mm/min or mm per turn. In INCH programs F counts 0.1 inch/min, FU inch per turn."""
-        if self.r.unit > 1.0 and kind == "F":
-            self.r.remark("F in an INCH program is read as 0.1 inch/min, as TNC controls do")
-        return value * ((2.54 if kind == "F" else 25.4) if self.r.unit > 1.0 else 1.0)
-
-    def after(self, words: KlartextWords) -> bool:
-        """M functions that act after the motion. True at the end of the program."""
-        if 89 in words.m:
-            self.modal_call = True
-        if 99 in words.m or (self.modal_call and 89 not in words.m and words.has_moved):
-            self.cycles.call()
-        if 99 in words.m:
-            self.modal_call = False
-        if 5 in words.m:
-            self.r.sense = 0
-        return 2 in words.m or 30 in words.m
 
     # -- end points --
     def target(self, words: KlartextWords) -> Point:
@@ -119,6 +32,7 @@ class KlartextPaths:
             absolute, relative = words.take(name), words.take(f"I{name}")
             if absolute is not None:
                 point[k] = absolute * self.r.unit
+                self.known.add(k)
             if relative is not None:
                 point[k] = self.r.p[k] + relative * self.r.unit
         return _three(point)
@@ -129,9 +43,13 @@ class KlartextPaths:
         angles = list(self.r.rotary)
         for k, name in enumerate(ROTARY):
             absolute, relative = words.take(name), words.take(f"I{name}")
-            angles[k] = (
-                math.radians(absolute) if absolute is not None else angles[k] + math.radians(relative or 0.0)
-            )
+            if absolute is not None:
+                turn = math.radians(absolute)
+                if self.shortest:  # M126: the shorter way round, half a turn at most
+                    turn = angles[k] + math.remainder(turn - angles[k], 2.0 * math.pi)
+                angles[k] = turn
+            elif relative is not None:
+                angles[k] += math.radians(relative)
         return _three(angles)
 
     def polar(self, words: KlartextWords) -> tuple[Point, float]:
@@ -160,8 +78,10 @@ class KlartextPaths:
         """L."""
         words = read_words(reader, ())
         rapid = self.technology(words)
-        if 91 in words.m:
+        if 91 in words.m or 92 in words.m:
             self.machine_move(words, rapid)
+        elif words.away is not None:
+            self.retract(words.away, rapid)
         elif words.has(*AXES, *ROTARY, *(f"I{a}" for a in (*AXES, *ROTARY))):
             turned = self.turning(words)
             self.line(self.target(words), rapid, turned)
@@ -181,17 +101,52 @@ class KlartextPaths:
         self.tangent = (a / length, b / length) if length > 1e-9 else self.tangent
 
     def machine_move(self, words: KlartextWords, rapid: bool) -> None:
-        """M91: coordinates of the axes; the tool length is not counted."""
-        q = list(self.r.q)
+        """M91: coordinates of the axes; the tool length is not counted. Increments count from the last position given with M91,
+        where there is none from where the axes are."""
+        q, turned = list(self.r.q), self.turning(words)
         for k, name in enumerate(AXES):
-            value = words.take(name)
-            if value is not None:
-                q[k] = value * self.r.unit
-            if words.has(f"I{name}"):
-                self.r.fault("M91 takes absolute coordinates; write the machine position")
+            absolute, relative = words.take(name), words.take(f"I{name}")
+            if relative is not None:
+                q[k] = self.machine.get(k, q[k]) + relative * self.r.unit
+            if absolute is not None:
+                q[k] = absolute * self.r.unit
+            if absolute is not None or relative is not None:
+                self.machine[k] = q[k]
         o = self.r.tool_offset
-        self.r.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid)
+        self.r.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid, turned)
         self.last_rapid = rapid
+
+    def retract(self, away: float, rapid: bool) -> None:
+        """M140 MB: back along the axis of the tool; MB MAX to the end of travel, which is taken at the reference point."""
+        axis, r = self.r.tool_axis, self.r
+        if math.isfinite(away):
+            point = list(r.p)
+            point[axis] += away * r.unit
+            self.line(_three(point), rapid)
+            return
+        r.assume(
+            "M140 MB MAX (out to the end of travel)", f"to the reference point, {r.setup.reference[axis]:g} mm",
+            "M140 is not understood; it may change the path or the feed, remove it or program what it does",
+            blank=SetupEntry("", "reference", '["0 mm", "0 mm", "0 mm"]'),
+        )  # fmt: skip
+        tip = list(r.tip())
+        tip[axis] = r.setup.reference[axis] - r.tool_offset[axis]
+        r.to_machine(_three(tip), True)
+
+    def normal_line(self, reader: KlartextReader) -> bool:
+        """LN: a point with the normal of the surface (NX NY NZ) and the direction of the tool (TX TY TZ)."""
+        vectors = tuple(f"{v}{a}" for v in "NT" for a in AXES)
+        words = read_words(reader, vectors)
+        self.r.assume(
+            "3-D compensation and tool directions (LN)", "the points as programmed, the rotary axes as they are", "LN is not understood; program the points with L"
+        )  # fmt: skip
+        for name in vectors:
+            words.take(name)
+        rapid = self.technology(words)
+        if words.has(*AXES, *ROTARY):
+            turned = self.turning(words)
+            self.line(self.target(words), rapid, turned)
+        return self.after(words)
 
     def polar_line(self, reader: KlartextReader) -> bool:
         """LP."""
@@ -205,7 +160,12 @@ class KlartextPaths:
         """C CR CT CP CTP."""
         words = read_words(reader, POLAR if name in ("CP", "CTP") else ("R",) if name == "CR" else ())
         if self.technology(words):
-            self.r.fault(f"{name} at FMAX is not understood; give it a feed")
+            self.r.assume(
+                "the feed of an arc at FMAX",
+                "not known; its time is not counted",
+                f"{name} at FMAX is not understood; give it a feed",
+            )
+            self.r.feed = None
         if words.clockwise is None and name in ("C", "CR", "CP"):
             self.r.fault(f"{name} needs the sense of rotation; add DR+ or DR-")
         clockwise, turns = bool(words.clockwise), 1
@@ -231,9 +191,23 @@ class KlartextPaths:
         one, two, _ = PLANES[self.r.plane]
         a, b = end[one] - centre[one], end[two] - centre[two]
         length = math.hypot(a, b) or 1.0
-        self.r.arc(end, centre, clockwise, turns)
+        if self.unfitting(end, centre):
+            self.line(end, False)
+            return
+        arc_or_chords(self.r, end, centre, clockwise, turns)
         self.tangent = (b / length, -a / length) if clockwise else (-b / length, a / length)
         self.last_rapid = False
+
+    def unfitting(self, end: Point, centre: Point) -> bool:
+        """An arc that cannot fit because nobody knows where the tool stood before the program: told, and made a line."""
+        one, two, _ = PLANES[self.r.plane]
+        if {one, two} <= self.known or self.r.setup.strict:
+            return False
+        first, last = (math.hypot(p[one] - centre[one], p[two] - centre[two]) for p in (self.r.p, end))
+        if min(first, last) > 1e-9 and abs(first - last) <= max(0.01, 0.001 * first):
+            return False
+        self.r.assume("the start position, from which an arc is programmed", "the arc is left out")
+        return True
 
     def tangential(self, end: Point) -> tuple[Point, bool]:
         """Centre of the arc that leaves along the last direction t: k n with k = |d|^2 / (2 n.d), n left of t."""

@@ -5,19 +5,24 @@ Source: HEIDENHAIN, TNC 640 User's Manual Klartext Programming, "Subprograms and
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from vcmm.core.errors import choose_from
+from vcmm.nc.beside import file_beside
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.heidenhain.cycles import KlartextCycles
+from vcmm.nc.heidenhain.features import function, transform
+from vcmm.nc.heidenhain.parameters import KlartextParameters
 from vcmm.nc.heidenhain.paths import KlartextPaths
+from vcmm.nc.heidenhain.patterns import Spot, pattern_points
+from vcmm.nc.heidenhain.planes import plane
 from vcmm.nc.heidenhain.text import KlartextBlock, KlartextReader, blocks_of, tokenize
 from vcmm.nc.heidenhain.tools import call_tool, define_tool
 from vcmm.nc.heidenhain.traces import cuts_of, words_of
 from vcmm.nc.heidenhain.words import read_words
-from vcmm.nc.moves import Program, Source
+from vcmm.nc.moves import PLANES, Program, Source
+from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
@@ -26,16 +31,18 @@ from vcmm.nc.tracer import Tracer, lines_with_ends
 __all__ = ["read", "tokenize"]
 LONGEST = 5_000_000  # blocks executed before a program counts as endless
 DEEPEST = 19  # nested subprograms, as on the control
-CONDITIONS: dict[str, Callable[[float, float], bool]] = {
-    "EQU": lambda a, b: math.isclose(a, b, rel_tol=1e-12, abs_tol=1e-12),
-    "NE": lambda a, b: not math.isclose(a, b, rel_tol=1e-12, abs_tol=1e-12),
-    "GT": lambda a, b: a > b,
-    "LT": lambda a, b: a < b,
-}
+PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
+FREE = ("FL", "FC", "FLT", "FCT", "FPOL", "FSELECT")
+NAMED = {  # blocks that move nothing here, and whether the path hangs on them
+    "SEL": True, "OPEN": False, "CLOSE": False, "CONTOUR": True, "DECLARE": True, "PRESET": True, "SQL": True, "LOAD": False, "DEFINE": False,
+    "TRANSFER": False, "POLARKIN": True, "TABDATA": True, "MONITORING": False, "SECTION": False, "OCM": True, "DIALOG": False, "TURNDATA": True,
+    "AFC": False,
+}  # fmt: skip
+HOLE = "a hole in the path: its moves are missing"
 
 
 def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
-    """The moves of a program. `file` is its name for messages.
+    """The moves of a program. `file` is its name for messages; programs that it calls stand beside it.
 
     Raises ProgramFault (file, line, column, reason, fix) for what cannot be understood, and ModelLimit for a contour that
     the tool cannot follow.
@@ -45,41 +52,49 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
         recorder.tracer = Tracer([line for line, _ in lines_with_ends(text)])
     paths = KlartextPaths(recorder, KlartextCycles(recorder))
     recorder.finishes.append(paths.finish)
-    _Runner(recorder, paths, blocks_of(text)).run()
-    return recorder.program()
+    _Runner(recorder, paths, blocks_of(text), KlartextParameters(recorder)).run()
+    return recorder.program(file)
 
 
 @dataclass(eq=False)
 class _Runner:
+    """One program under way; those that it calls have runners of their own."""
+
     recorder: Recorder
     paths: KlartextPaths
     lines: list[KlartextBlock]
-    parameters: dict[str, float] = field(default_factory=dict)
+    parameters: KlartextParameters
+    depth: int = 0
     labels: dict[str, int] = field(default_factory=dict)
     returns: list[int] = field(default_factory=list)
     left: dict[int, int] = field(default_factory=dict)  # repetitions left, by block
     at: int = 0
+    executed: int = 0
     pole: dict[str, WordAt] = field(default_factory=dict)  # words of the CC in force, where traces are kept
+    spots: list[Spot] = field(default_factory=list)  # of PATTERN DEF
 
-    def run(self) -> None:
+    def run(self) -> bool:
+        """True where M2 or M30 has ended it."""
         self.find_labels()
-        executed = 0
+        self.paths.cycles.program = self.program
         while self.at < len(self.lines):
             line = self.lines[self.at]
             self.recorder.source = Source(line.number, line.first, line.last)
-            executed += 1
-            if executed > LONGEST:
+            self.executed += 1
+            if self.executed > LONGEST:
                 self.recorder.fault(
                     f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its jumps"
                 )
             self.at += 1
             try:
-                if self.traced(KlartextReader(line.tokens, self.parameters, self.unset), line):
-                    return
+                reader = KlartextReader(line.tokens, self.parameters.values, self.parameters.unset)
+                if self.traced(reader, line):
+                    return True
             except BlockFault as fault:
                 raise ProgramFault(
                     self.recorder.file, line.number, max(fault.column, 1), fault.text
                 ) from None
+        return False
 
     def traced(self, reader: KlartextReader, line: KlartextBlock) -> bool:
         """One block, and what is noted of it."""
@@ -97,9 +112,6 @@ class _Runner:
         tracer.note(self.recorder, made, before, {**words, **self.pole}, BlockPlace(file, line.number, call))
         return over
 
-    def unset(self, name: str) -> None:
-        self.recorder.remark(f"{name} is used before it is set; 0 is taken")
-
     def find_labels(self) -> None:
         for k, line in enumerate(self.lines):
             words = [t.text.upper() for t in line.tokens]
@@ -116,9 +128,12 @@ class _Runner:
 
     def block(self, reader: KlartextReader) -> bool:
         """One block. True at the end of the program."""
+        if reader.accept("/") and self.recorder.setup.block_delete:
+            reader.rest()
+            return False
         word, paths = reader.upper(), self.paths
         if reader.is_parameter():
-            self.assign(reader)
+            self.parameters.assign(reader)
             return False
         if word in ("C", "CR", "CT", "CP", "CTP"):
             reader.at += 1
@@ -127,17 +142,55 @@ class _Runner:
             "L": paths.straight, "LP": paths.polar_line, "CC": paths.set_pole, "APPR": paths.approach, "DEP": paths.departure,
             "RND": lambda r: paths.corner(r, "round"), "CHF": lambda r: paths.corner(r, "chamfer"), "BEGIN": self.begin, "END": self.end,
             "BLK": self.blank, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
-            "CYCLE": self.cycle, "STOP": self.stop,
+            "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "PLANE": lambda r: plane(paths.cycles.frames, r),
+            "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
+            "QS": self.parameters.text, "ERROR": self.parameters.text,
         }  # fmt: skip
         if word in simple:
-            reader.at += 1
+            reader.at += word != "QS"
             over = bool(simple[word](reader))
             if not reader.done:
                 raise reader.fault(f'"{reader.upper()}" cannot be understood behind {word}; remove it')
             return over
-        if word == "M":
+        if word in PARAXIAL:
+            return self.paraxial(reader)
+        if word in ("M", "F", "FMAX", "FAUTO", "RL", "RR"):
             return self.functions(reader)
+        if word in FREE or word in NAMED:
+            return self.strange(reader, word)
         return self.unknown(reader, [*simple, "C", "CR", "CT", "CP", "CTP", "Q"])
+
+    def strange(self, reader: KlartextReader, word: str) -> bool:
+        """Blocks that are named and passed over."""
+        column, matters = reader.column, NAMED.get(word, True)
+        what = "the free contour (FK: FL, FC ...)" if word in FREE else f"{word} {reader.upper(1)}".strip()
+        value = HOLE if word in FREE else "passed over"
+        refusal = f"{word} is not understood; rewrite the block with L, C, CR"
+        self.recorder.assume(what, value, refusal, column=column, matters=matters)
+        reader.rest()
+        return False
+
+    def paraxial(self, reader: KlartextReader) -> bool:
+        """X+10 R+ F200: positioning by an axis key. More than one axis needs L."""
+        self.recorder.assume(
+            "a position without L", "read as a straight line (L)",
+            f"{reader.upper()} is not understood without L before it; write L {reader.upper()} ...",
+        )  # fmt: skip
+        return self.paths.straight(reader)
+
+    def probe(self, reader: KlartextReader) -> None:
+        """TCH PROBE: what it finds is the machine's."""
+        reader.accept("PROBE")
+        number = reader.upper()
+        reader.rest()
+        self.recorder.assume(
+            f"TCH PROBE {number}", "passed over: nothing is probed, its results are 0", f"TCH PROBE {number} is not understood; take it out"
+        )  # fmt: skip
+
+    def pattern(self, reader: KlartextReader) -> None:
+        """PATTERN DEF."""
+        reader.expect("DEF", "after PATTERN")
+        self.spots = pattern_points(reader)
 
     def unknown(self, reader: KlartextReader, known: list[str]) -> bool:
         token = reader.peek()
@@ -187,13 +240,31 @@ class _Runner:
         if reader.upper(-1) == "CYCLE":
             self.recorder.remark("CYCLE is read as CYCL")
         if reader.accept("DEF"):
-            self.paths.cycles.define(reader, self.parameters)
+            self.paths.cycles.auto_feed = self.paths.auto_feed
+            self.paths.cycles.define(reader, self.parameters.values)
         elif reader.accept("CALL"):
-            words = read_words(reader, ())
-            self.paths.technology(words)
-            self.paths.cycles.call()
+            self.cycle_call(reader)
         else:
-            raise reader.fault("CYCL is followed by DEF or CALL (without POS or PAT)")
+            raise reader.fault("CYCL is followed by DEF or CALL")
+
+    def cycle_call(self, reader: KlartextReader) -> None:
+        """CYCL CALL, CYCL CALL POS X Y Z, CYCL CALL PAT F."""
+        paths, kind = self.paths, reader.upper()
+        reader.at += kind in ("POS", "PAT")
+        words = read_words(reader, ())
+        rapid = paths.technology(words)
+        if kind == "PAT" and not self.spots:
+            paths.r.assume("the points of CYCL CALL PAT", HOLE, "CYCL CALL PAT needs PATTERN DEF before it")
+        elif kind == "PAT":
+            for x, y, z in self.spots:
+                unit = paths.r.unit
+                paths.cycles.call_at(x * unit, y * unit, z * unit, rapid or words.feed is None)
+        elif kind == "POS":
+            point = paths.target(words)
+            one, two, normal = PLANES[paths.r.plane]
+            paths.cycles.call_at(point[one], point[two], point[normal], rapid)
+        else:
+            paths.cycles.call()
 
     # -- labels --
     def name(self, reader: KlartextReader) -> str:
@@ -219,6 +290,9 @@ class _Runner:
     def call(self, reader: KlartextReader) -> None:
         """CALL LBL n [REP m]: a subprogram, or a repetition of the blocks between label and call."""
         here = self.at - 1
+        if reader.accept("PGM") or reader.upper() == "SELECTED":
+            self.program(reader.rest())
+            return
         if not reader.accept("LBL"):
             raise reader.fault(
                 f"CALL {reader.upper()} is not understood; put the called program into this file as LBL ... LBL 0"
@@ -238,94 +312,34 @@ class _Runner:
         self.returns.append(self.at)
         self.at = target
 
-    # -- Q parameters --
-    def assign(self, reader: KlartextReader) -> None:
-        """Q1 = formula."""
-        name = reader.parameter()
-        reader.expect("=", f"after {name}")
-        self.parameters[name] = reader.formula()
-        if not reader.done:
-            raise reader.fault(f'"{reader.upper()}" cannot be understood in a formula')
+    def program(self, name: str) -> None:
+        """CALL PGM: a program beside this one, with the parameters as they are."""
+        base = name.strip().strip('"').replace("\\", "/").split("/")[-1].split(":")[-1] or "?"
+        path = file_beside(self.recorder.file, [base, f"{base}.H"])
+        if path is None:
+            self.recorder.assume(
+                f"the program {base}", HOLE, f"CALL PGM {base}: there is no such file beside the program; put it there, or into "
+                "this file as LBL ... LBL 0",
+            )  # fmt: skip
+            return
+        if self.depth >= DEEPEST:
+            self.recorder.fault(f"programs are nested deeper than {DEEPEST}; does {base} call itself?")
+        file, source = self.recorder.file, self.recorder.source
+        self.recorder.file = str(path)
+        blocks = blocks_of(read_bytes(path))
+        _Runner(self.recorder, self.paths, blocks, self.parameters, self.depth + 1).run()
+        self.recorder.file, self.recorder.source = file, source
+        self.paths.cycles.program = self.program
 
-    def function(self, reader: KlartextReader) -> None:
-        """FN 0 to FN 13, FN 18 for the present position."""
+    def function(self, reader: KlartextReader) -> bool:
+        """FN 0 to FN 38; FN 9 to FN 12 jump."""
         column = reader.column
         code = round(reader.value("FN"))
         reader.expect(":", f"after FN {code}")
-        if 9 <= code <= 12:
-            self.jump(reader)
-        elif code == 18:
-            self.system_data(reader, column)
-        elif code in (0, 1, 2, 3, 4, 5, 6, 7, 8, 13):
-            self.calculate(reader, code)
-        else:
-            raise reader.fault(f"FN {code} is not understood; use a formula (Q1 = ...) or remove it", column)
-
-    def calculate(self, reader: KlartextReader, code: int) -> None:
-        name = reader.parameter()
-        reader.expect("=", f"after {name}")
-        bracketed = reader.upper() == "("
-        first = reader.single() if bracketed else self.operand(reader, code)
-        if code in (0, 5, 6, 7):
-            value = {
-                0: lambda x: x,
-                5: math.sqrt,
-                6: lambda x: math.sin(math.radians(x)),
-                7: lambda x: math.cos(math.radians(x)),
-            }[code](first)
-        else:
-            word = {1: "+", 2: "-", 3: "*", 4: "DIV", 8: "LEN", 13: "ANG"}[code]
-            if not (reader.accept(word) or (code == 4 and reader.accept("/"))):
-                raise reader.fault(f'"{word}" is due between the two values of FN {code}')
-            second = reader.value("FN")
-            if code == 4 and second == 0.0:
-                raise reader.fault("division by zero; check the parameters used here")
-            value = _two(code, first, second)
-        self.parameters[name] = float(value)
-
-    def operand(self, reader: KlartextReader, code: int) -> float:
-        for word in {5: ("SQRT",), 6: ("SIN",), 7: ("COS",)}.get(code, ()):
-            reader.accept(word)
-        value = reader.value("FN")
-        if code == 5 and value < 0:
-            raise reader.fault(f"SQRT {value:g} has no real value; check the parameters")
-        return value
-
-    def jump(self, reader: KlartextReader) -> None:
-        """IF a EQU | NE | GT | LT b GOTO LBL n."""
-        reader.expect("IF", "in a jump, as in FN 9: IF +Q1 EQU +5 GOTO LBL 2")
-        first = reader.value("IF")
-        word = reader.upper()
-        if word not in CONDITIONS:
-            raise reader.fault(f"a condition is due here.{choose_from(word, CONDITIONS)}")
-        reader.at += 1
-        second = reader.value("IF")
-        reader.expect("GOTO", "after the condition")
-        reader.expect("LBL", "after GOTO")
+        if not 9 <= code <= 12:
+            return self.parameters.function(reader, code, column)
+        kept = self.parameters.condition(reader)
         target = self.find(reader)
-        if CONDITIONS[word](first, second):
+        if kept:
             self.at = target
-
-    def system_data(self, reader: KlartextReader, column: int) -> None:
-        """FN 18: SYSREAD Q1 = ID270 NR1 IDX1: the present position; nothing else is known before the machine runs."""
-        reader.expect("SYSREAD", "after FN 18:")
-        name = reader.parameter()
-        reader.expect("=", f"after {name}")
-        given: dict[str, int] = {}
-        for word in ("ID", "NR", "IDX"):
-            reader.expect(word, "of SYSREAD, as in ID270 NR1 IDX3")
-            given[word] = round(reader.value(word))
-        if given["ID"] != 270 or given["NR"] != 1 or given["IDX"] not in (1, 2, 3):
-            raise reader.fault(
-                f"SYSREAD ID{given['ID']} NR{given['NR']} IDX{given['IDX']} is known to the machine only; set {name} in the program instead",
-                column,
-            )
-        self.parameters[name] = self.recorder.p[given["IDX"] - 1] / self.recorder.unit
-
-
-def _two(code: int, a: float, b: float) -> float:
-    if code == 8:
-        return math.hypot(a, b)
-    if code == 13:
-        return math.degrees(math.atan2(a, b)) % 360.0
-    return {1: a + b, 2: a - b, 3: a * b}[code] if code != 4 else a / b
+        return False

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from vcmm.core.errors import choose_from
@@ -40,6 +41,9 @@ _TOKEN = re.compile(
 )
 
 
+_GLUED = re.compile(r"([A-Za-z]+?)(Q[LRS]?)\Z", re.IGNORECASE)
+
+
 class KlartextBlock(NamedTuple):
     """A block: its tokens without blanks, comments and block number; where it stands."""
 
@@ -55,25 +59,68 @@ def tokenize(text: str) -> Iterator[Token]:
 
 
 def blocks_of(text: str) -> list[KlartextBlock]:
-    """The blocks; a line that ends with ~ goes on in the next one."""
+    """The blocks; a line that ends with ~ goes on in the next one.
+
+    A block of nothing but a comment goes on as a comment (to the next block number), and `* -` heads a line of structure,
+    which is text: TNC 640 User's Manual Klartext Programming, "Entering comments", "Structuring programs".
+    """
     blocks: list[KlartextBlock] = []
     row: list[Token] = []
-    goes_on = False
-    for token in [*tokenize(text), Token("end", "", 0, 0)]:
-        if token.kind == "end":
-            if not goes_on and row:
-                blocks.append(_line(row))
-                row = []
-            goes_on = False
-        elif token.kind == "comment":
-            goes_on = token.text.rstrip().endswith("~")
-        elif token.text == "~":
-            goes_on = True
-        elif token.kind != "space":
-            row.append(token)
+    goes_on = remark = False
+    for line in _token_lines(text):
+        kept = [t for t in line if t.kind not in ("space", "comment")]
+        continued = remark and not (kept and kept[0].kind == "number")
+        remark = False
+        if not row and (continued or _is_structure(kept)):
+            remark = continued and _goes_on(line)
+            continue
+        goes_on = _goes_on(line)
+        row += _pieces([t for t in kept if t.text != "~"])
+        if goes_on and all(t.kind == "number" for t in row):
+            row, remark = [], True
+        elif not goes_on and row:
+            blocks.append(_line(row))
+            row = []
     if row:
         blocks.append(_line(row))
     return [line for line in blocks if line.tokens]  # not: a block number with nothing but a comment
+
+
+def _token_lines(text: str) -> Iterator[list[Token]]:
+    """The tokens of each line without its end."""
+    line: list[Token] = []
+    for token in tokenize(text):
+        if token.kind == "end":
+            yield line
+            line = []
+        else:
+            line.append(token)
+    yield line
+
+
+def _is_structure(row: Sequence[Token]) -> bool:
+    """`* - FINISHING`, behind its block number or without one."""
+    first = row[1:2] if row and row[0].kind == "number" else row[:1]
+    return bool(first) and first[0].text == "*"
+
+
+def _goes_on(line: Sequence[Token]) -> bool:
+    """Whether the block has not ended with this line: ~ as its last sign, behind a comment or not."""
+    last = next((t for t in reversed(line) if t.kind != "space"), None)
+    return last is not None and last.text.rstrip().endswith("~")
+
+
+def _pieces(row: Sequence[Token]) -> Iterator[Token]:
+    """XQ1 is X and Q1, IDXQ1 is IDX and Q1: an address whose value is a parameter needs no blank."""
+    for here, then in pairwise([*row, Token("end", "", 0, 0)]):
+        touching = then.kind == "number" and then.column == here.column + len(here.text)
+        match = _GLUED.match(here.text) if here.kind == "name" and touching else None
+        if match is None:
+            yield here
+            continue
+        cut = match.end(1)
+        yield here._replace(text=here.text[:cut])
+        yield here._replace(text=here.text[cut:], column=here.column + cut)
 
 
 def _line(row: list[Token]) -> KlartextBlock:
@@ -114,7 +161,7 @@ class KlartextReader(ExpressionReader):
     grammar = GRAMMAR
 
     def __init__(
-        self, tokens: Sequence[Token], parameters: Mapping[str, float], unset: Callable[[str], None]
+        self, tokens: Sequence[Token], parameters: Mapping[str, float], unset: Callable[[str], float | None]
     ) -> None:
         super().__init__(tokens)
         self.parameters, self.unset = parameters, unset
@@ -168,8 +215,8 @@ class KlartextReader(ExpressionReader):
 
     def read(self, name: str) -> float:
         if name not in self.parameters:
-            self.unset(name)
-        return self.parameters.get(name, 0.0)
+            return self.unset(name) or 0.0
+        return self.parameters[name]
 
     # -- formulas --
     def formula(self) -> float:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
+from vcmm.nc.heidenhain.codes import PARAMETERS
 from vcmm.nc.heidenhain.text import KlartextReader
 
-AXES, ROTARY = "XYZ", "ABC"
+AXES, ROTARY, BESIDE = "XYZ", "ABC", "UVW"  # BESIDE: axes that no machine here has
 SIDES = {"R0": None, "RL": "left", "RR": "right"}
 
 
@@ -24,6 +26,7 @@ class KlartextWords:
     feed_kind: str = ""
     m: list[int] = field(default_factory=list)
     has_moved: bool = False
+    away: float | None = None  # M140 MB: as programmed, infinite for MAX
 
     def has(self, *names: str) -> bool:
         return any(n in self.values for n in names)
@@ -35,7 +38,8 @@ class KlartextWords:
 def read_words(reader: KlartextReader, addresses: tuple[str, ...], bare: str = "") -> KlartextWords:
     """All words to the end of the block. addresses: besides axes; bare: the address that a plain number stands for."""
     words = KlartextWords()
-    names = (*AXES, *ROTARY, *(f"I{a}" for a in (*AXES, *ROTARY)), *addresses)
+    axes = (*AXES, *ROTARY, *BESIDE)
+    names = (*axes, *(f"I{a}" for a in axes), *addresses)
     while not reader.done:
         name, column = reader.upper(), reader.column
         token = reader.peek()
@@ -94,8 +98,24 @@ def _modal(reader: KlartextReader, words: KlartextWords, name: str) -> bool:
         reader.at += 1
         words.m.append(round(reader.value("M")))
         words.columns[f"M{words.m[-1]}"] = column
+        _parameters(reader, words, words.m[-1])
         return True
     return False
+
+
+def _parameters(reader: KlartextReader, words: KlartextWords, m: int) -> None:
+    """Words that belong to an M function: M128 F1000 is no feed of the contour, M118 X1 no coordinate."""
+    while reader.upper() in PARAMETERS.get(m, ()) or (m in (128, 140) and reader.upper() == "FMAX"):
+        name = reader.upper()
+        reader.at += 1
+        if name == "FMAX" or reader.accept("MAX"):
+            value = math.inf
+        else:
+            value = reader.value(name)
+        if name == "MB":
+            words.away = value
+        elif m == 140:
+            words.rapid, words.feed, words.feed_kind = value == math.inf, value, "F"
 
 
 def _oversize(reader: KlartextReader) -> bool:
@@ -105,10 +125,6 @@ def _oversize(reader: KlartextReader) -> bool:
 
 
 def _feed(reader: KlartextReader, words: KlartextWords, name: str) -> None:
-    if name == "FZ":
-        raise reader.fault(
-            "FZ (feed per tooth) is not understood; the number of teeth is not known here, write F in mm/min"
-        )
     reader.at += 1
     if name == "FAUTO" or (name == "F" and reader.accept("AUTO")):
         words.feed_kind = "AUTO"
