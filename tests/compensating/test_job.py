@@ -10,8 +10,10 @@ import pytest
 
 from tests.compensating.mill import SETUP, body, mill, rough, run, scale
 from vcmm.core.machine import Machine
+from vcmm.effects.component import ComponentTable
 from vcmm.effects.squareness import Squareness
 from vcmm.nc.interpret import interpret
+from vcmm.nc.setup import Tool
 
 HEAD = "%\nO1\nG21 G90 G54\n"
 
@@ -166,6 +168,76 @@ def test_radius_compensation_stays_on(tmp_path):
     assert found.after.largest < 1.7e-3 < found.before.largest
     assert "G41 D1" in found.text
     assert "G40" in found.text
+
+
+def bowed(component: str) -> ComponentTable:
+    """A component that is a parabola over its axis: 0 at 150 mm, 5.65 um at 0 and at 300 mm."""
+    grid = np.linspace(-500.0, 500.0, 101)
+    return ComponentTable(component, (component[-1],), (grid,), 5.65e-3 * ((grid - 150.0) / 150.0) ** 2)
+
+
+BOWED = (bowed("EYX"), bowed("EXY"))
+POCKET = (
+    "T1 M6\nG0 X80. Y80. Z0\nG41 D1 G1 X80. Y0 F500\nX300.\nY300.\nX0\nY0\nX80.\nG40 G1 X80. Y80.\nM30\n%\n"
+)
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "linuxcnc"])
+def test_a_compensated_contour_with_inside_corners_is_split(tmp_path, dialect):
+    """Sides of 300 mm bent by 5.65 um; the last piece before a corner must be longer than the tool's radius of 20 mm."""
+    setup = replace(SETUP, dialect=dialect, tools={1: Tool(1, 0.0, 40.0)})
+    found = run(tmp_path, HEAD + POCKET, mill(*BOWED), setup, decimals=4)
+    assert found.before.largest == pytest.approx(5.65e-3, rel=0.2)
+    assert found.blocks.added >= 4
+    assert found.met
+    assert not any("cannot follow blocks" in w for w in found.warnings)
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "linuxcnc"])
+def test_a_plunge_in_a_compensated_contour_stays_in_its_place(tmp_path, dialect):
+    """A step of 1 um in X would be an element of the contour: the tool of radius 5 mm would go round it, 7.07 mm off."""
+    text = HEAD + (
+        "T1 M6\nG0 X-20. Y-20. Z5.\nG41 D1 G1 X0 Y-10. F500\nG1 Z-2. F100\nY300. F500\nX300.\nY0\nX-10.\n"
+        "G0 Z5.\nG40 G0 X-20. Y-20.\nM30\n%\n"
+    )
+    found = run(tmp_path, text, mill(*BOWED), replace(SETUP, dialect=dialect))
+    assert found.after.largest < 1.8e-3
+    assert "G1 Z-2. F100" in found.text
+
+
+def test_the_way_into_compensation_is_no_piece_of_a_contour(tmp_path):
+    """G41 in a block of its own: the next block leads to the parallel, over its whole length. Split, it would end 3 mm off."""
+    text = HEAD + (
+        "T1 M6\nG0 X-20. Y-20. Z0\nG1 X0 Y-10. F500\nG41 D1\nY300.\nX300.\nY0\nX-10.\nG40\nG0 X-20. Y-20.\nM30\n%\n"
+    )
+    found = run(tmp_path, text, mill(*BOWED), replace(SETUP, dialect="linuxcnc"))
+    assert "Y300.000\n" in found.text or "Y300.\n" in found.text
+    assert found.after.largest < 8e-3
+    assert any("compensation starts or ends in this block" in w for w in found.warnings)
+
+
+def test_a_retract_is_corrected_in_all_axes(tmp_path):
+    """Z out of square by 80 urad, 50 mm up: the way out would lead 4 um aside, through the wall that was just cut."""
+    text = HEAD + "G0 X10. Y0 Z5.\nG1 Z-10. F200\nG0 Z40.\nG0 X50.\nM30\n%\n"
+    lines = body(run(tmp_path, text, mill(Squareness("B0Z", 80e-6))))
+    # 80e-6 x Z: -0.8 um at -10 mm, so X + 0.001; 3.2 um at 40 mm, so X - 0.003
+    assert lines[-4:-2] == ["G0 X9.997 Z40.\n", "G0 X49.997\n"]
+
+
+def test_x_and_y_of_an_offset_come_from_the_tool_that_set_it(tmp_path):
+    """Tools of 120 and 200 mm under a head tilted by 100 urad: the second cuts 80 mm x 100 urad = 8 um aside."""
+    tools = {1: Tool(1, 120.0, 10.0), 2: Tool(2, 200.0, 10.0)}
+    grid = np.array([-1e4, 1e4])
+    head = mill(ComponentTable("EBZ", ("Z",), (grid,), np.full(2, 100e-6)))
+    text = HEAD + "".join(
+        f"T{n} M6\nG0 X{x}. Y0\nG43 H{n} Z5.\nG1 Z-5. F200\nG0 Z50.\n" for n, x in ((1, 0), (2, 40))
+    )
+    found = run(tmp_path, text + "M30\n%\n", head, replace(SETUP, tools=tools))
+    assert found.before.largest == pytest.approx(8e-3, abs=1e-6)
+    assert found.met
+    assert "X40.008" in found.text
+    second = run(tmp_path, text + "M30\n%\n", head, replace(SETUP, tools=tools, set_with=2))
+    assert "X-0.008" in second.text
 
 
 def test_machine_moves_are_left_alone(tmp_path):

@@ -21,6 +21,7 @@ from vcmm.effects.probe import ProbeLobing, TipRadius
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.evaluation.exact import draw_inputs, exact_values, linear_quantities
+from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.linear import build
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.measuring.plan import Plan, Step, Stylus, touches
@@ -216,8 +217,56 @@ def test_decision_follows_the_probability():
     found = by_name(evaluate(scenario(characteristics=(tight,)).task(), QUICK))["diameter"]
     assert found.decision.p_conform == pytest.approx(0.6827, abs=1e-3)
     assert found.decision.text == "undecided"
-    off = by_name(evaluate(scenario(TipRadius("", 3e-3), characteristics=(tight,)).task(), QUICK))["diameter"]
+    off = at_indication(found, 29.994, QUICK.rule)
     assert off.decision.text == "does not conform"
+    assert off.interval == pytest.approx((29.994 - 0.98e-3, 29.994 + 0.98e-3), abs=1e-6)
+
+
+def test_nothing_is_decided_behind_an_uncorrected_bias():
+    # the tip is 3 um too large: the bore reads 6 um too little, U = 0.98 um; +-10 um holds what is read, not what is
+    off = by_name(evaluate(scenario(TipRadius("", 3e-3)).task(), QUICK))["diameter"]
+    assert (off.coverage_shown, off.decision.text, off.decision.p_conform) == (False, "undecided", None)
+    assert off.decision.reason == "the known bias is not corrected"
+    corrected = replace(QUICK, known_bias="corrected")
+    off = by_name(evaluate(scenario(TipRadius("", 3e-3)).task(), corrected))["diameter"]
+    assert (off.coverage_shown, off.decision.text) == (True, "conforms")
+
+
+def test_interval_and_decision_about_the_true_value_are_mirrored():
+    # a tip that is too small by E - 1 um, E exponential with mean 1 um: the bore reads too much by e = 2 (E - 1) um.
+    # Quantiles of E: 0.02532 (2.5 %), 0.05129 (5 %), 2.99573 (95 %), 3.68888 (97.5 %).
+    share = (np.arange(20_000) + 0.5) / 20_000
+    skewed = Input("tip_radius", "down", "dr", Samples(-1e-3 * (-np.log1p(-share) - 1)), "machine")
+    limits = (-2.0e-3, 4.5e-3)  # of the truth
+    job = scenario(
+        TipRadius("down", 0.0), inputs=(skewed,), characteristics=(replace(DIAMETER, limits=limits),)
+    )
+    found = evaluate(job.task(), QUICK).characteristics[0]
+    # truth = y - e: 30 mm - 2 x (3.68888 - 1) um .. 30 mm + 2 x (1 - 0.02532) um
+    assert found.interval == pytest.approx((30 - 5.37776e-3, 30 + 1.94937e-3), abs=2e-6)
+    # independently: parts of 30 mm measured 100 000 times; their intervals hold 30 mm, the unmirrored ones in 86 %
+    e = 2e-3 * (np.random.default_rng(3).exponential(size=100_000) - 1)
+    low, high = np.array(found.interval) - 30
+    assert np.mean((e + low <= 0) & (e + high >= 0)) == pytest.approx(0.95, abs=0.003)
+    assert np.mean((e - high <= 0) & (e - low >= 0)) == pytest.approx(0.861, abs=0.004)
+    # lower limit -2 um: conforms from y with y - 2 (2.99573 - 1) um >= -2 um, so from +1.99146 um
+    assert at_indication(found, 30 + 1.9950e-3, QUICK.rule).decision.text == "conforms"
+    assert at_indication(found, 30 + 1.9850e-3, QUICK.rule).decision.text == "undecided"
+    for engine in ("montecarlo", "exact"):  # every tier says the same
+        other = evaluate(job.task(), replace(QUICK, trials=4000, engine=engine)).characteristics[0]
+        assert other.interval == pytest.approx(found.interval, abs=0.4e-3), engine
+
+
+def test_attained_coverage_decides_whether_a_bias_may_stay():
+    # uniform +-1 um in the radius, 2 um in the diameter: U = 1.9 um; a bias of 0.19 um is a tenth of U and leaves
+    # (2 + 1.9 - 0.19) / 4 = 92.75 % of 95 %; one of 0.09 um (1.9 + 0.09 < 2) leaves all
+    for bias, attained, shown in ((0.19e-3, 0.9275, False), (0.09e-3, 0.95, True)):
+        known = Input("tip_radius", "down", "dr", Uniform(1e-3), "machine")
+        job = scenario(TipRadius("down", -bias / 2), inputs=(known,), characteristics=(DIAMETER,))
+        found = evaluate(job.task(), QUICK).characteristics[0]
+        assert found.bias == pytest.approx(bias, rel=1e-3)
+        assert found.coverage_shown is shown
+        assert found.truth.attained(0.95, "symmetric", bias) == pytest.approx(attained, abs=1e-4)
 
 
 def test_adaptive_monte_carlo_and_shortest_interval():
@@ -369,7 +418,7 @@ def test_known_bias_reported_or_corrected():
     limits = by_name(
         evaluate(scenario(ScaleFactor("X", 50e-6), characteristics=(exact_length,)).task(), QUICK)
     )["length"]
-    assert limits.decision.text == "does not conform"  # 5.2 um short as indicated
+    assert limits.decision.text == "undecided"  # 5.2 um short as indicated, and known to be
     good = replace(QUICK, known_bias="corrected")
     limits = by_name(
         evaluate(scenario(ScaleFactor("X", 50e-6), characteristics=(exact_length,)).task(), good)
@@ -451,14 +500,15 @@ def test_curved_outputs_have_a_budget_and_claim_no_coverage():
 
 
 def test_samples_with_a_mean_move_the_value_in_every_tier():
-    # departures of 0.5 and 1.5 um: mean 1 um along n, so the bore reads 2 um less
+    # departures of 0.5 and 1.5 um: mean 1 um along n, so the bore reads 2 um less: what reads 30 mm is 2 um more
     biased = Input("scatter", "", "value", Samples(np.array([0.5e-3, 1.5e-3])), "machine")
     for engine in ("auto", "montecarlo", "exact"):
         settings = replace(QUICK, engine=engine, trials=2000)
         found = evaluate(
             scenario(inputs=(biased,), characteristics=(DIAMETER,)).task(), settings
         ).characteristics[0]
-        assert found.value == pytest.approx(30.0 - 2e-3, abs=1e-6), engine
+        assert found.value == pytest.approx(30.0 + 2e-3, abs=1e-6), engine
+        assert found.indicated == pytest.approx(30.0, abs=1e-9)
 
 
 def test_form_is_not_corrected_for_bias():

@@ -107,6 +107,17 @@ def test_distances() -> None:
     ) == pytest.approx(20.02)
 
 
+def test_a_distance_from_a_plane_has_a_sign() -> None:
+    # the rim lies in the plane top: 20 um below it is -0.02, above it +0.02
+    for z in (19.98, 20.02):
+        rim = ("rim", fit("rim", point=(0, 0, z)))
+        assert value("distance", rim, between=("top", "rim")) == pytest.approx(z - 20.0)
+    assert is_linear(Characteristic("step", "distance", between=("top", "rim")), FEATURES)
+    # top and bottom are 20 mm apart on the side to which no normal points; passed by, it is negative, not mirrored
+    low = ("bottom", fit("bottom", point=(0, 0, 20.01)))
+    assert value("distance", low, between=("top", "bottom")) == pytest.approx(-0.01)
+
+
 def test_the_centre_of_a_plane_or_axis_is_at_its_nominal_centre() -> None:
     # top leans by 1 mrad in x and was probed around x = 30: at its nominal centre x = 0 it is 30e-3 mm lower
     top = fit("top", point=(30, 0, 20.0), axis=(-1e-3, 0, 1))

@@ -35,6 +35,7 @@ ROOMS = (
     "response",
     "instruments",
     "evaluation",
+    "inference",
     "placing",
     "machining",
     "files",

@@ -267,3 +267,15 @@ zone = "0.02 mm"
     a, b = d - 2 * d * (t - t**3 + t**4 / 2), 2 * d * (t**3 - t**4 / 2)
     left = (b + 10 - np.sqrt(100 - (a - x[:, None]) ** 2)).min(axis=1)
     assert patch.height == pytest.approx(left, abs=1e-9)
+
+
+def test_a_machine_of_which_everything_is_known_is_cut_too(tmp_path, capsys):
+    """Nothing uncertain: U is zero, the deviations are those of the known errors, and the part is judged by them."""
+    scenario = shop.SCENARIO.replace('work_offset = { u = "2 um" }\n', "")
+    path = shop.write(tmp_path, SQUARENESS, scenario)
+    assert command(["cut", str(path), "--json"]) == 0
+    size, form = json.loads(capsys.readouterr().out)["characteristics"]
+    assert size["u_mm"] == 0.0
+    assert size["interval_mm"] == pytest.approx([100.0, 100.0], abs=1e-6)
+    assert form["value_mm"] == pytest.approx(1.2e-3, abs=0.02e-3)
+    assert (size["decision"], size["p_conform"]) == ("conforms", 1.0)

@@ -5,10 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import vcmm
+from tests.machining import hole
 from vcmm.cutting.envelope import surface_left, tips
 from vcmm.cutting.sweeps import lines, position
 from vcmm.cutting.tools import flat
+from vcmm.machining.job import cut
+from vcmm.machining.maps import net
 from vcmm.machining.neighbours import OFFSETS, STEPS, candidates, deepest_between
+from vcmm.machining.patches import patch
+from vcmm.machining.preparation import set_up
 
 
 def test_the_deepest_lies_between_the_steps():
@@ -43,3 +49,29 @@ def test_a_wall_is_passed_on_either_side():
     expected = 10.0 - np.sqrt(100.0 - d**2)
     assert np.unique(near.round(9)) == pytest.approx(np.append(0.0, expected), abs=2e-9)
     assert np.sum(found.row[0] >= 0) == 1 + 2 * len(d)  # the next stands more than 50 um off
+
+
+OUT_OF_SQUARE = '[[effects]]\neffect = "squareness"\npair = "B0Z"\nangle = "60 urad"\n'
+
+
+@pytest.mark.parametrize(
+    ("cycle", "shape"),
+    [(hole.DRILL, "drill"), (hole.DRILL, "flat"), (hole.PECK, "flat")],
+    ids=["drill", "mill", "pecks"],
+)
+def test_the_wall_of_a_hole_drilled_out_of_square_is_straight(tmp_path, cycle, shape):
+    """Z leans by 60 urad: the tool goes down along a slant, its wall is left where it passes last.
+
+    On the side +x that is where the tool arrives, at the height of the point itself: 60 urad x depth; on the side -x it is the
+    bottom at -45 mm, 2.70 um everywhere. The axis leans by half of 60 urad: 1.20 um over 40 mm.
+    """
+    ready = set_up(vcmm.load_cut(hole.write(tmp_path, OUT_OF_SQUARE, cycle, shape)))
+    found = patch(ready, net(ready.scenario.part.features["hole"], 9))
+    x, z = found.net.points[:, 0], found.net.points[:, 2]
+    moved = 1e3 * (found.height - found.nominal)
+    nose = 5.0 / np.tan(np.radians(59.0)) if shape == "drill" else 0.0
+    right, left = x > 4.999, x < -4.999
+    assert moved[right] == pytest.approx(-60e-3 * (z[right] - nose), abs=2e-3)
+    assert moved[left] == pytest.approx(-2.70, abs=2e-3)
+    (square,) = cut(ready.scenario).characteristics
+    assert 1e3 * square.value == pytest.approx(1.20, abs=2e-3)

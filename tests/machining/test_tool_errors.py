@@ -23,6 +23,10 @@ from vcmm.response.trials import Draws
 ALPHA = Input("scale_expansion", "X", "alpha", Normal(1e-6))
 
 
+def each_axis(*first: int) -> np.ndarray:
+    return np.repeat(np.array(first, dtype=np.intp)[:, None], 3, axis=1)
+
+
 def side(*effects, inputs=(), setting=(1, -1), **more) -> ToolSide:
     """A point cut at X 400, its zero set at X 300, 5 K above 20 degC both times."""
     axes = {a: Axis(a, (-1000.0, 1000.0)) for a in "XYZ"}
@@ -30,16 +34,14 @@ def side(*effects, inputs=(), setting=(1, -1), **more) -> ToolSide:
     position = {"X": np.array([400.0, 300.0]), "Y": np.zeros(2), "Z": np.zeros(2)}
     columns = {"temp_scale_x_C": np.full(2, 25.0), "nx": np.ones(2), "ny": np.zeros(2), "nz": np.zeros(2)}
     run = Run(position, np.zeros((2, 3)), columns, {"touch": np.array(["p", SETTING])})
-    return ToolSide(
-        machine, machine.prepare(run), np.array(setting, dtype=np.intp), np.zeros((2, 3)), inputs, **more
-    )
+    return ToolSide(machine, machine.prepare(run), each_axis(*setting), np.zeros((2, 3)), inputs, **more)
 
 
 def test_errors_count_from_where_the_zero_was_set():
     """k = 10 um/m: 4 um at X 400, 3 um at X 300, so 1 um is left of the first; of the row of setting all 3 um."""
     long = side(ScaleFactor(axis="X", k=10e-6))
     assert long.errors() == pytest.approx(np.array([[1e-3, 0, 0], [3e-3, 0, 0]]), abs=1e-12)
-    elsewhere = replace(long, setting=np.array([-1, -1]))
+    elsewhere = replace(long, setting=each_axis(-1, -1))
     assert elsewhere.errors()[:, 0] == pytest.approx([4e-3, 3e-3], abs=1e-12)
 
 

@@ -30,6 +30,24 @@ def test_a_force_bends_the_tool_away(tmp_path):
     assert found.mean() == pytest.approx(13.8 * UM, abs=0.2 * UM)
 
 
+def test_the_compliance_of_a_turning_tool_bends_it_as_the_effect_does(tmp_path):
+    path = plain(tmp_path, setup=lathe.SETUP + BAR)
+    path.write_text(
+        path.read_text().replace("[part.features]", '[cut.tools.1]\ncompliance = "0.1 um/N"\n[part.features]')
+    )
+    found, _ = lathe.moved(lathe.shop(path), "seat")
+    assert found.mean() == pytest.approx(13.8 * UM, abs=0.2 * UM)  # 136 N x 0.1 um/N and the little of above
+
+
+def test_a_compliance_without_a_bar_is_refused(tmp_path):
+    path = plain(tmp_path)
+    path.write_text(
+        path.read_text().replace("[part.features]", '[cut.tools.1]\ncompliance = "0.1 um/N"\n[part.features]')
+    )
+    with pytest.raises(VcmmError, match=r"compliance needs cutting forces: add \[stock\]"):
+        vcmm.load_cut(path)
+
+
 def test_the_shipped_shaft(tmp_path, capsys):
     shutil.copy(folder() / "turned_shaft.toml", tmp_path)
     shutil.copytree(folder() / "turned_shaft", tmp_path / "turned_shaft")

@@ -8,12 +8,14 @@ import pytest
 import vcmm
 from tests.machining import lathe, shop
 from tests.machining.lathe import plain
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import DataError, UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.pose import Pose
 from vcmm.core.run import Run
 from vcmm.machining.job import cut, finished_part
+from vcmm.machining.maps import net
+from vcmm.machining.patches import patch
 from vcmm.machining.preparation import set_up
 from vcmm.machining.zero_setting import SETTING, ZeroRows, joined, setting_rows, ways_of_setting
 from vcmm.response.influence import Influence
@@ -141,19 +143,33 @@ def test_a_side_that_two_work_offsets_share_is_not_probed_from_one(tmp_path):
     assert found.characteristics[0].u == pytest.approx(6e-3, rel=0.02)
 
 
+def rows(*first: int) -> np.ndarray:
+    """The same row of setting for X, Y and Z."""
+    return np.repeat(np.array(first)[:, None], 3, axis=1)
+
+
 def test_the_mean_of_the_angles_of_setting_is_taken_off():
     """One cut and three angles of setting: 10 - (1 + 2 + 6) / 3 = 7; responses likewise, where the draws are one."""
-    zero = ZeroRows(np.array([1, -1, -1, -1]), count=3)
+    zero = ZeroRows(rows(1, -1, -1, -1), count=3)
     errors = np.array([10.0, 1.0, 2.0, 6.0])[:, None] * [1.0, 0.0, 0.0]
     assert zero.off_errors(errors)[:, 0] == pytest.approx([7.0, 1.0, 2.0, 6.0])
     assert zero.off_response(errors[..., None], np.zeros(4, dtype=np.intp))[0, 0, 0] == pytest.approx(7.0)
     assert zero.off_response(errors[..., None], np.array([0, 1, 1, 1]))[0, 0, 0] == pytest.approx(10.0)
 
 
+def test_x_and_y_come_from_one_row_of_setting_and_z_from_another():
+    """Set with the first tool (row 1) in X and Y, with its own (row 2) in Z; what is drawn apart in Z stays."""
+    zero = ZeroRows(np.array([[1, 1, 2], [-1] * 3, [-1] * 3]))
+    errors = np.array([[10.0, 20.0, 30.0], [1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    assert zero.off_errors(errors)[0] == pytest.approx([9.0, 18.0, 24.0])
+    codes = np.array([0, 0, 1], dtype=np.intp)
+    assert zero.off_response(errors[..., None], codes)[0, :, 0] == pytest.approx([9.0, 18.0, 30.0])
+
+
 def test_what_is_in_a_zero_turns_with_the_table():
     """Taken into the zero along X; the table has turned by 90 deg since, so it comes off along Y."""
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    zero = ZeroRows(np.array([1, -1]), turn=np.array([quarter, np.eye(3)]))
+    zero = ZeroRows(rows(1, -1), turn=np.array([quarter, np.eye(3)]))
     errors = np.array([[5.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     assert zero.off_errors(errors)[0] == pytest.approx([5.0, -2.0, 0.0])
 
@@ -164,7 +180,7 @@ def test_draws_that_only_setting_has_count_as_nothing():
         Input("scale_factor", "X", "k", Normal(1.0)), np.ones((2, 3, 1)), ("a", "b"), np.array([0, 1])
     )
     drawn = Draws(one, np.ones((1, 2, 1)), np.array([[[3.0], [4.0]]]))
-    quiet = ZeroRows(np.array([1, -1])).quiet(drawn)
+    quiet = ZeroRows(rows(1, -1)).quiet(drawn)
     assert quiet.departures.ravel() == pytest.approx([3.0, 0.0])
 
 
@@ -194,3 +210,73 @@ def test_ways_of_setting_differ_by_tool_not_by_point():
     first, number = ways_of_setting(run)
     assert first.tolist() == [0, 1]
     assert number.tolist() == [0, 1, 0]
+
+
+TILTED = '[errors]\ntable = "errors.csv"\nstate = "raw"\n'
+BORES = """%
+O1
+G21 G17 G40 G49 G80 G90 G94
+T1 M6
+G54 G0 X-20. Y0 S3000 M3
+G43 H1 Z5.
+G1 Z-15. F200
+G0 Z100.
+T2 M6
+G54 G0 X20. Y0 S3000 M3
+G43 H2 Z5.
+G1 Z-15. F200
+G0 Z50.
+M30
+%
+"""
+PAIR = """\
+one = { type = "cylinder", point = "-20 0 -12 mm", axis = [0, 0, 1], diameter = "20 mm", length = "10 mm", inside = true }
+two = { type = "cylinder", point = "20 0 -12 mm", axis = [0, 0, 1], diameter = "10 mm", length = "10 mm", inside = true }
+[[part.characteristics]]
+name = "apart"
+type = "distance"
+between = ["one", "two"]
+"""
+TOOLS = '[tools.1]\nlength = "120 mm"\ndiameter = "20 mm"\n[tools.2]\nlength = "200 mm"\ndiameter = "10 mm"\n'
+
+
+def bores(tmp_path, setup="", offset=""):
+    """Two bores 40 mm apart in X, by tools of 120 and 200 mm, on a head tilted by 20 urad about B."""
+    head = f'vcmm = "scenario/1"\nmachine = "mill.toml"\n[cut]\nprogram = "part.nc"\nsetup = "setup.toml"\n{offset}'
+    (tmp_path / "errors.csv").write_text("Z EBZ\n-500 20e-6\n0 20e-6\n")
+    table = setup + shop.SETUP[: shop.SETUP.index("[tools")] + TOOLS
+    path = shop.write(
+        tmp_path,
+        TILTED,
+        program=BORES,
+        setup=table,
+        scenario=f"{head}[part.features]\n{PAIR}[job]\ntrials = 1000\n",
+    )
+    return vcmm.load_cut(path)
+
+
+@pytest.mark.parametrize("more", ["", "set_with = 2\n"])
+def test_x_and_y_of_a_work_offset_come_from_the_tool_that_set_it(tmp_path, more):
+    """The longer tool hangs 80 mm lower: -80 mm x 20 urad = -1.6 um in X, whichever tool set the zero."""
+    (apart,) = cut(bores(tmp_path, more)).characteristics
+    assert (apart.value - apart.nominal) * 1e3 == pytest.approx(-1.6, abs=0.01)
+
+
+def test_which_tool_set_the_offset_says_which_bore_is_off_its_place(tmp_path):
+    by_first, by_second = (surface_of(bores(tmp_path, more), "one") for more in ("", "set_with = 2\n"))
+    # set with the tool that drills it, only the lean of the tool is left: 20 urad over at most 12.9 mm, 0.258 um
+    assert np.abs(by_first).max() * 1e3 == pytest.approx(0.258, abs=1e-3)
+    # set with the tool of 200 mm, the bore of the tool of 120 mm stands +1.6 um in X
+    assert np.abs(by_second - by_first).max() * 1e3 == pytest.approx(1.6, abs=1e-3)
+
+
+def surface_of(scenario, feature):
+    """How far the surface of a feature is moved by errors of the machine (n,) mm."""
+    ready = set_up(scenario)
+    found = patch(ready, net(scenario.part.features[feature], 9))
+    return found.height - found.nominal
+
+
+def test_a_tool_that_set_the_offset_must_be_known(tmp_path):
+    with pytest.raises(DataError, match=r"setup.toml:1: tool 7 is not in the set-up"):
+        bores(tmp_path, "set_with = 7\n")

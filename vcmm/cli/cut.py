@@ -16,6 +16,9 @@ def cut_command(
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
+    measured: Path | None = None,
+    frame: Literal["part", "machine"] = "part",
+    u_point: str = "",
 ) -> int:
     """Machine a part virtually: program, machine, tools and set-up to the deviations of its features.
 
@@ -35,6 +38,13 @@ def cut_command(
         As in `vcmm uncertainty`; exact: transforms multiplied and the deepest of the candidates taken in every trial.
     out
         Folder for report.html, cut.json, surface.csv and, where the set-up states a stock, stock.stl.
+    measured
+        The part came back measured: points.csv (feature, x_mm, y_mm, z_mm). Says where it departs from the prediction, and
+        writes a recording for `vcmm diagnose` (into --out, else beside the points).
+    frame
+        Of the measured points: the drawing frame (after alignment) or the machine frame.
+    u_point
+        Standard uncertainty of a measured point, for example "0.5 um"; default: found from the points.
     """
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
@@ -44,13 +54,20 @@ def cut_command(
     from vcmm.machining.job import cut
     from vcmm.tables.cut import cut_json
 
+    given = _given(measured, u_point)
     folder = output_folder(out) if out else None
     loaded = load_cut(scenario)
     with progress() as report, about(scenario, "cut"):
         result = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
     files = [*sources(scenario), loaded.program]
+    body, warnings, back = cut_json(result), result.warnings, None
+    if given is not None and measured is not None:
+        from vcmm.cli.cut_measured import came_back
+
+        back = came_back(scenario, loaded, given, frame == "machine", seed, folder or measured.parent)
+        files, warnings, body = [*files, measured], (*warnings, *back.warnings), body | back.json
     content = document(
-        "vcmm.cut/1", cut_json(result), seed=result.uncertainty.seed, files=files, warnings=result.warnings
+        "vcmm.cut/1", body, seed=result.uncertainty.seed, files=files, warnings=tuple(warnings)
     )
     if folder:
         _write(folder, loaded, result, content)
@@ -58,9 +75,33 @@ def cut_command(
         print_json(content)
     else:
         show(result)
+        if back is not None:
+            back.show()
     return (
         1 if any(c.decision and c.decision.text == "does not conform" for c in result.characteristics) else 0
     )
+
+
+def _given(measured: Path | None, u_point: str) -> Any:
+    """(points, u of a point or None) of a measured part; None without one."""
+    from vcmm.core.errors import UsageError
+    from vcmm.core.units import quantity
+
+    if measured is None:
+        if u_point:
+            raise UsageError("--u-point is of measured points; add --measured points.csv")
+        return None
+    from vcmm.files.measured import read_measured_points
+
+    points, *more = read_measured_points(measured)
+    if more:
+        raise UsageError(
+            f"{measured}: there are {len(more) + 1} parts ({points.part}, {more[0].part} ...); compare them one by one, a file for each"
+        )
+    u = quantity(u_point, "length", "--u-point", "0.5 um") if u_point else None
+    if u is not None and not u > 0:
+        raise UsageError(f'--u-point "{u_point}" must be more than nothing, for example "0.5 um"')
+    return points, u
 
 
 def show(result: Any) -> None:

@@ -24,7 +24,7 @@ from vcmm.machining.tool_errors import cutting_effects
 from vcmm.machining.zero_setting import setting_rows
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
-from vcmm.nc.setup import Setup
+from vcmm.nc.setup import Setup, first_tool
 
 DYNAMIC = (
     "sense_",
@@ -99,7 +99,10 @@ def known_errors_of(machine: Machine) -> KnownErrors:
 
 @dataclass(frozen=True, eq=False)
 class PathErrors:
-    """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns."""
+    """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns.
+
+    setter: the tool with which X and Y of the offsets were set; 0: every tool by itself, as on a lathe.
+    """
 
     known: KnownErrors
     setup: Setup
@@ -109,6 +112,7 @@ class PathErrors:
     set_here: bool
     constants: Mapping[str, float]
     sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
+    setter: int = 0
 
     def run(self, move: Ints, share: Array, tips: Array) -> Run:
         """The machine at shares (k,) of moves (k,) with its tip at tips (k, 3)."""
@@ -162,22 +166,33 @@ class PathErrors:
         return np.asarray(error * self.sensitive)
 
     def _setting(self, run: Run, move: Ints) -> Array:
-        """Error (k, 3) where the offset of each row was set, with its tool: at the work zero unless the set-up says where."""
+        """Error (k, 3) where the offset of each row was set: at the work zero unless the set-up says where.
+
+        Z with the tool of the row, X and Y with the tool that set the offset.
+        """
         pairs = [(self.moves[i].offset, self.moves[i].tool, self.moves[i].tool_offset) for i in move.tolist()]
         out = np.zeros((run.n, 3))
         for one in dict.fromkeys(pairs):
             rows = np.array([i for i, p in enumerate(pairs) if p == one], dtype=np.intp)
-            at = np.array(self.setup.set_at or self.setup.offsets.get(one[0], (0.0, 0.0, 0.0)))
             first = run.take(rows[:1])
-            here = setting_rows(first, np.array([0]), -np.array([one[2]]), at[None], Pose(np.eye(3), at))
-            try:
-                out[rows] = -self.known.machine.indication_error(here)
-            except ModelLimit as error:
-                raise ModelLimit(
-                    f"the work zero of {one[0]} cannot be reached with tool {one[1]} ({error}); say --set-on elsewhere "
-                    "where the offset was not set on this machine"
-                ) from None
+            out[rows] = self._set_with(first, *one)
+            if self.setter and self.setter in self.setup.tools:
+                setter = self.setup.tools[self.setter]
+                out[rows, :2] = self._set_with(first, one[0], self.setter, setter.offset)[:2]
         return out
+
+    def _set_with(self, first: Run, offset: str, tool: int, length: Point) -> Array:
+        """Error (3,) at the place of setting with a tool of that length, in the state of the run `first` (one row)."""
+        at = np.array(self.setup.set_at or self.setup.offsets.get(offset, (0.0, 0.0, 0.0)))
+        first = replace(first, labels={**first.labels, "tool": np.array([str(tool)])})
+        here = setting_rows(first, np.array([0]), -np.array([length]), at[None], Pose(np.eye(3), at))
+        try:
+            return np.asarray(-self.known.machine.indication_error(here)[0])
+        except ModelLimit as error:
+            raise ModelLimit(
+                f"the work zero of {offset} cannot be reached with tool {tool} ({error}); say --set-on elsewhere "
+                "where the offset was not set on this machine"
+            ) from None
 
     def _asked(self, letter: str, nominal: Array, q: Array) -> Array:
         """Where the error is asked for: at the end of a travel a correction must not lead beyond it (a command that does is
@@ -233,4 +248,5 @@ def field_of(
         set_here=set_here,
         constants=constants or {},
         sensitive=sensitive,
+        setter=0 if lathe else first_tool(moves, setup),
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -253,7 +254,7 @@ def _proved(
     if not met:
         notes.append(
             f"line {after.line}: {after.largest * 1e3:.2f} um are left, more than the tolerance of {used * 1e3:g} um and the rounding of "
-            f"{digits * 1e3:.2f} um together"
+            f"{digits * 1e3:.2f} um together{_in_one_piece(work, after.line)}"
         )
     elif after.largest > used + 1e-9:
         notes.append(_more_decimals(work, after, digits, used))
@@ -279,6 +280,19 @@ def _proved(
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
     )
+
+
+def _in_one_piece(work: Work, line: int) -> str:
+    """Why the block of a line of the file was not split, where radius compensation starts or ends along it."""
+    traces = work.program.traces
+    for before, here in pairwise(traces):
+        switched = (before.compensation is None) != (here.compensation is None)
+        if switched and work.origin[here.line - 1] == line and here.contour.kind == "line":
+            return (
+                "; radius compensation starts or ends in this block, which is one piece therefore: give it a short way in and out of "
+                "its own"
+            )
+    return ""
 
 
 def _more_decimals(work: Work, after: Departure, digits: float, used: float) -> str:

@@ -86,7 +86,8 @@ def _look_ahead(
     """How far off the block at..to may leave an axis that it does not name, by what comes behind it."""
     then = next((t for t in islice(traces, to, None) if t.contour.kind != "dwell"), None)
     following = None if then is None else then.contour
-    cuts = following is not None and following.kind in ("line", "arc")
+    left = next((t.contour for t in reversed(traces[:at]) if t.contour.kind != "dwell"), None)
+    cuts = any(m is not None and m.kind in ("line", "arc") for m in (left, following))
     writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
     writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
     hole = next((t for t in (*traces[at + 1 : to], then) if t is not None and t.cycle), None)

@@ -21,6 +21,9 @@ SPACING, MOST_SAMPLES = (
     400,
 )  # mm between the points at which a correction is asked for; and at most per move
 CUTTING = ("line", "arc")
+CORNER = (
+    1.1  # times the stretch by which radius compensation shortens or lengthens the centre path at a corner
+)
 NEVER_SPLIT = (
     "M98",
     "M99",
@@ -62,8 +65,8 @@ def moves_of(traces: Sequence[Trace], moves: Sequence[Move]) -> Ints:
     return np.array(out, dtype=np.intp)
 
 
-def shares_of(trace: Trace) -> Array:
-    """Where a move is sampled: only at its end where nothing is cut."""
+def shares_of(trace: Trace, guard: tuple[float, float] = (0.0, 0.0)) -> Array:
+    """Where a move is sampled: only at its end where nothing is cut. guard: mm at its ends that stay whole, with its own."""
     m = trace.contour
     length = length_of(m)
     if m.kind not in CUTTING or trace.cycle or not m.rewritable:
@@ -73,7 +76,7 @@ def shares_of(trace: Trace) -> Array:
         return np.linspace(0.0, 1.0, count + 1)
     count = min(max(math.ceil(length / SPACING), 2 if length > 0.5 else 1), MOST_SAMPLES)
     share = np.linspace(0.0, 1.0, count + 1)
-    low, high = trace.guard  # a rounding at an end needs the end of the line whole
+    low, high = np.maximum(trace.guard, guard)  # a rounding at an end needs the end of the line whole
     if not low and not high:
         return share
     at = share * length
@@ -84,7 +87,7 @@ def shares_of(trace: Trace) -> Array:
 
 def samples_of(traces: Sequence[Trace]) -> MoveSamples:
     """All points of all traces."""
-    share = [shares_of(t) for t in traces]
+    share = [shares_of(t, corner_stretches(traces, i)) for i, t in enumerate(traces)]
     first = np.concatenate([[0], np.cumsum([len(s) for s in share])]).astype(np.intp)
     nominal = [points(t.contour, s) for t, s in zip(traces, share)]
     beside = [_beside(traces, i, s) for i, s in enumerate(share)]
@@ -105,6 +108,20 @@ def _beside(traces: Sequence[Trace], i: int, share: Array) -> Array:
     if share[-1] == 1.0:
         out[-1] = _corner(traces, i)
     return np.asarray(out)
+
+
+def corner_stretches(traces: Sequence[Trace], i: int) -> tuple[float, float]:
+    """mm at both ends of move i along which the tool centre goes less or farther than the contour: no piece ends there.
+
+    At an inside corner a shorter piece cannot be reached by the tool; at an outside one it would lead the centre on in the
+    direction of a few rounded digits.
+    """
+    if not _side(traces, i) or traces[i].contour.kind != "line":
+        return 0.0, 0.0
+    way = directions(traces[i].contour, np.zeros(1))[0]
+    starts = _corner(traces, i - 1) if _side(traces, i - 1) else np.zeros(3)
+    ends = _corner(traces, i) if _side(traces, i + 1) else np.zeros(3)
+    return CORNER * abs(float(starts @ way)), CORNER * abs(float(ends @ way))
 
 
 def _side(traces: Sequence[Trace], i: int) -> float:
@@ -135,14 +152,21 @@ def _corner(traces: Sequence[Trace], i: int) -> Array:
     return np.asarray(h * factor * middle / size)
 
 
-def may_split(trace: Trace, codes: frozenset[str], following: Trace | None = None) -> bool:
-    """Whether blocks may be added: not where compensation starts or ends, nor where a code acts after the motion."""
+def may_split(
+    trace: Trace, codes: frozenset[str], following: Trace | None = None, previous: Trace | None = None
+) -> bool:
+    """Whether blocks may be added: not where compensation starts or ends, nor where a code acts after the motion.
+
+    It starts with the first move under it, also where G41 stands in a block of its own before that.
+    """
     before, after = trace.before, trace.after
+    starts = previous is not None and (previous.compensation is None) != (trace.compensation is None)
     cycle_follows = False if following is None else bool(following.cycle) and following.line == trace.line
     one_stop = trace.contour.exact_stop and not after.exact_stop
     return (
         trace.contour.kind in CUTTING
         and before.side == after.side
+        and not starts
         and not one_stop
         and not cycle_follows
         and (trace.contour.kind != "arc" or trace.guard == (0.0, 0.0))
@@ -173,7 +197,9 @@ def targets(
         rows = samples.rows(i)
         m = trace.contour
         following = traces[i + 1] if i + 1 < len(traces) else None
-        free = may_split(trace, codes[i], following) and (beside or trace.compensation is None)
+        free = may_split(trace, codes[i], following, traces[i - 1] if i else None) and (
+            beside or trace.compensation is None
+        )
         if not m.rewritable or m.kind == "dwell":
             fits.append(None)
         elif m.kind == "arc":

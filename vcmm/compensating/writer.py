@@ -61,6 +61,16 @@ class Stretch:
         """Whether the block names an axis."""
         return self.first and AXES[i] in self.trace.words
 
+    @property
+    def standing(self) -> tuple[int, ...]:
+        """Axes that must not move: those of the plane where a contour with radius compensation goes up or down in one place.
+
+        A step of a micrometre would be an element of the contour, with corners of its own.
+        """
+        m = self.trace.contour
+        still = m.kind != "arc" and all(m.start[i] == m.end[i] for i in self.plane[:2])
+        return self.plane[:2] if still and self.trace.compensation is not None else ()
+
     def nominal(self, i: int, steps: bool) -> float:
         """Number with which the source says the end in an axis, absolute or in steps."""
         m = self.trace.contour
@@ -106,7 +116,9 @@ class Writer(Wording):
             self.q = frame.tip(stretch.end) + frame.offset
             if m.kind != "rapid":
                 last = k == len(fit.pieces) - 1
-                self.rounding.append(self.q - frame.offset - (wanted if last else piece.end))
+                off = self.q - frame.offset - (wanted if last else piece.end)
+                off[list(stretch.standing)] = 0.0  # left off, not rounded
+                self.rounding.append(off)
         if last_codes and self.added.get(index):
             self._last(index, last_codes)
 
@@ -142,7 +154,7 @@ class Writer(Wording):
         )
         for i in range(3):
             diffusion = self.carried.setdefault((i, frame.inch), Diffusion(step))
-            if s.whole and i in s.plane[:2]:
+            if (s.whole and i in s.plane[:2]) or i in s.standing:
                 continue
             if not s.names(i) and self.absent(i):
                 continue

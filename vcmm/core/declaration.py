@@ -33,7 +33,7 @@ ROLES: Mapping[str, str] = {
     "tool length": "(tool), Input of `dl`; [cut] tools",
     "tool radius": "(tool), Input of `dr`; [cut] tools",
     "tool offset": "(tool, direction), Input of `shift`; [cut] tools",
-    "tool bending": ".of_rod(compliance, tool), Input of `compliance`; stick_out or compliance of a tool",
+    "tool bending": ".of_rod(compliance, tool), .of_edge(compliance, tool) of a turning tool, Input of `compliance`; stick_out or compliance of a tool",
 }
 TOOL_TABLE = ("tool length", "tool radius", "tool offset")  # roles: what a tool setter measures
 OWNERS = ("machine", "tool", "setup", "part")

@@ -47,6 +47,11 @@ class ToolDeflection(_Cutting):
         """Of one tool as a rod."""
         return ToolBending(compliance, tool)
 
+    @classmethod
+    def of_edge(cls, compliance: float, tool: str) -> ToolYielding:
+        """Of one turning tool, whose edge yields alike in all directions."""
+        return ToolYielding(compliance, tool)
+
     def error_motion(self, run: Run) -> Array:
         x, y, z = run.vector(*self.needs).T
         return motion(run, X=self.compliance * x, Y=self.compliance * y, Z=self.compliance * z)
@@ -64,6 +69,14 @@ class ToolBending(ToolDeflection):
     def error_motion(self, run: Run) -> Array:
         across = self.compliance * run.used("tool", self.tool)
         return motion(run, X=across * run.column("force_x_N"), Y=across * run.column("force_y_N"))
+
+
+@dataclass(frozen=True, eq=False)
+class ToolYielding(ToolBending):
+    """tool_deflection of one turning tool, whose edge yields alike in all directions."""
+
+    def error_motion(self, run: Run) -> Array:
+        return super(ToolBending, self).error_motion(run) * run.used("tool", self.tool)[:, None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,6 +48,10 @@ class Linear:
     mean: float
     gains: Sequence[tuple[Law, Array]]
 
+    def reflected(self, about: float) -> Linear:
+        """The law of about - y: what leaned upwards leans downwards."""
+        return Linear(about - self.mean, [(law, -np.asarray(gain, float)) for law, gain in self.gains])
+
     @cached_property
     def u(self) -> float:
         """Standard uncertainty sqrt(sum (g u)^2); math.inf if a t-term has nu <= 2 (JCGM 100, 5.1.2)."""

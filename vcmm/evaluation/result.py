@@ -11,6 +11,7 @@ from vcmm import charts
 from vcmm.charts import PlottedBudget
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.summary import Summary
+from vcmm.evaluation.truth import Truth
 from vcmm.gps.decision import Decision
 from vcmm.report.histogram import filled
 
@@ -45,9 +46,11 @@ class BudgetLine:
 class CharacteristicResult:
     """Result of one characteristic; lengths in mm, angles in rad (`unit`).
 
-    value: what the machine indicates with all errors at their estimates, less the bias when `corrected`; mean: of all
-    trials, departs from the value where noise alone moves an extreme value; bias: indicated value minus what a machine
-    without errors would indicate at the same points (ISO 15530 reports it apart).
+    value: what the machine indicates with all errors at their estimates, less the bias when `corrected` and less the mean
+    of laws that have one; mean: of all trials, departs from the value where noise alone moves an extreme value; bias:
+    indicated value minus what a machine without errors would indicate at the same points (ISO 15530 reports it apart).
+    interval and decision are about the true value, given that `indicated` was read; `truth` says the same of any reading
+    (vcmm.evaluation.indication.at_indication).
     """
 
     name: str
@@ -73,6 +76,10 @@ class CharacteristicResult:
     trials: int
     linear_error: float
     summary: Summary | None
+    indicated: float = float("nan")
+    one_sided: bool = False  # the lower limit is a bound of nature
+    why_not_shown: str = ""  # why the coverage is not shown; empty where it is
+    truth: Truth | None = None
 
     @property
     def expanded(self) -> float:

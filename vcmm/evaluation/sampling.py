@@ -97,7 +97,7 @@ class Sampler:
         for done, term in enumerate(self.terms):
             self.progress("budget", done / len(self.terms))
             out.append(self._spread([term], trials, self.model.q0, self.model.values))
-        return np.array(out) / np.where(total > 0, total, 1.0)
+        return np.array(out).reshape(-1, len(total)) / np.where(total > 0, total, 1.0)
 
     def _spread(
         self, terms: Sequence[Term], trials: int, start: Array, values: Callable[[Array], Array]

@@ -8,7 +8,7 @@ bit, for any block size, any order of blocks and any number of workers (`merge`)
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +44,14 @@ class Summary:
     histogram: tuple[Array, Array]
     exact_u: bool = False
     warnings: tuple[str, ...] = ()
+
+    def reflected(self, about: float) -> Summary:
+        """The distribution of about - y: what leaned upwards leans downwards."""
+        edges, counts = self.histogram
+        return replace(
+            self, mean=about - self.mean, minimum=about - self.maximum, maximum=about - self.minimum,
+            grid=about - self.grid[::-1], below=1 - self.below[::-1], histogram=(about - edges[::-1], counts[::-1]),
+        )  # fmt: skip
 
     def quantile(self, p: float) -> float:
         """The value not exceeded with probability p. ModelLimit where the trials are too few to tell."""

@@ -22,15 +22,17 @@ from vcmm.core.laws import Law
 from vcmm.core.run import Array
 from vcmm.evaluation.budget import budget_line
 from vcmm.evaluation.certify import Check, check
+from vcmm.evaluation.indication import at_indication
+from vcmm.evaluation.interval import Linear
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress, Sampler
+from vcmm.evaluation.truth import Additive, Predicted, holds
 from vcmm.evaluation.world import World
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
-from vcmm.gps.decision import GUARD_BAND, Decision, decide
 from vcmm.measuring.settings import CORRECTED, Settings
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.part.part import Characteristic
@@ -40,9 +42,7 @@ PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share o
 CURVATURE = (
     0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
 )
-BIAS_SHARE = (
-    0.1  # |bias| <= 0.1 U: 95 % become 94.5 %; above that the interval is not shown to hold the true value
-)
+ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
 SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
 
@@ -53,13 +53,17 @@ def evaluate(
     progress: Progress | None = None,
     world: World | None = None,
 ) -> UncertaintyResult:
-    """Evaluate a task. world: where the errors come from (default: the task's machine). Raises UsageError without Inputs or characteristics; see `linear.build` for the rest."""
+    """Evaluate a task. world: where the errors come from (default: the task's machine).
+
+    Raises UsageError without characteristics, and for a measurement in which nothing is uncertain (a prediction may be
+    certain); see `linear.build` for the rest.
+    """
     settings = settings or Settings()
     if not task.part.characteristics:
         raise UsageError(
             "the part has no characteristics; add [[part.characteristics]] with name, type and of"
         )
-    if not task.inputs:
+    if not task.inputs and not (world is not None and world.predicts):
         raise UsageError(
             "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
         )
@@ -71,18 +75,22 @@ def evaluate(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What a tier says about one characteristic, before bias and decision."""
+    """What a tier says about one characteristic, before bias and decision.
+
+    law: of what is indicated; error: its mean beyond the indicated value, where the laws of Inputs have one.
+    """
 
     tier: str
     u: float
-    value: float
-    mean: float
-    interval: tuple[float, float]
+    law: Linear | Summary
     lines: tuple[BudgetLine, ...]
-    probability: float | None
     linear_error: float
     tangent: bool  # linear over its own spread: noise moves it up as often as down
-    summary: Summary | None = None
+    error: float = 0.0
+
+    @property
+    def summary(self) -> Summary | None:
+        return self.law if isinstance(self.law, Summary) else None
 
 
 class _Evaluation:
@@ -133,7 +141,8 @@ class _Evaluation:
             u = [self._scalar_u(j) for j in (product.first, product.second)]
             for _, _, gain in self.model.product_gains(product):
                 second += (float(self.gradient[i] @ gain) * u[0] * u[1]) ** 2
-        return float(closed_form_u(self._projected(i))[0]) ** 2, second
+        terms = self._projected(i)
+        return float(closed_form_u(terms)[0]) ** 2 if terms else 0.0, second
 
     def _scalar_u(self, j: int) -> float:
         law, factor = self.model.influences[j].input.spread(1)
@@ -147,14 +156,16 @@ class _Evaluation:
     def _closed(self, i: int) -> _Outcome:
         terms = self._projected(i)
         linear = marginal(float(self.value[i]), terms, 0)
-        interval = linear.interval(self.settings.p, self.settings.kind)
         lines = self._lines(terms, [float(closed_form_u([t])[0]) for t in terms], linear.u, True)
-        limits = self._limits(i)
-        p = None if limits is None else linear.probability(*limits)
         return _Outcome(
-            tier=CLOSED, u=linear.u, value=linear.centre, mean=linear.centre, interval=interval, lines=lines,
-            probability=p, linear_error=float(self.check.tangent_error[i]), tangent=True,
-        )  # fmt: skip
+            CLOSED,
+            linear.u,
+            linear,
+            lines,
+            float(self.check.tangent_error[i]),
+            True,
+            linear.centre - linear.mean,
+        )
 
     def _sampled(self, i: int, summary: Summary, alone: Array) -> _Outcome:
         exact = self.settings.engine == "exact"
@@ -169,15 +180,10 @@ class _Evaluation:
             else [float(share) * summary.u for share in alone]
         )
         lines = self._lines(terms, u_i, u, tangent)
-        limits = self._limits(i)
-        p = None if limits is None else summary.probability(*limits)
-        interval = summary.interval(self.settings.p, self.settings.kind)
+        error = float(self.check.linear_error[i])
         # a law of samples may have a mean: a smooth output then moves by it (JCGM 101, 7.6)
-        value = marginal(float(self.value[i]), terms, 0).centre if tangent else float(self.value[i])
-        return _Outcome(
-            tier=EXACT if exact else SAMPLED, u=u, value=value, mean=summary.mean, interval=interval, lines=lines,
-            probability=p, linear_error=float(self.check.linear_error[i]), tangent=tangent, summary=summary,
-        )  # fmt: skip
+        moved = marginal(0.0, terms, 0).centre if tangent else 0.0
+        return _Outcome(EXACT if exact else SAMPLED, u, summary, lines, error, tangent, moved)
 
     def _lines(
         self, terms: Sequence[Term], u_i: Sequence[float], u: float, linear: bool
@@ -194,51 +200,43 @@ class _Evaluation:
         tangent = self.smooth[i] and not self._curved(i)
         return float(self.bias[i]) if self.settings.known_bias == CORRECTED and tangent else 0.0
 
-    def _limits(self, i: int) -> tuple[float, float] | None:
-        """Limits for the indicated value; the 0 of a zone is no limit."""
-        c = self.model.characteristics[i]
-        tolerance = gps.tolerance(c, gps.nominal(c, self.features))
-        if tolerance is None:
-            return None
-        low, high = (limit + self._shift(i) for limit in tolerance)
-        return (-np.inf, high) if gps.one_sided(c) else (low, high)
-
-    def _decision(
-        self, c: Characteristic, interval: tuple[float, float], value: float, outcome: _Outcome
-    ) -> Decision | None:
-        tolerance = gps.tolerance(c, gps.nominal(c, self.features))
-        if tolerance is None:
-            return None
-        low, high = interval
-        half, rule = (high - low) / 2, self.settings.rule
-        where = (
-            (low + high) / 2 if rule == GUARD_BAND else value
-        )  # the guard band is that of the interval's own ends
-        finite_u = outcome.u if np.isfinite(outcome.u) else None
-        return decide(
-            where, tolerance, outcome.probability, u=finite_u, U=half, rule=rule, one_sided=gps.one_sided(c)
-        )
-
     def _assembled(self, i: int, c: Characteristic, outcome: _Outcome) -> CharacteristicResult:
         nominal, shift, u = gps.nominal(c, self.features), self._shift(i), outcome.u
-        interval = (outcome.interval[0] - shift, outcome.interval[1] - shift)
-        half = (interval[1] - interval[0]) / 2
-        known = bool(np.isfinite(u) and u > 0)
-        value = outcome.value - shift
-        unbiased = shift != 0 or abs(float(self.bias[i])) <= BIAS_SHARE * half
-        shown = self.model.world.predicts or (outcome.tangent and unbiased)
-        if np.isfinite(outcome.linear_error) and outcome.tier != EXACT:
-            shown = shown and outcome.linear_error <= BIAS_SHARE * max(half, 1e-12)
-        return CharacteristicResult(
-            name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=value, mean=outcome.mean - shift,
-            bias=float(self.bias[i]), corrected=shift != 0, u=u,
-            k=half / u if known else float("nan"), p=self.settings.p, interval=interval,
-            interval_kind=self.settings.kind, coverage_shown=shown, extreme=not outcome.tangent,
-            tolerance=gps.tolerance(c, nominal), decision=self._decision(c, interval, value, outcome), budget=PlottedBudget(outcome.lines),
-            interaction_share=1.0 - sum(line.share for line in outcome.lines) if known else float("nan"),
-            tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0,
-            linear_error=outcome.linear_error, summary=outcome.summary,
+        predicts, law = self.model.world.predicts, outcome.law
+        additive = Additive(law, float(self.value[i]), outcome.error, shift)
+        part = Predicted(law, float(self.value[i]) + outcome.error)
+        why = "" if predicts else self._why_not_shown(i, c, outcome, additive)
+        why = why or _why_not_linear(outcome, self.settings)
+        result = CharacteristicResult(
+            name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=nominal,
+            mean=(law.centre if isinstance(law, Linear) else law.mean) - shift, bias=float(self.bias[i]), corrected=shift != 0,
+            u=u, k=float("nan"), p=self.settings.p, interval=(nominal, nominal), interval_kind=self.settings.kind,
+            coverage_shown=not why, extreme=not outcome.tangent, tolerance=gps.tolerance(c, nominal), decision=None,
+            budget=PlottedBudget(outcome.lines),
+            interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
+            tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
+            summary=outcome.summary, indicated=float(self.value[i]), one_sided=gps.one_sided(c), why_not_shown=why,
+            truth=additive if outcome.tangent and not predicts else part,
         )  # fmt: skip
+        return at_indication(result, result.indicated, self.settings.rule)
+
+    def _why_not_shown(self, i: int, c: Characteristic, outcome: _Outcome, truth: Additive) -> str:
+        """Why the interval is not shown to hold the true value of a part that was measured; empty where it is."""
+        if not outcome.tangent:
+            return f"{c.type} is an extreme value: its spread says nothing of the true value"
+        bias = float(self.bias[i]) - truth.shift
+        if bias and not holds(truth.attained(self.settings.p, self.settings.kind, bias), self.settings.p):
+            return "the known bias is not corrected"
+        return ""
+
+
+def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
+    """Why the linear model is not good enough for the interval; empty where it is, or where nothing was compared."""
+    if outcome.tier == EXACT or not np.isfinite(outcome.linear_error):
+        return ""
+    low, high = outcome.law.interval(settings.p, settings.kind)
+    too_large = outcome.linear_error > ERROR_SHARE * max((high - low) / 2, 1e-12)
+    return "the linear model errs by more than a tenth of U" if too_large else ""
 
 
 def _perfect(task: Task) -> Array:
@@ -250,7 +248,10 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
     """What a reader must know about one result. predicts: of a part still to be cut, whose errors are its deviation."""
     out = list(r.summary.warnings) if r.summary else []
     unit, scale = ("um", 1e3) if r.unit == "mm" else ("urad", 1e6)
-    if not (predicts or r.corrected) and abs(r.bias) > BIAS_SHARE * r.expanded and abs(r.bias) > 1e-9:
+    if (
+        not (predicts or r.corrected or r.extreme or r.coverage_shown)
+        and abs(r.bias) > ERROR_SHARE * r.expanded
+    ):
         out.append(
             f"{r.name}: the known bias of {r.bias * scale:+.3g} {unit} is not corrected; the interval and the decision are about "
             'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'

@@ -215,6 +215,9 @@ def _known(
                 if getattr(cut.tools[name], key):
                     text = f"{key} belongs to a turning tool; tool {name} is {setup.tools[int(name)].shape}"
                     problems.add(("cut", "tools", name, key), text)
+        if cut.tools[name].compliance is not None and not forces_known(setup):
+            text = "compliance needs cutting forces: add [stock] with its size and material to the set-up, or leave compliance out"
+            problems.add(("cut", "tools", name, "compliance"), text)
     if problems.found:
         return None
     own = machine.effects if machine else ()
@@ -292,7 +295,7 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
     """How far each tool bends, where forces are known and its compliance or stick-out is stated."""
     effects: list[Effect] = []
     inputs: list[Input] = []
-    if setup.stock is None or setup.material is None:
+    if not forces_known(setup):
         return effects, inputs
     for number, tool in setup.tools.items():
         said = cut.tools.get(str(number), ToolKnowledge())
@@ -301,11 +304,17 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
             amount = bending(tool.diameter / 2, tool.stick_out)
         if amount is not None:
             kind = made_for("tool bending", f"stick_out or compliance of tool {number}")
-            effects.append(kind.of_rod(amount, str(number)))
+            yields = kind.of_edge if tool.shape == "turning" else kind.of_rod
+            effects.append(yields(amount, str(number)))
             if said.u_compliance:
                 law, why = Normal(said.u_compliance), "stiffness of tool and spindle"
                 inputs.append(Input(kind.name, str(number), "compliance", law, "setup", why))
     return effects, inputs
+
+
+def forces_known(setup: Setup) -> bool:
+    """Whether the set-up says what is cut, so that cutting forces can be computed."""
+    return (setup.stock is not None or setup.bar is not None) and setup.material is not None
 
 
 def _inspection(document: Document, table: InspectionTable, problems: Problems) -> Inspection | None:

@@ -52,7 +52,7 @@ class StockTable(Table):
 
 
 class SetupFile(Table):
-    """setup/1"""
+    """setup/1. set_with: the tool (or probe) with which X and Y of the work offsets were set, the first that cuts if not said."""
 
     vcmm: str
     machine: str | None = None
@@ -65,6 +65,7 @@ class SetupFile(Table):
     rotations: dict[str, Angle] = Field(default_factory=dict)
     reference: Point = ZERO
     second_reference: Point = ZERO
+    set_with: int | None = Field(default=None, examples=["3"])
     tools: dict[str, ToolTable] = Field(default_factory=dict)
     stock: StockTable | None = None
     temperature: Temperatures | None = None
@@ -86,6 +87,10 @@ def load_setup(path: str | Path) -> Setup:
         motion = {k: v for k, v in model.control.items() if k != "compensation"}
         control = problems.attempt(("control",), lambda: control_from(motion))
         active = problems.attempt(("control", "compensation"), lambda: _active(model.control or {}))
+    if model is not None and model.set_with is not None and model.set_with not in tools:
+        known = [str(n) for n in tools]
+        text = f"tool {model.set_with} is not in the set-up.{choose_from(str(model.set_with), known) if known else ''}"
+        problems.add(("set_with",), f"{text} A probe is a tool too: add its length")
     problems.raise_if_any()
     assert model is not None
     folder = Path(path).parent
@@ -95,7 +100,8 @@ def load_setup(path: str | Path) -> Setup:
         stock=model.stock.box if model.stock else None, stock_corner=model.stock.corner if model.stock else None,
         bar=_bar(model.stock),
         decimal_point=model.decimal_point, arc_centre=model.arc_centre, block_delete=model.block_delete, path=Path(path),
-        control=control, compensation=active, subprograms=tuple(folder / name for name in model.subprograms),
+        control=control, compensation=active, set_with=model.set_with,
+        subprograms=tuple(folder / name for name in model.subprograms),
         constants=columns_of(model.temperature) if model.temperature else {},
         material=model.stock.material if model.stock else None,
         thrust=model.stock.thrust_ratio if model.stock else None,

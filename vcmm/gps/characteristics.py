@@ -7,7 +7,8 @@ second order; it tells which side is which and where the nominal centres and end
 
 size         diameter of circle, sphere, cylinder; tube diameter of a torus; local sizes by rank (criteria.py)
 distance     of two centres; or of the second feature's centre from the first feature's plane or axis. The
-             centre of a plane or axis is its point nearest to the nominal centre of the feature.
+             centre of a plane or axis is its point nearest to the nominal centre of the feature. From a plane it has
+             a sign: plus on the side where the drawing has it, along the normal where it lies in the plane.
 angle        between normals, between axes; of an axis to a plane: to the surface, not to its normal. Acute
              or obtuse does not depend on how directions are drawn: the nominal angle is at most 90 deg.
 form         range of the residuals of the element by the criterion: least squares (G), minimum zone (C), ...
@@ -30,6 +31,7 @@ from vcmm.gps.elements import (
     CENTRES,
     MeasuredElement,
     anchor,
+    centre,
     from_axis,
     nominal_element,
     place,
@@ -46,6 +48,7 @@ FORM = {
     "roundness": ("circle", "sphere"),
     "cylindricity": ("cylinder",),
 }
+SAME_PLANE = 1e-9  # mm
 SIZES = {"circle": 0, "sphere": 0, "cylinder": 0, "torus": 1}  # which of Fitted.sizes is the radius
 IMPLEMENTED = (
     "size", "distance", "angle", *FORM,
@@ -108,11 +111,13 @@ def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | 
     """Whether the value is smooth with a gradient other than zero: size, distance, angle of least-squares elements.
 
     False for extreme values and roots (form, orientation, location; any criterion of contact, local sizes) and, when
-    `features` are given, for a distance or angle that is 0 in the drawing.
+    `features` are given, for a distance of centres or angle that is 0 in the drawing.
     """
     if characteristic.type not in ("size", "distance", "angle") or not criteria.chosen(characteristic).gauss:
         return False
-    return features is None or nominal(characteristic, features) > 1e-6
+    if features is None or nominal(characteristic, features) > 1e-6:
+        return True
+    return characteristic.type == "distance" and features[characteristic.between[0]].kind == "plane"
 
 
 def unit(characteristic: Characteristic) -> str:
@@ -167,7 +172,11 @@ def _size(c: Characteristic, e: MeasuredElement) -> Array:
 def _distance(c: Characteristic, a: MeasuredElement, b: MeasuredElement) -> Array:
     second = anchor(b)
     if a.feature.kind == "plane":
-        return np.abs(dot(second - a.point, a.axis))
+        over = float(dot(centre(b.feature) - a.feature.point, a.feature.axis))
+        side = (
+            -1.0 if over < -SAME_PLANE else 1.0
+        )  # decided by the drawing: a step of 0 may come out either way
+        return np.asarray(side * dot(second - a.point, a.axis))
     if a.feature.kind in AXES:
         return np.asarray(from_axis(second[..., None, :], a)[..., 0])
     if b.feature.kind not in CENTRES:

@@ -23,13 +23,19 @@ ACCEPT, REJECT = 0.95, 0.05
 @dataclass(frozen=True)
 class Decision:
     """`text`: one of the three outcomes. `p_conform` 0..1 or None when unknown. `guard`: width of the guard
-    band in the unit of the value, None when it was not used or not known.
+    band in the unit of the value, None when it was not used or not known. `reason`: why nothing is decided, else empty.
     """
 
     text: str
     rule: str
     p_conform: float | None
     guard: float | None
+    reason: str = ""
+
+
+def undecided(rule: str, reason: str) -> Decision:
+    """No decision, because the interval on which it would rest is not shown to hold the true value."""
+    return Decision(UNDECIDED, rule, None, None, reason)
 
 
 def decide(

@@ -9,6 +9,8 @@ Each step is a step of the process (vcmm.machining.process); the rest is the sam
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vcmm.core.errors import ModelLimit
@@ -20,6 +22,7 @@ from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zer
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
 from vcmm.machining.zero_setting import joined, setting_rows, ways_of_setting
+from vcmm.nc.setup import first_tool
 
 
 def surface_at(job: PreparedCut, points: Array, normals: Array, exact: bool = True) -> CutSurface:
@@ -86,20 +89,38 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
 def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
     """The rows of the cut, then those in which each tool and work offset was set.
 
-    The second result (n,): first of the rows in which the zero of each row was set; -1: nothing is taken off.
+    The second result (n, 3): first of the rows in which the zero of each row was set, in X, Y and Z; -1: nothing is taken off.
     """
     run = run.with_columns({"setting": np.zeros(run.n)})
     if not job.scenario.set_here:
-        return run, np.full(run.n, -1, dtype=np.intp)
+        return run, np.full((run.n, 3), -1, dtype=np.intp)
     first, number = ways_of_setting(run)
+    own = run.labels["tool"][first]
+    setter = np.array([setting_tool(job, str(name)) for name in own])
+    other = np.flatnonzero(setter != own)  # their X and Y were set with another tool
     each = job.process.rows_per_zero
-    chosen = np.repeat(first, each)
-    tools = [job.scenario.setup.tools[int(name)] for name in run.labels["tool"][chosen]]
-    offset = -np.array([tool.offset for tool in tools])
+    rows = _set_with(
+        job,
+        run,
+        np.repeat(np.concatenate([first, first[other]]), each),
+        np.repeat([*own, *setter[other]], each),
+    )
+    across = np.arange(len(first))
+    across[other] = len(first) + np.arange(len(other))
+    back = run.n + each * np.stack([across, across, np.arange(len(first))], axis=1)[number]
+    return joined(run, rows), np.concatenate([back, np.full((rows.n, 3), -1)]).astype(np.intp)
+
+
+def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:
+    """The rows `chosen` (k,) of a run again, as when their zero was set with tools (k,)."""
+    offset = -np.array([job.scenario.setup.tools[int(name)].offset for name in tool])
     rows = setting_rows(run, chosen, offset, zeros(job, run.labels[OFFSET_LABEL][chosen]), job.pose)
-    rows = job.process.set_at(job, rows)
-    setting = np.concatenate([run.n + each * number, np.full(rows.n, -1, dtype=np.intp)])
-    return joined(run, rows), setting
+    return job.process.set_at(job, replace(rows, labels={**rows.labels, "tool": tool}))
+
+
+def setting_tool(job: PreparedCut, tool: str) -> str:
+    """The tool that carried X and Y of the zeros under which `tool` cuts: on a mill the one that set the work offsets."""
+    return tool if job.process.each_tool_set else str(first_tool(job.program.moves, job.scenario.setup))
 
 
 def _prepared(job: PreparedCut, run: Run) -> Run:

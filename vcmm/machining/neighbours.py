@@ -5,6 +5,9 @@ the disc of a flat cutter over a length of path, a wall is passed within d^2 / 2
 corner of the path the rounding of the control moves the corner itself but not what lies beside it. Each neighbour is the
 tool standing at that place, met by the ray along the normal; its height and the normal of the cutter there are exact.
 
+A tool that plunges along its own axis touches the wall of its hole all the way from where its full radius arrives down to
+the bottom, pecks and the way out included: it is put at several places of that stroke, its two ends among them.
+
 Where the nominal motion leaves the programmed path by an amount that changes along it (`OffPath`), the deepest cut lies between
 such steps. It is looked for there by closer and closer steps, down to nanometres of path, and is one more neighbour.
 """
@@ -19,10 +22,10 @@ from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.envelope import CutSurface
 from vcmm.cutting.standing_tool import entry
-from vcmm.cutting.sweeps import Sweep, lengths
-from vcmm.cutting.tools import Cutter, implicit
+from vcmm.cutting.sweeps import LINE, Sweep, lengths
+from vcmm.cutting.tools import Cutter, implicit, nose_height
 from vcmm.machining.process import CutCandidates
-from vcmm.machining.rotary import turned, turned_back
+from vcmm.machining.rotary import Bools, turned, turned_back
 
 OFFSETS = np.array([0.002, 0.005, 0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 SOURCES = 2  # contacts of a point whose neighbours are asked
@@ -31,6 +34,11 @@ BAND = 0.05  # mm: a neighbour that lies further above the contact than any erro
 ROUNDS, ACROSS = 7, 9  # the bracket shrinks to a quarter in each round: 0.3 mm to 0.02 um
 TURNS = 1e-6  # mm: what moves by no more than this differently, from step to step, is not searched
 LOWER = 1e-7  # mm: a place between steps counts if it is so much deeper than they
+
+
+STROKE = 9  # places along a stroke into a hole
+ALONG = 1e-9  # sine of the angle between a plunge and the axis of its tool; mm between strokes of one hole
+INSIDE = 0.02  # mm that the full radius has passed a point at the upper end of its stroke: more than it may stand off by
 
 
 OffPath = Callable[[Ints, Array, Array], Array]
@@ -69,6 +77,7 @@ def candidates(
                 for offset in OFFSETS
                 for sign in (-1, 1)
             ]
+            parts += _strokes(surface, sweep, standing, points, k)
             if off is not None:
                 heights = _moved_heights(surface, sweep, standing, points, k, off)
                 deeper, at = deepest_between(heights, len(points), STEPS)
@@ -83,8 +92,18 @@ def _beside(
     surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, offset: Array
 ) -> CutCandidates:
     """The tool `offset` (n,) radii further along the path than the k-th contact of each of the points."""
-    count = len(surface.points)
-    row, share, tip, frame = _further(surface, sweep, standing, points, k, offset)
+    radius = np.array([t.radius for t in sweep.tools])[sweep.tool]
+    from_ = surface.row[points, k]
+    row, share = _walk(sweep, from_, surface.t[points, k], offset * radius[from_])
+    return _placed(surface, sweep, standing, points, k, (row, share))
+
+
+def _placed(
+    surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int, at: tuple[Ints, Array]
+) -> CutCandidates:
+    """The tool at (rows, shares) (n,) as one more candidate of each of the points, whose k-th contact is another place."""
+    count, (row, share) = len(surface.points), at
+    tip, frame = standing(row, share)
     height, cutter = np.full(len(points), np.inf), surface.normals[points].copy()
     for number, tool in enumerate(sweep.tools):
         mine = np.flatnonzero(sweep.tool[row] == number)
@@ -103,10 +122,59 @@ def _beside(
         np.full((count, 1), np.inf), surface.normals[:, None, :].copy(), np.zeros((count, 1, 3)),
         np.full((count, 1), -1, dtype=np.intp), np.zeros((count, 1)),
     )  # fmt: skip
-    at = points[good]
-    out.height[at, 0], out.cutter[at, 0], out.tip[at, 0] = height[good], cutter[good], tip[good]
-    out.row[at, 0], out.share[at, 0] = row[good], share[good]
+    mine = points[good]
+    out.height[mine, 0], out.cutter[mine, 0], out.tip[mine, 0] = height[good], cutter[good], tip[good]
+    out.row[mine, 0], out.share[mine, 0] = row[good], share[good]
     return out
+
+
+def _strokes(
+    surface: CutSurface, sweep: Sweep, standing: Standing, points: Ints, k: int
+) -> list[CutCandidates]:
+    """Places along the strokes into holes whose walls are touched by the k-th contact of the points."""
+    axial, hole = _holes(sweep)
+    points = points[axial[surface.row[points, k]]]
+    if not len(points):
+        return []
+    own = surface.row[points, k].astype(np.intp)
+    level = np.einsum("ni,ni->n", surface.points[points], sweep.axis[own])
+    nose = np.array([nose_height(t) for t in sweep.tools])[sweep.tool[own]] + INSIDE
+    row, first, last = _stroke(sweep, hole, own, level - nose)
+    out = []
+    for part in np.linspace(0.0, 1.0, STROKE):
+        out.append(_placed(surface, sweep, standing, points, k, (row, first + part * (last - first))))
+    return out
+
+
+def _holes(sweep: Sweep) -> tuple[Bools, Ints]:
+    """Rows (m,) that lead their tool along its own axis, and a number (m,) for each run of them on one line."""
+    way = sweep.end - sweep.start
+    length = np.linalg.norm(way, axis=1)
+    across = np.linalg.norm(np.cross(way, sweep.axis), axis=1)
+    axial = (sweep.kind == LINE) & (length > 0.0) & (across <= ALONG * np.maximum(length, 1.0))
+    aside = np.cross(sweep.start[1:] - sweep.end[:-1], sweep.axis[1:])
+    going_on = axial[1:] & axial[:-1] & (sweep.tool[1:] == sweep.tool[:-1])
+    going_on &= np.linalg.norm(aside, axis=1) <= ALONG
+    going_on &= np.abs(sweep.axis[1:] - sweep.axis[:-1]).max(axis=1) <= ALONG
+    return axial, np.concatenate([[0], np.cumsum(~going_on)]).astype(np.intp)
+
+
+def _stroke(sweep: Sweep, hole: Ints, own: Ints, top: Array) -> tuple[Ints, Array, Array]:
+    """The row (n,) that leads the tool from heights `top` (n,) over its axis to the bottom of the hole, and its shares there.
+
+    The row of the contact itself where it does, else the longest of the strokes of that hole (the way out after pecks).
+    """
+    ends = [np.einsum("mi,mi->m", p, sweep.axis) for p in (sweep.start, sweep.end)]
+    low, high = np.minimum(*ends), np.maximum(*ends)
+    bottom = np.full(int(hole[-1]) + 1, np.inf)
+    np.minimum.at(bottom, hole, low)
+    order = np.lexsort((low - high, hole))  # the longest of each hole first
+    longest = order[np.searchsorted(hole[order], np.arange(len(bottom)))]
+    whole = (low[own] <= bottom[hole[own]] + ALONG) & (high[own] >= top)
+    row = np.where(whole, own, longest[hole[own]]).astype(np.intp)
+    begin, rise = ends[0][row], (ends[1] - ends[0])[row]
+    first = np.clip((np.minimum(top, high[row]) - begin) / rise, 0.0, 1.0)
+    return row, first, np.where(rise < 0.0, 1.0, 0.0)
 
 
 def _further(

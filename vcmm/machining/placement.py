@@ -99,8 +99,8 @@ class CutDeviation:
     def _some(self, poses: Array) -> Array:
         m, tool = len(poses), self.world.tool
         many = _tiled(tool.run, poses[:, :3] - self.present)
-        jump = tool.run.n * np.arange(m)[:, None]
-        setting = np.where(tool.setting >= 0, tool.setting + jump, -1).ravel()
+        jump = tool.run.n * np.arange(m)[:, None, None]
+        setting = np.where(tool.setting >= 0, tool.setting + jump, -1).reshape(-1, 3)
         known = np.tile(tool.known, (m, 1))
         moved = replace(tool, run=many, setting=setting, known=known).errors().reshape(m, tool.run.n, 3)
         contacts = self.world.contacts

@@ -58,7 +58,8 @@ class ProbedHere:
         """The row of the zero for every touch, none for the zeros themselves (n + k,)."""
         number = {name: self.n + k for k, name in enumerate(self.zeros)}
         touches = [number[str(name)] for name in self.task.touches.run.labels[OFFSET_LABEL]]
-        return ZeroRows(np.array(touches + [-1] * len(number), dtype=np.intp))
+        rows = np.array(touches + [-1] * len(number), dtype=np.intp)
+        return ZeroRows(np.repeat(rows[:, None], 3, axis=1))
 
     def errors(self) -> Array:
         return self.zero.off_errors(self.task.machine.indication_error(self.run))[: self.n]

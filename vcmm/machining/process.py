@@ -150,6 +150,7 @@ class Process(ABC):
 
     # -- where its zero was set ---------------------------------------------------------------------------------------
     rows_per_zero = 1  # rows of the run whose mean error is in a zero
+    each_tool_set = False  # whether every tool was set in all axes, as on a lathe; else only its length
 
     def set_at(self, job: PreparedCut, rows: Run) -> Run:
         """Rows of setting with rotary axes as they stood then."""

@@ -102,7 +102,7 @@ class RotaryMillingProcess(MillingProcess):
         self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]
     ) -> ToolSide:
         ways = commands_to_work(job.machine, run)
-        turn = ways @ np.linalg.inv(ways[np.maximum(setting, 0)])
+        turn = ways @ np.linalg.inv(ways[np.maximum(setting[:, 0], 0)])
         return ToolSide(job.machine, run, setting, known, inputs, turn)
 
     def why_refused(self, job: PreparedCut) -> VcmmError | None:

@@ -47,7 +47,7 @@ def needs_forces(effect: Effect) -> bool:
 class ToolSide:
     """run: rows in which points are cut, then rows in which zeros were set, `rows_per_zero` for each of them.
 
-    setting (n,): first of those of each row, -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation
+    setting (n, 3): first of those of each row for X, Y, Z, -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation
     of the nominal motion from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z
     to workpiece axes in each row, None while all rotary axes stand at zero. phi (n,): angle of the meridian frame of a lathe
     in which errors are wanted, rad; None: workpiece axes.

@@ -72,6 +72,7 @@ class TurningProcess(Process):
     """turning: the program in the meridian half plane."""
 
     turning: Turning
+    each_tool_set = True
 
     @property
     def sweep(self) -> Sweep:  # type: ignore[override]

@@ -1,7 +1,8 @@
 """Where a zero was set: the rows of a run in which it was, and what is taken off because it holds the error made there.
 
 What a machine errs by where its zero was set is in the zero, and so is taken off, draw by draw. The zero is a number of the
-machine axes: what was taken into it stays along them while a table turns the part.
+machine axes: what was taken into it stays along them while a table turns the part. X and Y of a work offset are one number for
+all tools of a mill: the tool that set it carries them. Z was set with each tool (its length), on a lathe every axis.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ SETTING = "setting"  # label value of the rows in which a zero was set
 
 @dataclass(frozen=True, eq=False)
 class ZeroRows:
-    """first (n,): for each row the first of the rows in which its zero was set, -1 where nothing is taken off.
+    """first (n, 3): for each row and each of X, Y, Z the first of the rows in which that zero was set, -1: nothing is taken off.
 
     count: rows that belong together, whose mean is taken off (angles of a spindle). turn (n, 3, 3): from the axes of the
     machine to those of the workpiece, None while all rotary axes stand at zero.
@@ -40,11 +41,11 @@ class ZeroRows:
         """Errors (..., n, 3) less those in the rows of setting."""
         if not self.any:
             return errors
-        taken = errors[..., self._back(), :]
-        taken = taken if self.count == 1 else taken.mean(axis=-2)
+        taken = np.stack([errors[..., self._back(i), i].mean(axis=-1) for i in range(3)], axis=-1)
+        taken = np.where(self.first >= 0, taken, 0.0)
         if self.turn is not None:
             taken = np.einsum("nij,...nj->...ni", self.turn, taken)
-        return np.asarray(errors - np.where((self.first >= 0)[:, None], taken, 0.0))
+        return np.asarray(errors - taken)
 
     def off_response(self, response: Array, *codes: Ints) -> Array:
         """Responses (n, 3, ...) less those in the rows of setting, where all draws (codes, n each) are the same there."""
@@ -52,26 +53,24 @@ class ZeroRows:
             return response
         same = self.first >= 0
         for one in codes:
-            same = same & (one == one[np.maximum(self.first, 0)])
-        taken = response[self._back()]
-        taken = taken if self.count == 1 else taken.mean(axis=1)
+            same = same & (one[:, None] == one[np.maximum(self.first, 0)])
+        taken = np.stack([response[self._back(i), i].mean(axis=1) for i in range(3)], axis=1)
+        taken = np.where(same.reshape(*same.shape, *(1,) * (response.ndim - 2)), taken, 0.0)
         if self.turn is not None:
             taken = np.einsum("nij,nj...->ni...", self.turn, taken)
-        shape = (-1,) + (1,) * (response.ndim - 1)
-        return np.asarray(response - np.where(same.reshape(shape), taken, 0.0))
+        return np.asarray(response - taken)
 
     def quiet(self, one: Draws) -> Draws:
         """Draws of copies that only rows of setting have count as nothing: they belong to the uncertainty of the zero."""
         codes = one.influence.codes
-        rows = (self.first[self.first >= 0][:, None] + np.arange(self.count)).ravel()
+        rows = (np.unique(self.first[self.first >= 0])[:, None] + np.arange(self.count)).ravel()
         used = np.unique(codes[~np.isin(np.arange(len(codes)), rows)])
         keep = np.isin(np.arange(one.departures.shape[1]), used)
         return replace(one, departures=one.departures * keep[None, :, None])
 
-    def _back(self) -> Ints:
-        """The row of setting of each row (n,), or all of them (n, count)."""
-        first = np.maximum(self.first, 0)
-        return first if self.count == 1 else first[:, None] + np.arange(self.count)
+    def _back(self, axis: int) -> Ints:
+        """The rows (n, count) in which the zero of X, Y or Z (0, 1, 2) of each row was set."""
+        return np.maximum(self.first[:, axis], 0)[:, None] + np.arange(self.count)
 
 
 def setting_rows(run: Run, chosen: Ints, offset: Array, at: Array, pose: Pose) -> Run:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from vcmm.nc.limits import Control
-from vcmm.nc.moves import Point, Program
+from vcmm.nc.moves import Move, Point, Program
 
 ZERO: Point = (0.0, 0.0, 0.0)
 SHAPES = ("flat", "ball", "bull", "drill", "turning")
@@ -103,10 +103,21 @@ class Setup:
     path: Path | None = None
     control: Control | None = None
     set_at: Point | None = None  # where offsets and tools were set; None = at each work zero
+    set_with: int | None = (
+        None  # tool with which X and Y of the work offsets were set; None = the first that cuts
+    )
     constants: Mapping[str, float] = field(default_factory=dict)  # columns of the whole run: temperatures
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
     )
+
+
+def first_tool(moves: Sequence[Move], setup: Setup) -> int:
+    """The tool with which X and Y of the work offsets were set: the stated one, else the first that cuts; 0: none is known."""
+    if setup.set_with is not None:
+        return setup.set_with
+    cuts = (m.tool for m in moves if m.kind != "rapid" and m.tool in setup.tools)
+    return next(cuts, 0)
 
 
 def turns_with(setup: Setup, program: Program) -> bool:

@@ -1,0 +1,74 @@
+"""What a mismatch goes with, on numbers made by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vcmm.core.errors import UsageError
+from vcmm.core.run import Run
+from vcmm.machining.mismatch import Observed, located
+
+SCATTER = 0.5e-3
+
+
+def observed(rest: np.ndarray, known: float = 0.0) -> Observed:
+    """Two walls, 30 points each, cut along +X by line 5 and along -X by line 7; `known`: u of a radius common to all, mm."""
+    n = len(rest)
+    sense, half = np.where(np.arange(n) < n // 2, 1.0, -1.0), np.arange(n) % (n // 2)
+    normals = np.column_stack([np.zeros(n), sense, np.zeros(n)])
+    x = 10.0 + half
+    columns = {
+        "sense_X": sense, "sense_Y": np.ones(n), "time_s": np.arange(n) * 1.0, "across_tool": np.ones(n), "line": np.where(sense > 0, 5.0, 7.0),
+    }  # fmt: skip
+    run = Run(
+        {"X": x, "Y": 20.0 * sense, "Z": np.zeros(n)}, np.zeros((n, 3)), columns, {"tool": np.full(n, "1")}
+    )
+    return Observed(
+        rest, known**2 * np.ones((n, n)), normals, np.column_stack([x, 20.0 * sense, half % 5]),
+        np.where(sense > 0, "front", "back"), columns["line"].astype(int), run,
+    )  # fmt: skip
+
+
+def noise(seed: int = 0) -> np.ndarray:
+    return SCATTER * np.random.default_rng(seed).standard_normal(60)
+
+
+def test_scatter_alone_says_nothing_and_is_measured():
+    found, scatter = located(observed(noise()))
+    assert found == ()
+    assert scatter == pytest.approx(SCATTER, rel=0.2)
+
+
+def test_false_alarms_are_as_rare_as_promised():
+    """One in a thousand at most: 60 parts as predicted, none is accused (probability 0.94 and more)."""
+    assert sum(bool(located(observed(noise(seed)))[0]) for seed in range(1, 61)) == 0
+
+
+def test_a_radius_that_is_known_to_be_uncertain_is_no_mismatch():
+    """5 um of radius: nothing where u = 3 um is stated for it, 1.7 times; all of it where nothing is stated."""
+    rest = noise() + 5e-3
+    assert located(observed(rest, known=3e-3))[0] == ()
+    (first, *_) = located(observed(rest))[0]
+    assert (first.covariate, round(first.rms * 1e3)) == ("tool radius", 5)
+
+
+def test_what_bends_along_the_path_goes_with_time_and_names_feature_and_line():
+    """Nothing on the front, up to 6 um on the back where line 7 cuts, growing with x: the part as it was aligned may turn by it."""
+    rest = noise()
+    rest[30:] += 6e-3 * (np.arange(30) / 29.0) ** 2
+    (first, *_) = located(observed(rest))[0]
+    assert (first.feature, first.line) == ("back", 7)
+    assert first.p < 1e-3
+
+
+def test_a_stated_scatter_is_taken_as_it_is():
+    """Chi-squared instead of F: 5 um against 0.5 um / sqrt 60 are 77 standard deviations."""
+    found, scatter = located(observed(noise() + 5e-3), u_point=SCATTER)
+    assert scatter == SCATTER
+    assert found[0].p < 1e-100
+
+
+def test_too_few_points_are_told():
+    with pytest.raises(UsageError, match=r"8 measured points are too few .* measure at least \d+"):
+        located(observed(np.zeros(8)))

@@ -1,0 +1,145 @@
+"""vcmm evaluate: measured points or values in; true values, decisions and budgets out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+
+def evaluate_command(
+    scenario: Path,
+    *,
+    points: Path | None = None,
+    values: Path | None = None,
+    frame: Literal["part", "machine"] = "part",
+    tip_centres: Annotated[bool, Parameter(name="--tip-centres", negative=())] = False,
+    trials: int | None = None,
+    seed: int | None = None,
+    json: Annotated[bool, Parameter(name="--json")] = False,
+    out: Path | None = None,
+) -> int:
+    """Evaluate what was measured: the value, the interval of the true value, decision and budget of every characteristic.
+
+    Exit code 1 when a characteristic of a part does not conform.
+
+    Parameters
+    ----------
+    scenario
+        Scenario file (scenario/1): machine, part, plan, what is known.
+    points
+        Measured points: feature,x_mm,y_mm,z_mm (nx,ny,nz, part, stylus). Without feature: in the order of the plan.
+    values
+        Measured values: characteristic,value_mm (deviation_um, value_deg; part).
+    frame
+        Where the points are: part, the drawing frame after alignment; machine, the axes of the machine.
+    tip_centres
+        The points are centres of the tip, not compensated for its radius.
+    trials
+        Monte Carlo trials (default: the scenario's).
+    seed
+        Seed of the random streams (default: the scenario's).
+    json
+        Print one JSON document.
+    out
+        Folder for evaluation.json, values.csv, and of one part report.html and budget.csv.
+    """
+    from vcmm.console.complaints import about
+    from vcmm.console.documents import print_json
+    from vcmm.console.files import output_folder
+    from vcmm.console.terminal import progress
+    from vcmm.files.scenario import load_scenario
+
+    _refuse(points, values, frame, tip_centres)
+    folder = output_folder(out) if out else None
+    loaded = load_scenario(scenario)
+    settings = _settings(loaded.settings, seed=seed, trials=trials)
+    with progress() as report, about(scenario):
+        parts = _evaluated(loaded, (points, values), (frame, tip_centres), settings, report)
+    content = _document(parts, settings, scenario, points or values)
+    if folder:
+        _write(folder, loaded, parts, content)
+    if json:
+        print_json(content)
+    else:
+        _show(parts, content["warnings"])
+    decisions = [e.result.decision for p in parts for e in p.characteristics if e.result.decision]
+    return 1 if any(d.text == "does not conform" for d in decisions) else 0
+
+
+def _document(parts: Any, settings: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
+    from vcmm.console.documents import document, sources
+    from vcmm.tables.inferred import evaluate_json
+
+    assert measured is not None
+    return document(
+        "vcmm.uncertainty/1",
+        evaluate_json(parts, settings.trials),
+        seed=settings.seed,
+        files=[*sources(scenario), measured],
+        warnings=list(dict.fromkeys(w for p in parts for w in p.warnings)),
+    )
+
+
+def _refuse(points: Path | None, values: Path | None, frame: str, tip_centres: bool) -> None:
+    from vcmm.core.errors import UsageError
+
+    if (points is None) == (values is None):
+        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
+    if values is not None and (frame != "part" or tip_centres):
+        raise UsageError("--frame and --tip-centres are about points; values have neither")
+
+
+def _settings(settings: Any, **changes: int | None) -> Any:
+    from dataclasses import replace
+
+    return replace(settings, **{k: v for k, v in changes.items() if v is not None})
+
+
+def _evaluated(loaded: Any, files: Any, how: Any, settings: Any, report: Any) -> Any:
+    from vcmm.files.measured import read_measured_points, read_measured_values
+    from vcmm.inference.job import evaluate_points, evaluate_values
+
+    points, values = files
+    if values is not None:
+        return evaluate_values(loaded, read_measured_values(values), settings=settings, progress=report)
+    return evaluate_points(
+        loaded, read_measured_points(points), in_machine=how[0] == "machine", tip_centres=how[1],
+        settings=settings, progress=report,
+    )  # fmt: skip
+
+
+def _show(parts: Any, warnings: list[str]) -> None:
+    from vcmm.console.terminal import say, show_table
+    from vcmm.tables.evaluated import largest
+    from vcmm.tables.inferred import shown
+
+    for part in parts:
+        show_table(shown(part))
+    if len(parts) == 1:
+        show_table(largest(e.result for e in parts[0].characteristics))
+    for warning in warnings:
+        say(f"note: {warning}")
+
+
+def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any]) -> None:
+    from dataclasses import replace
+
+    from vcmm.console.documents import json_text
+    from vcmm.console.files import write_files
+    from vcmm.console.terminal import say
+    from vcmm.pages.uncertainty import uncertainty_page
+    from vcmm.tables.evaluated import budget_csv
+    from vcmm.tables.inferred import values_csv
+
+    texts = {"evaluation.json": json_text(content), "values.csv": values_csv(parts)}
+    if len(parts) == 1:
+        whole = replace(
+            parts[0].uncertainty,
+            characteristics=tuple(e.result for e in parts[0].characteristics),
+            warnings=parts[0].warnings,
+        )
+        texts |= {"report.html": uncertainty_page(scenario, whole), "budget.csv": budget_csv(whole)}
+    write_files(folder, texts)
+    say(f"wrote {', '.join(f'{folder}/{name}' for name in texts)}")

@@ -1,0 +1,40 @@
+"""The result of a characteristic for any indicated value: interval of the true value, and the decision about it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from vcmm.evaluation.result import CharacteristicResult
+from vcmm.evaluation.truth import Statement
+from vcmm.gps.decision import GUARD_BAND, Decision, decide, undecided
+
+
+def at_indication(result: CharacteristicResult, y: float, rule: str) -> CharacteristicResult:
+    """The result for an indicated value y, mm or rad: value, interval, k and decision by a rule of vcmm.gps.decision."""
+    assert result.truth is not None
+    limits = None
+    if result.tolerance is not None:
+        limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
+    said = result.truth.given(y, result.p, result.interval_kind, limits)
+    half = (said.interval[1] - said.interval[0]) / 2
+    known = math.isfinite(result.u) and result.u > 0
+    return replace(
+        result, value=said.estimate, interval=said.interval, k=half / result.u if known else math.nan,
+        decision=_decision(result, said, rule),
+    )  # fmt: skip
+
+
+def _decision(result: CharacteristicResult, said: Statement, rule: str) -> Decision | None:
+    if result.tolerance is None:
+        return None
+    if not result.coverage_shown:
+        return undecided(rule, result.why_not_shown)
+    low, high = said.interval
+    where = (
+        (low + high) / 2 if rule == GUARD_BAND else said.estimate
+    )  # the guard band is that of the interval
+    return decide(
+        where, result.tolerance, said.p_conform, u=result.u if math.isfinite(result.u) else None, U=(high - low) / 2,
+        rule=rule, one_sided=result.one_sided,
+    )  # fmt: skip

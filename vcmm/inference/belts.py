@@ -1,0 +1,134 @@
+"""The true value from the indicated one: a confidence belt made of parts that were drawn and measured.
+
+For every true value t the drawn parts say how the indicated value y scatters, bias and lost or added form included. The
+interval of t for a found y holds all t under which y is no surprise (Neyman's construction): it attains its probability at
+every size of the form, not only on average. Lower end 0 where a perfect part would do; an indicated value below that of most
+perfect parts is read as that of the middle one (limits constrained by power), so that the interval never shrinks to 0.
+
+Quantiles of y - t are taken among neighbours in t; where the residuals tell how rough the surface is (orientation, location,
+extreme sizes), among parts whose residuals are as large. J. Neyman, Phil. Trans. A 236 (1937) 333; the one-sided end:
+G. Cowan et al., Power-constrained limits, arXiv:1105.3166.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.inference.pairs import Pairs
+from vcmm.part.part import Characteristic
+
+CLASSES = 8  # of roughness, each with as many of the drawn parts
+NEIGHBOURS = 400  # parts in a window: the 2.5 % quantile of their departures errs by 0.8 % in probability
+LEVELS = np.concatenate([[0.005, 0.01, 0.02], np.arange(0.025, 0.98, 0.025), [0.98, 0.99, 0.995]])
+
+
+@dataclass(frozen=True, eq=False)
+class Belt:
+    """One class of roughness: true (g,) mm or rad, rising; departure (g, levels): quantiles of indicated - true there."""
+
+    true: Array
+    departure: Array
+
+    def at(self, level: float) -> Array:
+        """Quantile (g,) of the indicated value for every true value, never falling."""
+        column = [float(np.interp(level, LEVELS, row)) for row in self.departure]
+        return np.maximum.accumulate(self.true + np.array(column))
+
+
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """Belts of a characteristic by roughness; whole: of all parts, where the residuals are not known.
+
+    roughest: upper ends of the classes but the last, mm. bounded: no true value is below 0.
+    """
+
+    belts: tuple[Belt, ...]
+    whole: Belt
+    roughest: Array
+    bounded: bool
+
+    def belt(self, rest: float | None) -> Belt:
+        """The class of a root mean square of residuals."""
+        return self.whole if rest is None else self.belts[int(np.searchsorted(self.roughest, rest))]
+
+    def quantile(self, level: float, found: Array, rest: Array | None) -> Array:
+        """True values (m,) that are not exceeded with this confidence, given indicated values (m,)."""
+        if rest is None:
+            return _crossing(self.whole, 1.0 - level, found, self.bounded)
+        out, classes = np.empty(len(found)), np.searchsorted(self.roughest, rest)
+        for k in np.unique(classes):
+            mine = classes == k
+            out[mine] = _crossing(self.belts[int(k)], 1.0 - level, found[mine], self.bounded)
+        return out
+
+    def confidence(self, limit: float, found: float, rest: float | None) -> float:
+        """Confidence that the true value does not exceed a limit: P(indicated > found) for a part at the limit."""
+        belt = self.belt(rest)
+        row = [float(np.interp(limit, belt.true, column)) for column in belt.departure.T]
+        return 1.0 - float(np.interp(found - limit, np.maximum.accumulate(row), LEVELS, left=0.0, right=1.0))
+
+
+def _crossing(belt: Belt, level: float, found: Array, bounded: bool) -> Array:
+    """The true value at which a quantile of the indicated one passes `found`; straight on beyond the last."""
+    curve = belt.at(level)
+    if not bounded:  # one row: a departure that does not depend on the size
+        return np.asarray(found - (curve[0] - belt.true[0]))
+    found = np.maximum(found, belt.at(0.5)[0])
+    inside = np.interp(found, curve, belt.true, left=0.0)
+    return np.maximum(np.where(found > curve[-1], belt.true[-1] + found - curve[-1], inside), 0.0)
+
+
+def inverse_of(c: Characteristic, index: int, drawn: Pairs) -> Inverse:
+    """The belts of characteristic number `index` of drawn parts."""
+    true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
+    bounded = c.type != "size"
+    edges = np.quantile(rest, np.arange(1, CLASSES) / CLASSES) if sorted_by_roughness(c) else np.zeros(0)
+    classes = np.searchsorted(edges, rest)
+    belts = [_belt(true[classes == k], indicated[classes == k], bounded) for k in range(len(edges) + 1)]
+    whole = _belt(true, indicated, bounded) if len(edges) else belts[0]
+    return Inverse(tuple(belts), whole, edges, bounded)
+
+
+def sorted_by_roughness(c: Characteristic) -> bool:
+    """Whether the residuals say something that the value itself does not: not of forms, profiles and run-out."""
+    return c.type in (
+        "size",
+        "distance",
+        "angle",
+        "position",
+        "coaxiality",
+        "symmetry",
+        "parallelism",
+        "perpendicularity",
+        "angularity",
+    )
+
+
+def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
+    departure = indicated - true
+    if not bounded:
+        return Belt(np.zeros(1), np.quantile(departure, LEVELS)[None])
+    order = np.argsort(true, kind="stable")
+    true, departure = true[order], departure[order]
+    width = min(NEIGHBOURS, max(len(true) // 4, 1))
+    starts = range(0, len(true) - width + 1, max(width // 4, 1))
+    middle = np.array([np.median(true[s : s + width]) for s in starts])
+    rows = np.array([np.quantile(departure[s : s + width], LEVELS) for s in starts])
+    keep = np.concatenate([[True], np.diff(middle) > 0])
+    return Belt(middle[keep], rows[keep])
+
+
+def coverage(inverse: Inverse, index: int, drawn: Pairs, p: float) -> float:
+    """Share of drawn parts whose true value lies in the interval for p."""
+    true, found, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
+    low, high = (inverse.quantile(level, found, rest) for level in tails(p))
+    return float(((low <= true + 1e-12) & (true <= high + 1e-12)).mean())
+
+
+def tails(p: float) -> Sequence[float]:
+    """Levels of the two ends of an interval for p, symmetric in probability."""
+    return (1.0 - p) / 2.0, (1.0 + p) / 2.0

@@ -1,0 +1,94 @@
+"""The surface itself: a part touched everywhere by nothing that errs, so that its characteristics are the true ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.inputs import Input
+from vcmm.core.machine import Machine
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array, Run
+from vcmm.evaluation.linear import LinearModel, build
+from vcmm.measuring.plan import Touches
+from vcmm.measuring.task import Task
+from vcmm.part.part import Feature, normal, surface_point
+from vcmm.response.influence import Influence, Product
+from vcmm.response.trials import Draws
+
+AROUND, ALONG, SIDE = 72, 5, 15  # points around and along a round feature, along each side of a plane
+
+
+@dataclass(frozen=True, eq=False)
+class Errorless:
+    """The world in which nothing errs."""
+
+    task: Task
+    predicts: bool = True
+
+    def errors(self) -> Array:
+        return np.zeros((self.task.touches.run.n, 3))
+
+    def influences(self) -> tuple[Influence, ...]:
+        return ()
+
+    def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
+        return ()
+
+    def exact_errors(self, drawn: Sequence[Draws]) -> Array:
+        return self.errors()[None]
+
+    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+        return self.task.machine, self.task.touches.run
+
+
+def all_over(feature: Feature, measured: Array) -> Array:
+    """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh)."""
+    around = np.arange(AROUND) * (2 * np.pi / AROUND)
+    if feature.kind == "plane":
+        u, v = (np.linspace(-e / 2, e / 2, SIDE) for e in feature.extent)
+        return surface_point(feature, np.repeat(u, SIDE), np.tile(v, SIDE))
+    if feature.kind == "line":
+        return surface_point(feature, np.linspace(0.0, feature.extent[0], AROUND))
+    if feature.kind == "circle":
+        return surface_point(feature, around)
+    if feature.kind in ("cylinder", "cone"):
+        along = np.linspace(0.0, feature.extent[0], ALONG)
+        return surface_point(feature, np.tile(around, ALONG), np.repeat(along, AROUND))
+    if feature.kind == "sphere":  # evenly over the whole sphere, turned by the golden angle (spiral of Vogel)
+        k = np.arange(240) + 0.5
+        return surface_point(feature, k * np.pi * (3.0 - np.sqrt(5.0)), np.arcsin(1.0 - 2.0 * k / 240))
+    if feature.kind == "torus":
+        return surface_point(
+            feature, np.tile(around[::2], 8), np.repeat(np.arange(8) * (np.pi / 4), AROUND // 2)
+        )
+    return measured
+
+
+def surface_model(task: Task) -> LinearModel:
+    """The linear model of the true characteristics of the part of a task, from departures of its surface at dense points."""
+    t, features = task.touches, task.part.features
+    points = {name: all_over(features[name], t.points[rows]) for name, rows in t.rows.items()}
+    normals = {
+        name: t.normals[t.rows[name]]
+        if features[name].kind in ("point", "mesh")
+        else normal(features[name], p)
+        for name, p in points.items()
+    }
+    ends = np.cumsum([0, *(len(p) for p in points.values())])
+    rows = {name: np.arange(a, b) for name, a, b in zip(points, ends, ends[1:])}
+    at, outward = np.concatenate(list(points.values())), np.concatenate(list(normals.values()))
+    run = Run({}, np.zeros((len(at), 3)), {f"n{c}": outward[:, i] for i, c in enumerate("xyz")})
+    everywhere = Touches(
+        run=run,
+        points=at,
+        normals=outward,
+        approach=-outward,
+        tip_radius=np.zeros(len(at)),
+        rows=rows,
+        pose=Pose.identity(),
+    )
+    dense = replace(task, touches=everywhere, inputs=(), form=np.zeros(len(at)))
+    return build(dense, Errorless(dense))

@@ -1,0 +1,31 @@
+"""Measured data as they were handed in: points and values of one part, each with the place where it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vcmm.core.run import Array
+
+
+@dataclass(frozen=True, eq=False)
+class GivenPoints:
+    """points, normals (n, 3) mm; where: file and line of every point; features None = in the order of the plan."""
+
+    part: str
+    points: Array
+    where: tuple[str, ...]
+    features: tuple[str, ...] | None = None
+    styli: tuple[str, ...] | None = None
+    normals: Array | None = None
+
+
+@dataclass(frozen=True)
+class GivenValue:
+    """One characteristic: number in mm or rad, absolute or a deviation from nominal; angle: the column said so."""
+
+    part: str
+    name: str
+    number: float
+    angle: bool
+    deviation: bool
+    where: str

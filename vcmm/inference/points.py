@@ -1,0 +1,132 @@
+"""Measured points as a measuring task: where the machine stood at each of them, and what the surface does there.
+
+The measured points are put on their nominal surfaces; these feet are the touches of the task, and what the measured point
+lies beside its foot, less the known error of the machine, is the form of the surface there. Evaluated at its estimates the
+task so gives the measured points again, and everything else (bias, U, budget, decision) is what the machine does to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from vcmm.core.errors import DataError, VcmmError, choose_from
+from vcmm.core.pose import Pose
+from vcmm.core.run import Array
+from vcmm.fit import gauss
+from vcmm.inference.checked import OnSurface, check_points, labelled, surfaces
+from vcmm.inference.given import GivenPoints
+from vcmm.measuring.plan import Ints, Step, Stylus, touches
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.task import Task, measured_points, nominal_element, per_normal
+from vcmm.part.alignment import align
+
+FRAMES = ("part", "machine")
+ROUNDS = 3  # of the alignment from points in the machine frame; the second only moves the points where normals turn
+
+
+def measured_task(
+    scenario: Scenario, given: GivenPoints, in_machine: bool = False, tip_centres: bool = False
+) -> Task:
+    """The task of measured points. in_machine: they are in the machine frame, and the part is found by the alignment of
+    the plan from where [pose] says it lies. tip_centres: not compensated for the tip. DataError: see `checked`.
+    """
+    rows = labelled(scenario, given)
+    pose, points = scenario.pose, given.points
+    if in_machine:
+        points = pose.inverse().apply(points)
+    stylus = _styli(scenario, given, rows, points)
+    if tip_centres:
+        points = _compensated(scenario, rows, points, stylus)
+    placed = surfaces(scenario.part, rows, points)
+    check_points(scenario, given, points, placed, in_machine)
+    if in_machine and scenario.plan.alignment:
+        pose, points = _aligned(scenario, rows, points)
+        placed = surfaces(scenario.part, rows, points)
+    return _task(scenario.at(pose), placed, points, stylus)
+
+
+def _task(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array, stylus: list[str]) -> Task:
+    steps = []
+    for p, name, at in _runs(placed, stylus):
+        steps.append(Step(p.feature.name, name, p.foot[at], p.normal[at]))
+    order = np.concatenate([p.rows[at] for p, _, at in _runs(placed, stylus)])
+    machine = scenario.informed_machine()
+    placed_touches = touches(
+        replace(scenario.plan, steps=tuple(steps)), scenario.pose, machine, scenario.constants
+    )
+    bare = Task(machine, scenario.part, scenario.plan, placed_touches, machine.inputs, np.zeros(len(order)))
+    indicated = measured_points(bare, machine.indication_error(placed_touches.run))
+    beside = ((points[order] - indicated) * placed_touches.normals).sum(axis=1)
+    return replace(bare, form=beside / (per_normal(placed_touches) * placed_touches.normals).sum(axis=1))
+
+
+def _runs(placed: Mapping[str, OnSurface], stylus: list[str]) -> list[tuple[OnSurface, str, Ints]]:
+    """Points of one feature with one stylus: what a plan calls a step."""
+    out = []
+    for p in placed.values():
+        names = [stylus[i] for i in p.rows]
+        for name in dict.fromkeys(names):
+            out.append((p, name, np.array([i for i, n in enumerate(names) if n == name], dtype=np.intp)))
+    return out
+
+
+def _styli(scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array) -> list[str]:
+    """Stylus of every row: as labelled, else that of the plan (of the nearest planned point where several touch a feature)."""
+    plan = scenario.plan
+    if given.styli is not None:
+        wrong = [i for i, s in enumerate(given.styli) if s not in plan.styli]
+        if wrong:
+            i = wrong[0]
+            raise DataError(
+                f'{given.where[i]}: the plan has no stylus "{given.styli[i]}".{choose_from(given.styli[i], plan.styli)}'
+            )
+        return list(given.styli)
+    out = [""] * len(points)
+    for name, at in rows.items():
+        steps = [s for s in plan.steps if s.feature == name]
+        used = list(dict.fromkeys(s.stylus for s in steps or plan.steps))
+        if len(used) > 1 and not steps:
+            raise DataError(
+                f'{given.where[at[0]]}: the plan does not touch "{name}" and has several styli; add the column stylus'
+            )
+        for i in at:
+            out[i] = used[0] if len(used) == 1 else _nearest(steps, points[i])
+    return out
+
+
+def _nearest(steps: list[Step], point: Array) -> str:
+    return min(steps, key=lambda s: float(np.linalg.norm(s.points - point, axis=1).min())).stylus
+
+
+def _compensated(scenario: Scenario, rows: Mapping[str, Ints], centres: Array, stylus: list[str]) -> Array:
+    """Points (n, 3) on the surface: tip centres less the tip radius along the nominal normal, as a CMM does it."""
+    styli: Mapping[str, Stylus] = scenario.plan.styli
+    out = centres.copy()
+    for p in surfaces(scenario.part, rows, centres).values():
+        radius = np.array([styli[stylus[i]].tip_radius for i in p.rows])
+        out[p.rows] = centres[p.rows] - radius[:, None] * p.normal
+    return out
+
+
+def _aligned(scenario: Scenario, rows: Mapping[str, Ints], points: Array) -> tuple[Pose, Array]:
+    """The pose that the alignment finds in the machine, and the points in the drawing frame."""
+    scheme = scenario.plan.alignment
+    assert scheme is not None
+    pose, features = scenario.pose, scenario.part.features
+    for _ in range(ROUNDS):
+        fitted = {}
+        for name, at in rows.items():
+            feature = features[name]
+            if feature.kind == "mesh":
+                continue
+            fixed = feature.axis if feature.kind == "circle" else None
+            try:
+                fitted[name] = gauss(feature.kind, points[at], nominal_element(feature), fixed_axis=fixed)
+            except VcmmError as error:
+                raise type(error)(f'feature "{name}": {error}') from None
+        found = align(scheme, features, fitted, Pose.identity())
+        points, pose = found.apply(points), pose @ found.inverse()
+    return pose, points

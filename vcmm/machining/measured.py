@@ -1,0 +1,202 @@
+"""The part comes back measured: what was predicted of these very points, and where both disagree.
+
+    measured points -> feet on the nominal surfaces -> the cut of exactly these points -> predicted surface and its covariance
+                    -> characteristics side by side -> what the difference goes with (vcmm.machining.mismatch)
+
+Both sides are evaluated alike, in the same alignment. The difference of one characteristic is judged with the uncertainty of
+its prediction and of the measured points: E_n = difference / (2 u_difference), ISO 13528.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.core.errors import DataError, UsageError
+from vcmm.core.run import Array, Run
+from vcmm.cutting.envelope import UNCUT
+from vcmm.effects import has_role
+from vcmm.evaluation.linear import LinearModel, build
+from vcmm.evaluation.montecarlo import covariance
+from vcmm.gps import characteristics as gps
+from vcmm.inference.checked import OnSurface, check_points, labelled, surfaces
+from vcmm.inference.given import GivenPoints
+from vcmm.machining.contact_path import surface_at
+from vcmm.machining.gauge import gauge_plan, ideal_gauge
+from vcmm.machining.job import finished_part
+from vcmm.machining.mismatch import Located, Observed, located
+from vcmm.machining.preparation import set_up
+from vcmm.machining.process import PreparedCut
+from vcmm.machining.scenario import IDEAL, CutScenario
+from vcmm.machining.world import Cutting
+from vcmm.measuring.plan import Plan, Step
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.task import evaluate_all, fit_features
+
+TRIALS = 2000  # of the predicted part with its points measured: u to 1.6 %
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One characteristic: measured and predicted value, u of their difference (mm or rad)."""
+
+    name: str
+    unit: str
+    nominal: float
+    measured: float
+    predicted: float
+    u: float
+
+    @property
+    def e_n(self) -> float:
+        """Difference over its expanded uncertainty (k = 2); nan where nothing is uncertain."""
+        return (self.measured - self.predicted) / (2.0 * self.u) if self.u > 0 else float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredCut:
+    """compared: by characteristic; mismatch: what the difference goes with; scatter: of one measured point, mm.
+
+    observed: the points with what was done when each was cut; normal (n, 3): along which `value` (n,) mm counts, actual -
+    commanded of the tool. notes: points left out, what could not be told.
+    """
+
+    compared: tuple[Compared, ...]
+    mismatch: tuple[Located, ...]
+    scatter: float
+    observed: Observed
+    value: Array
+    normal: Array
+    in_machine: bool
+    noise: float  # scatter of a point, that of the cut included, mm
+    set_loosely: bool  # the radius of a tool is uncertain: a radius of each is nobody's fault
+    notes: tuple[str, ...] = ()
+
+
+def measured_cut(
+    scenario: CutScenario, given: GivenPoints, *, in_machine: bool = False, u_point: float | None = None, seed: int | None = None,
+) -> MeasuredCut:  # fmt: skip
+    """Compare a measured part with its prediction. in_machine: points in the machine frame, else in the drawing frame.
+
+    u_point: standard uncertainty of one measured point, mm; None: what is left beside everything that is tested.
+    Raises DataError for points that are not of this part (file and line), UsageError and ModelLimit as `cut` does.
+    """
+    job = set_up(scenario)
+    placed, frame_points = _on_part(job, given, in_machine)
+    job, points, notes = _cut_there(job, placed, frame_points, given)
+    task, world, more = finished_part(job)
+    model = build(task, world)
+    touches = task.touches
+    predicted = ((model.points - touches.points) * touches.normals).sum(axis=1)
+    deviation = ((points - touches.points) * touches.normals).sum(axis=1)
+    observed = _observed(world, deviation - predicted, point_covariance(model))
+    found, scatter = located(observed, rigid=not in_machine, u_point=u_point)
+    values = evaluate_all(task, fit_features(task, points))
+    spread = observed.covariance + scatter**2 * np.eye(len(points))
+    rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
+    row, gain = world.contacts.deepest(world.moved)
+    size = np.linalg.norm(gain, axis=1)
+    return MeasuredCut(
+        compared=_compared(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
+        mismatch=found,
+        scatter=scatter,
+        observed=observed,
+        value=(deviation - world.level) / size,
+        normal=gain / size[:, None],
+        in_machine=in_machine,
+        noise=float(np.hypot(scatter, np.sqrt(np.mean(np.diag(point_covariance(model, single=True)))))),
+        set_loosely=any(has_role(i.effect, "tool radius") for i in scenario.inputs),
+        notes=(*notes, *more),
+    )
+
+
+def _on_part(job: PreparedCut, given: GivenPoints, in_machine: bool) -> tuple[dict[str, OnSurface], Array]:
+    """Feet of the points on the nominal surfaces, and the points (n, 3) in the drawing frame."""
+    scenario = job.scenario
+    plan = gauge_plan(scenario.part, scenario.plan)
+    asked = Scenario(scenario.name, ideal_gauge(), scenario.part, plan, job.pose)
+    points = job.pose.inverse().apply(given.points) if in_machine else given.points
+    placed = surfaces(scenario.part, labelled(asked, given), points)
+    check_points(asked, given, points, placed, in_machine)
+    return placed, points
+
+
+def _cut_there(
+    job: PreparedCut, placed: dict[str, OnSurface], points: Array, given: GivenPoints
+) -> tuple[PreparedCut, Array, list[str]]:
+    """The job with the measured points as its plan, and these points in its order, less those that no tool reaches."""
+    plan = _planned(job)
+    stylus = {step.feature: step.stylus for step in plan.steps}
+    steps, order, notes = [], [], []
+    for name, on in placed.items():
+        left = surface_at(job, on.foot, on.normal, exact=False).status == UNCUT
+        kept = np.flatnonzero(~left)
+        if left.any():
+            where = given.where[int(on.rows[np.flatnonzero(left)[0]])]
+            notes.append(
+                f"{name}: the program cuts nothing at {int(left.sum())} of its {len(left)} measured points (first: {where}); they are left out"
+            )
+        if len(kept):
+            first = next(iter(plan.styli))
+            steps.append(Step(name, stylus.get(name, first), on.foot[kept], on.normal[kept]))
+            order.append(on.rows[kept])
+    if not steps:
+        raise DataError(f"{given.where[0]}: the program cuts nothing at any of the measured points")
+    scenario = replace(job.scenario, plan=replace(plan, steps=tuple(steps)))
+    return replace(job, scenario=scenario), points[np.concatenate(order)], notes
+
+
+def _planned(job: PreparedCut) -> Plan:
+    scenario = job.scenario
+    if scenario.inspection.kind == IDEAL:
+        return gauge_plan(scenario.part, scenario.plan)
+    if scenario.plan is None:
+        raise UsageError(
+            "inspection on a machine needs a plan with styli; add [plan], or leave [inspection] out"
+        )
+    return scenario.plan
+
+
+def point_covariance(model: LinearModel, single: bool = False) -> Array:
+    """Covariance (n, n) mm^2 of the predicted points along their normals, from everything that is uncertain.
+
+    single: only from what is drawn anew at every point.
+    """
+    n = len(model.points)
+    along = replace(model, operator=np.eye(n), q0=np.zeros(n))
+    terms = [
+        along.term(one)
+        for one in model.influences
+        if not single or len(np.unique(one.codes)) == len(one.codes)
+    ]
+    return covariance(terms) if terms else np.zeros((n, n))
+
+
+def _observed(world: Cutting, rest: Array, known: Array) -> Observed:
+    """The points with the state of the machine when each was cut."""
+    row, _ = world.contacts.deepest(world.moved)
+    run: Run = world.tool.run.take(row)
+    return Observed(
+        rest=rest,
+        covariance=known,
+        normals=world.contacts.normal,
+        place=run.vector("part_x_mm", "part_y_mm", "part_z_mm"),
+        feature=run.labels["feature"],
+        line=run.columns["line"].astype(np.intp),
+        run=run,
+    )
+
+
+def _compared(model: LinearModel, measured: Array, trials: Array) -> tuple[Compared, ...]:
+    """Each characteristic beside what measuring such a part would give. trials (m, n): departures of the points, mm.
+
+    The scatter of the points is in the trials, so that a form that grows with it is expected as large as it will be found.
+    """
+    drawn = model.values(model.q0 + trials @ model.operator.T)
+    mean, u = drawn.mean(axis=0), drawn.std(axis=0)
+    features = model.task.part.features
+    return tuple(
+        Compared(c.name, gps.unit(c), gps.nominal(c, features), float(value), float(m), float(s))
+        for c, value, m, s in zip(model.characteristics, measured, mean, u)
+    )

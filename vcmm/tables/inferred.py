@@ -1,0 +1,87 @@
+"""Measured data evaluated, as tables: what was measured, the interval of the true value, the decision."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from vcmm.inference.job import Evaluated, EvaluatedPart
+from vcmm.tables.evaluated import DECISION, RESULTS, decided, from_nominal, p_conform
+from vcmm.tables.quantities import DEVIATION, LENGTH, SPAN, percent
+from vcmm.tables.table import Column, ResultTable, csv_text, entry, records
+
+
+def _of_result(column: Column[Any]) -> Column[Evaluated]:
+    """A column of the uncertainty document, of the result within."""
+
+    def cell(e: Evaluated) -> Any:
+        return column.cell(e.result)
+
+    return replace(column, cell=cell)
+
+
+def _true(e: Evaluated) -> dict[str, Any] | None:
+    if e.true is None:
+        return None
+    unit = e.unit
+    return {
+        f"estimate_{unit}": e.true.estimate,
+        f"interval_{unit}": list(e.true.interval),
+        "coverage_claimed": e.true.claimed,
+        "coverage_counted": {"family": e.true.counted[0], "other": e.true.counted[1]},
+    }
+
+
+DOCUMENT: tuple[Column[Evaluated], ...] = (
+    *(_of_result(c) for c in RESULTS),
+    entry("measured_{unit}", lambda e: e.measured),
+    entry("true_value", _true),
+)
+
+SHOWN: tuple[Column[Evaluated], ...] = (
+    Column("characteristic", lambda e: e.result.name, csv="characteristic"),
+    Column("nominal", lambda e: e.result.nominal, LENGTH),
+    Column("measured", lambda e: e.measured, LENGTH),
+    Column("deviation", lambda e: e.measured - e.result.nominal, DEVIATION),
+    Column("bias", lambda e: e.result.bias, DEVIATION),
+    Column("true value from nominal", lambda e: from_nominal(e.result.interval, e.result), SPAN),
+    Column("tolerance", lambda e: from_nominal(e.result.tolerance, e.result), SPAN),
+    Column("decision", lambda e: decided(e.result), DECISION),
+    Column("p", lambda e: p_conform(e.result), percent(1)),
+)
+
+
+def shown(part: EvaluatedPart) -> ResultTable[Evaluated]:
+    """characteristic | nominal | measured | deviation | bias | true value | tolerance | decision | p."""
+    first = part.characteristics[0].result
+    name = f'part "{part.part}": ' if part.part else ""
+    title = f"{name}measured, and the {first.p:.0%} interval of the true value"
+    caption = "Departures from nominal. p: probability that the true value is within its limits."
+    return ResultTable(title, SHOWN, part.characteristics, caption)
+
+
+def evaluate_json(parts: Sequence[EvaluatedPart], trials: int) -> dict[str, Any]:
+    """The body of the JSON document: as of `uncertainty` for one part, a list of parts for several."""
+    if len(parts) == 1 and not parts[0].part:
+        return {"trials": trials, "characteristics": records(DOCUMENT, parts[0].characteristics)}
+    listed = [{"part": p.part, "characteristics": records(DOCUMENT, p.characteristics)} for p in parts]
+    return {"trials": trials, "parts": listed}
+
+
+def values_csv(parts: Sequence[EvaluatedPart]) -> str:
+    """One row per part and characteristic."""
+    rows = [(p.part, e) for p in parts for e in p.characteristics]
+    return csv_text(ResultTable("", FILE, rows))
+
+
+FILE: tuple[Column[Any], ...] = (
+    Column(None, lambda r: r[0], csv="part"),
+    Column(None, lambda r: r[1].result.name, csv="characteristic"),
+    Column(None, lambda r: r[1].unit, csv="unit"),
+    Column(None, lambda r: r[1].measured, csv="measured", file=lambda v, u: f"{v:.9f}"),
+    Column(None, lambda r: r[1].result.interval[0], csv="true_low", file=lambda v, u: f"{v:.9f}"),
+    Column(None, lambda r: r[1].result.interval[1], csv="true_high", file=lambda v, u: f"{v:.9f}"),
+    Column(None, lambda r: decided(r[1].result) or "", csv="decision"),
+    Column(None, lambda r: p_conform(r[1].result), csv="p_conform"),
+)
