@@ -70,7 +70,10 @@ SUPPORTED: dict[str, list[Term]] = {
     "mcuB": [PLACES, REVERSALS],
     "square": [one("squareness", pair="C0Y")],
     "square_ok": [one("squareness", pair="C0Y")],
-    "dialz": [one("backlash", axis="Z"), {"effect": "reversal_spike", "axis": "Z", "shape": "exponential", "distance": 0.05}],
+    "dialz": [
+        one("backlash", axis="Z"),
+        {"effect": "reversal_spike", "axis": "Z", "shape": "exponential", "distance": 0.05},
+    ],
     "lin3": [one("backlash", axis="Y"), one("scale_factor", axis="Y")],
     "ballbar": BALL_BAR,
     "ballbar100": BALL_BAR,

@@ -29,6 +29,7 @@ from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.nextstep import closer, next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import clipped
+from vcmm.diagnosis.order import in_order
 from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
@@ -81,10 +82,11 @@ def diagnose_recording(
 
 def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
     """The problem without rows that cannot belong to it, and what to tell."""
-    problem = make_problem(fit.recording, machine)
+    recording = in_order(fit.recording, machine)
+    problem = make_problem(recording, machine)
     out, text = wild(problem)
     if out.any():
-        problem = make_problem(fit.recording.take(~out), machine)
+        problem = make_problem(recording.take(~out), machine)
     check_belonging(problem, problem.whitener())
     moved = told(problem.recording)
     index = [f"readings moved by their index on the exact chain: {moved}; it stays free"] if moved else []
@@ -94,9 +96,13 @@ def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
 def _passes(
     problem: Problem, known: Catalogue, plain: Whitener, seed: int, nulls: int, tell: Progress
 ) -> tuple[Stage, Chosen]:
-    """Audit the noise, select, audit again what is left; until the preparation stands."""
+    """Audit the noise, select, audit again what is left; until the preparation stands.
+
+    Neighbours that agree because of what is looked for are no correlation of the noise (a reversal is a square wave), so
+    the first pass takes them for independent.
+    """
     generics = generic_families(problem)
-    noise = audit(problem, plain, plain.apply(problem.residual), seed)
+    noise = replace(audit(problem, plain, plain.apply(problem.residual), seed), rho=0.0)
     for turn in range(PASSES):
         tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
         stage = staged(problem, known, generics, noise, seed, nulls)

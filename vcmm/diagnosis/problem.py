@@ -66,14 +66,17 @@ def make_problem(recording: Recording, machine: Machine) -> Problem:
         noise_u(recording, machine),
         np.reshape(columns, (m, -1)),
         np.concatenate([np.zeros((m, 0)), *known], axis=1),
-        without_gaps(predecessors(recording.row), _times(recording)),
+        _neighbours(recording),
         observer,
     )
 
 
-def _times(recording: Recording) -> Array | None:
+def _neighbours(recording: Recording) -> Ints:
+    """The preceding observation of each (m,); none where no column tells the time: the rows of a table are no series."""
     time = recording.run.columns.get("time_s")
-    return None if time is None else np.asarray(time[recording.row])
+    if time is None:
+        return np.full(recording.m, -1, dtype=np.intp)
+    return without_gaps(predecessors(recording.row), np.asarray(time[recording.row]))
 
 
 def predecessors(row: Ints) -> Ints:

@@ -17,7 +17,7 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Dictionary, scorer
-from vcmm.diagnosis.null import clipped
+from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
 
@@ -78,7 +78,9 @@ class Setting:
 
 
 def joint(terms: Sequence[Term], setting: Setting) -> Selection:
-    """Refit of all terms together; outliers are clipped about the fit, twice."""
+    """Refit of all terms together; outliers are clipped about the fit, twice. Clipping costs a factor 1 / (share of the
+    rows that it leaves alone)^2 of the covariance (Huber, Robust Statistics (1981), 7.6).
+    """
     y = clipped(setting.raw, setting.white, setting.clip)
     if not terms:
         return Selection((), None, y, y)
@@ -89,11 +91,19 @@ def joint(terms: Sequence[Term], setting: Setting) -> Selection:
         signal = x @ fit.mean
         y = signal + clipped(setting.raw - signal, setting.white, setting.clip)
     fit = posterior(x, y, setting.found.dof, width)
-    kept = float(
-        np.mean(np.abs(setting.raw - y) < 1e-9)
-    )  # Huber (1981), 7.6: clipping costs 1 / (share kept)^2
-    fit = replace(fit, covariance=fit.covariance / max(kept, 0.5) ** 2)
+    rest = setting.raw - x @ fit.mean
+    kept = float(np.mean(np.abs(rest) <= setting.clip * robust_scale(rest)))
+    fit = replace(fit, covariance=fit.covariance * _spread(fit, setting.found.dof, width) / kept**2)
     return Selection(tuple(terms), fit, y, y - x @ fit.mean)
+
+
+def _spread(fit: Posterior, dof: int, width: Array) -> float:
+    """Factor on a covariance: sigma^2 is the sum of squares over the rows, less one for each number that the rows fix.
+
+    A number with prior width w and posterior standard deviation s is fixed by them in the share 1 - (s / (sigma w))^2.
+    """
+    fixed = float(np.sum(1.0 - np.diag(fit.covariance) / (fit.sigma * width) ** 2))
+    return dof / max(dof - fixed, 1.0)
 
 
 def mismatch(selection: Selection) -> float:
