@@ -145,7 +145,10 @@ def row(folder: Path, seed: int) -> list[str]:
         written = Path(work) / "machine.toml"
         after = before
         if written.is_file():
-            after = compared("written", [load_recording(folder / "recording.toml", load_machine(written))]).rms * unit
+            after = (
+                compared("written", [load_recording(folder / "recording.toml", load_machine(written))]).rms
+                * unit
+            )
     fit = found["fit"]
     candidates = fit.get("candidates_rms_um")
     shown = f"{fit['rms_after_um']:.6g}" + (f" ({candidates:.4g})" if candidates is not None else "")
@@ -158,13 +161,17 @@ def said(found: dict[str, Any]) -> str:
     names = []
     for a in found["answer"]:
         where = " ".join(str(v) for v in a["where"].values())
-        values = ", ".join(f"{k} {v['value']:.3g}±{v['u']:.2g} {v['unit']}" for k, v in a["parameters"].items())
+        values = ", ".join(
+            f"{k} {v['value']:.3g}±{v['u']:.2g} {v['unit']}" for k, v in a["parameters"].items()
+        )
         rivals = f" or {', '.join(a['cannot_be_told_from'])}" if a["cannot_be_told_from"] else ""
         doubt = "?" if a["doubtful"] else ""
         names.append(f"{doubt}{a['effect']} {where} [{values}] p {a['probability']:.2f}{rivals}")
     unknown = f"; unknown over {', '.join(found['unknown']['covariates'])}" if found["unknown"] else ""
     following = f"; next: {found['next_measurement'][0]['do']}" if found["next_measurement"] else ""
-    pulls = [f"{p['input']} {p['pull']:.1f}" for p in found.get("calibration_pulls", ()) if abs(p["pull"]) > 3]
+    pulls = [
+        f"{p['input']} {p['pull']:.1f}" for p in found.get("calibration_pulls", ()) if abs(p["pull"]) > 3
+    ]
     pulled = f"; pulls {', '.join(pulls)}" if pulls else ""
     return f"{found['verdict']}: {'; '.join(names) or 'no name'}{unknown}{pulled}{following}"
 
@@ -185,7 +192,10 @@ def main() -> int:
     print("|" + "---|" * (len(head) - args.brief))
     for name in args.names or sorted(p.name for p in top.iterdir() if p.is_dir()):
         cells = row(top / name, args.seed)
-        print("| " + " | ".join(c for i, c in enumerate(cells) if not (args.brief and i == 1)) + " |", flush=True)
+        print(
+            "| " + " | ".join(c for i, c in enumerate(cells) if not (args.brief and i == 1)) + " |",
+            flush=True,
+        )
     return 0
 
 

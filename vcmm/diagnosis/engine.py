@@ -13,37 +13,36 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.aliases import unresolved, with_aliases
+from vcmm.diagnosis.answers import Named, answers, of_the_machine
 from vcmm.diagnosis.candidates import Catalogue, catalogue
-from vcmm.diagnosis.confusion import NATS, Standing, standing
-from vcmm.diagnosis.estimates import estimates
+from vcmm.diagnosis.confusion import Standing, standing
+from vcmm.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls, with_contradicted
+from vcmm.diagnosis.delivered import delivered, rms_left
 from vcmm.diagnosis.evidence import scorer
-from vcmm.diagnosis.field import Field, kept_terms, rival_field, weighed
-from vcmm.diagnosis.holdout import Fold, HeldOut, folds, judge, worsened
-from vcmm.diagnosis.improve import fitted
+from vcmm.diagnosis.field import Field, kept_terms, rival_field
+from vcmm.diagnosis.holdout import Fold, folds, judge
 from vcmm.diagnosis.kept_terms import that_hold
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.machine_match import check_belonging, wild
-from vcmm.diagnosis.mistakes import MISTAKE, Mistake, tables_of
+from vcmm.diagnosis.mistakes import MISTAKE, tables_of
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.nextstep import closer, next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import clipped
 from vcmm.diagnosis.order import in_order
-from vcmm.diagnosis.plain_words import remark
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
-from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.result import Answer, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.result import Diagnosis, Fit, Unknown
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
 from vcmm.diagnosis.select import Selection, Setting, joint, mismatch
 from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
-from vcmm.diagnosis.simple_part import simple_part
 from vcmm.diagnosis.two_searches import best_road
 from vcmm.diagnosis.verdict import beyond, curves, doubts, reasons, seen, verdict
-from vcmm.evaluation.gaussian import SCALES, Whitener
+from vcmm.diagnosis.written_fit import with_written_fit
+from vcmm.evaluation.gaussian import Whitener
 from vcmm.response.indexing import told
 from vcmm.response.recording import Recording
 
@@ -77,7 +76,8 @@ def diagnose_recording(
     tell("predicting rows held out", 0.75)
     found = _result(problem, known, stage, chosen, seed, tell)
     found = replace(found, warnings=warnings)
-    return qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
+    found = qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
+    return with_written_fit(found, recording, machine)
 
 
 def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
@@ -143,40 +143,52 @@ def _result(
     tell("comparing rivals", 0.8)
     held_by = partial(that_hold, generic=stage.generic)
     selection, failed = best_road(used, parts, selection, setting, held_by)
-    places = [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
+    selection = of_the_machine(selection, _standings(selection, setting, stage), setting)
+    places = _standings(selection, setting, stage)
     tell("weighing the names against physics without a name", 0.85)
     field = rival_field(used, selection, stage.white, stage.sample, stage.threshold)
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     excess = "" if rest else scatter_excess(selection, stage.white, stage.noise, stage.sample)
-    sigma = (
-        selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
-    )
-    held = tuple(judge(used, part, selection, selection.terms) for part in parts) if selection.terms else ()
+    sigma = _sigma(selection, stage)
     places = _with_other_rivals(places, used, stage, selection, chosen.tied)
-    answers = _answers(used, stage, selection, places, mistake, seed, field)
+    named = with_contradicted(Named(used, stage, selection, places, field))
+    found = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
+    given = delivered(used, stage, named.selection.terms, found)
+    every = answers(named, given, mistake, seed)
     shown, hidden = power(stage.found, sigma)
     tell("planning the next measurement", 0.92)
-    steps = (*next_steps(used, setting, selection, places), *closer(used, rest))
+    steps = (*next_steps(used, setting, named.selection, named.places), *closer(used, rest))
     y = clipped(stage.white.apply(problem.residual), stage.white, stage.noise.noise.clip)
     tell("done", 1.0)
     left = sigma * float(
         np.sqrt(np.mean(stage.u**2) / np.mean(problem.u**2))
     )  # noise after over noise stated
-    named = any(not a.doubtful for a in answers) or mistake is not None
+    is_named = any(not a.doubtful for a in every) or mistake is not None
     forgiven = 2.0 * mismatch(selection) * left**2 / stage.white.dof
-    against = reasons(named, rest, failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left)
-    against = (*against, *curves(answers), *doubts(answers, worsened(used, parts, selection)))
-    places_of, unnamed = seen(locate(scorer(stage.generic), y, stage.chance), named or bool(against))
+    against = reasons(
+        is_named, rest, failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left
+    )
+    against = (*against, *curves(every), *doubts(every))
+    pulls = pulls_of(given, stage)
+    against = (*against, *unexplained_pulls(pulls, given))
+    places_of, unnamed = seen(locate(scorer(stage.generic), y, stage.chance), is_named or bool(against))
     against = (*against, *unnamed)
+    held = tuple(judge(given.problem, part, given.selection, given.selection.terms) for part in given.parts)
     return Diagnosis(
-        verdict(named, against),
-        answers,
+        verdict(is_named, against),
+        every,
         rest,
         places_of,
         mistake,
         sigma * float(np.sqrt(np.mean(stage.u**2))),
         (*stage.noise.findings, *([excess] if excess else [])),
-        _fit(problem, selection, stage, sigma, held, y),
+        Fit(
+            0.0,
+            0.0,
+            sigma * float(np.sqrt(np.mean(stage.u**2))),
+            held if given.selection.terms else (),
+            rms_left(named.problem, named.selection),
+        ),
         known.not_testable,
         _once((*known.unseen, *stage.found.invisible, *hidden)),
         shown,
@@ -186,7 +198,19 @@ def _result(
         problem.recording.kind == "angle",
         map=score_map(scorer(stage.generic), y),
         chance=stage.generic_threshold,
-        reasons=against,
+        reasons=(*against, *told_pulls(pulls, given)),
+        pulls=pulls,
+    )
+
+
+def _standings(selection: Selection, setting: Setting, stage: Stage) -> list[Standing]:
+    return [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
+
+
+def _sigma(selection: Selection, stage: Stage) -> float:
+    """Noise over what was stated, after the terms."""
+    return (
+        selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / stage.white.dof))
     )
 
 
@@ -228,85 +252,8 @@ def _once(gone: Sequence[str]) -> tuple[str, ...]:
     return tuple(g for g in dict.fromkeys(gone) if "[" not in g or g.split("[")[0] not in gone)
 
 
-def _fit(
-    problem: Problem, selection: Selection, stage: Stage, sigma: float, held: tuple[HeldOut, ...], y: Array
-) -> Fit:
-    """rms values of the residual outside the nuisance, in the unit of the observation."""
-    size = float(np.sqrt(np.mean(stage.u**2)))
-    dof = stage.white.dof
-    return Fit(
-        size * float(np.sqrt(y @ y / dof)),
-        size * float(np.sqrt(selection.rest @ selection.rest / dof)),
-        size * sigma,
-        held,
-    )
-
-
-def _answers(
-    problem: Problem,
-    stage: Stage,
-    selection: Selection,
-    places: Sequence[Standing],
-    mistake: Mistake | None,
-    seed: int,
-    field: Field | None,
-) -> tuple[Answer, ...]:
-    refiner = Refiner(problem, stage.white)
-    excess = max(float(selection.y @ selection.y) - stage.white.dof * _variance(selection), 1e-300)
-    out: list[Answer] = []
-    for i, place in enumerate(places):
-        term = selection.terms[i]
-        signal = selection.signal(i)
-        assert selection.fit is not None
-        largest = float(np.abs(selection.fit.mean[selection.span(i)]).max())
-        out.append(
-            Answer(
-                term.family.name,
-                term.family.where,
-                estimates(problem, selection, i, refiner, seed),
-                place.probability,
-                float(np.clip(signal @ signal / excess, 0.0, 1.0)),
-                place.names,
-                place.evidence,
-                selection.delta(i),
-                largest > SCALES[-1],
-                *fitted(selection, i, problem.machine),
-                _remarks(selection, i, problem, stage, place),
-                place.contained_in,
-                place.rival_probability,
-            )
-        )
-    of_table = [_of_mistake(mistake, stage.white)] if mistake is not None else []
-    return tuple(sorted((*of_table, *weighed(out, field)), key=lambda a: -a.share))
-
-
-def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place: Standing) -> str:
-    """What must be said beside answer i."""
-    others = " | ".join(" ".join(w.values()) for w in place.elsewhere)
-    said = (
-        f"its place is open: as good at {others}" if others else "",
-        remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
-        simple_part(selection, i, stage.found.families, stage.white),
-    )
-    return "; ".join(s for s in said if s)
-
-
 def _with_mistake(place: Standing, selection: Selection, i: int, tied: Sequence[str]) -> Standing:
     """The standing with a mistake of the table among the rivals where one explains as much."""
     if selection.terms[i].family.id not in tied:
         return place
     return replace(place, names=(*place.names, MISTAKE))
-
-
-def _variance(selection: Selection) -> float:
-    return selection.fit.sigma**2 if selection.fit else 1.0
-
-
-def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
-    where = {"component" if mistake.effect == MISTAKE else "axis": mistake.component}
-    size = float(np.linalg.norm(white.apply(mistake.departure)))
-    something = 1.0 - float(np.exp(-mistake.score))
-    sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
-    rivals = mistake.free if mistake.lead < NATS else ()
-    theirs = something - sure if rivals else 0.0
-    return Answer(mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs)

@@ -180,4 +180,7 @@ def weighed(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...
 
 
 def _less(a: Answer, share: float) -> Answer:
-    return replace(a, probability=a.probability * share, rival_probability=a.rival_probability * share)
+    return replace(
+        a, probability=a.probability * share, rival_probability=a.rival_probability * share,
+        alias_probability=a.alias_probability * share,
+    )  # fmt: skip

@@ -26,7 +26,7 @@ def in_order(recording: Recording, machine: Machine) -> Recording:
     place = np.empty(run.n, dtype=np.intp)
     place[rows] = np.arange(run.n)
     row, other = place[recording.row], np.where(recording.other >= 0, place[recording.other], -1)
-    first = _lexical([row, other, *recording.direction.T, recording.value])
+    first = _lexical([row.astype(float), other.astype(float), *recording.direction.T, recording.value])
     moved = replace(recording, row=row, other=other).take(first)
     lines = None if recording.lines is None else recording.lines[rows]
     return replace(moved, run=run.take(rows), lines=lines)
@@ -53,4 +53,4 @@ def _rows(run: Run, recording: Recording) -> Ints:
 
 def _lexical(keys: Sequence[Array]) -> Ints:
     """Order by the first key, then the second ..."""
-    return np.lexsort([np.asarray(k, dtype=float) for k in reversed(keys)]).astype(np.intp)
+    return np.lexsort(list(reversed(keys))).astype(np.intp)

@@ -106,6 +106,30 @@ def _spread(fit: Posterior, dof: int, width: Array) -> float:
     return dof / max(dof - fixed, 1.0)
 
 
+def fitted_again(terms: Sequence[Term], setting: Setting, rounds: int = 2) -> Selection:
+    """The same names under a setting of their own: scanned values and prior widths found again, one term given the others."""
+    now = joint([replace(t, white=setting.white.apply(t.option.columns)) for t in terms], setting)
+    for _ in range(rounds):
+        for i in range(len(terms)):
+            others = now.terms[:i] + now.terms[i + 1 :]
+            new = _adjusted(now.terms[i], others, now.y, setting)
+            now = joint((*now.terms[:i], new, *now.terms[i + 1 :]), setting)
+    return now
+
+
+def _adjusted(term: Term, others: Sequence[Term], y: Array, setting: Setting) -> Term:
+    """A term at its best scanned values and prior width, others projected out."""
+    basis = _basis(others, len(y))
+    r = without_span(y, basis)
+    option = setting.refine(term.option, r, basis)
+    white = setting.white.apply(option.columns)
+    x = without_span(white, basis)
+    fits = [posterior(x, r, setting.found.dof, np.full(x.shape[1], s)) for s in SCALES]
+    return replace(
+        term, option=option, white=white, width=SCALES[int(np.argmax([f.log_evidence for f in fits]))]
+    )
+
+
 def mismatch(selection: Selection) -> float:
     """Nats that template errors of the chosen terms may bring to any other candidate."""
     return sum(0.5 * (MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
@@ -215,12 +239,7 @@ def _term(family: int, options: Array, given: Sequence[Term], state: Selection, 
     """A term with its scans refined and its prior width chosen, given others."""
     found = setting.found
     option = found.options[best_option(found, options, family)]
-    basis = _basis(given, len(state.y))
-    option = setting.refine(option, without_span(state.y, basis), basis)
-    white = setting.white.apply(option.columns)
-    x, r = without_span(white, basis), without_span(state.y, basis)
-    fits = [posterior(x, r, found.dof, np.full(x.shape[1], s)).log_evidence for s in SCALES]
-    return Term(found.families[family], option, white, SCALES[int(np.argmax(fits))])
+    return _adjusted(Term(found.families[family], option, option.columns), given, state.y, setting)
 
 
 def _basis(given: Sequence[Term], m: int) -> Array:
