@@ -18,8 +18,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.comparison import without_nuisance
 from vcmm.diagnosis.holdout import Fold, folds, worsened
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.search import Stage
+from vcmm.diagnosis.search import Stage, setting_under
 from vcmm.diagnosis.select import Selection, Setting, Term, fitted_again, joint
 
 OWN_ROWS = "the rows to which it was fitted become worse with it"
@@ -75,10 +74,11 @@ def replaced(problem: Problem, terms: Sequence[Term]) -> tuple[str, ...]:
 
 
 def setting_for(problem: Problem, stage: Stage) -> Setting:
-    """What a fit under another calibration works with; the noise stays as it was found."""
-    white = problem.whitener(stage.u, stage.noise.rho)
-    raw = white.apply(problem.residual)
-    return Setting(stage.found, white, raw, stage.noise.noise.clip, stage.threshold, Refiner(problem, white))
+    """What a fit of given names under another calibration works with: every row as it is, outliers about the fit; the noise
+    stays as it was found.
+    """
+    setting = setting_under(problem, stage, problem.whitener(stage.u, stage.noise.rho))
+    return replace(setting, start=setting.raw)
 
 
 def _refit(number: Sequence[int], terms: Sequence[Term], setting: Setting) -> Selection:

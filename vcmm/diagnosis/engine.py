@@ -112,7 +112,7 @@ def _passes(
         if _same(noise, before):
             break
     final = replace(stage.noise, findings=noise.findings, scale=noise.scale, limit=noise.limit)
-    return replace(stage, noise=final), chosen
+    return replace(chosen.stage, noise=final), chosen
 
 
 def _same(a: Audit, b: Audit) -> bool:
@@ -138,7 +138,7 @@ def _result(
     tell: Progress,
 ) -> Diagnosis:
     selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
-    setting = setting_of(used, stage)
+    setting = replace(setting_of(used, stage), start=selection.y)
     parts = folds(used, stage.u, stage.noise.rho)
     tell("comparing rivals", 0.8)
     held_by = partial(that_hold, generic=stage.generic)

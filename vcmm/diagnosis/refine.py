@@ -15,6 +15,7 @@ from vcmm.evaluation.gaussian import Whitener, posterior, without_span
 
 WIDTH = 4.0  # prior width of the search, typical amplitudes
 ROUNDS, POINTS = 3, 7
+BENT = 0.1  # of the range searched: where the curvature of the evidence is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +26,25 @@ class Refiner:
     white: Whitener
 
     def __call__(self, option: Option, r: Array, basis: Array) -> Option:
-        for name in scanned(option):
-            option = self._along(option, name, r, basis)
+        names = scanned(option)
+        for _ in names:  # two values depend on one another
+            for name in names:
+                option = self._along(option, name, r, basis)
         return option
+
+    def open_share(self, option: Option, r: Array, basis: Array) -> float:
+        """ln of the share of the searched range that the rows leave open, all scanned values together; at most 0."""
+        return sum(self._open(option, name, r, basis) for name in scanned(option))
+
+    def _open(self, option: Option, name: str, r: Array, basis: Array) -> float:
+        assert option.effect is not None
+        span = reach(option.effect, name, self.problem)
+        centre, step = float(getattr(option.effect, name)), BENT * span
+        trials = [at_value(option, name, moved(centre, s * step, name), self.problem) for s in (-1.0, 1.0)]
+        top = self.evidence(option, r, basis)
+        fall = sum(top - self.evidence(t, r, basis) for t in trials if t is not None)
+        bend = max(fall / step**2, 1e-300)
+        return min(0.0, 0.5 * float(np.log(2.0 * np.pi / bend)) - float(np.log(2.0 * span)))
 
     def _along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
         assert option.effect is not None
