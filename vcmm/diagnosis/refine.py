@@ -15,6 +15,7 @@ from vcmm.evaluation.gaussian import Whitener, posterior, without_span
 
 WIDTH = 4.0  # prior width of the search, typical amplitudes
 ROUNDS, POINTS = 3, 7
+MOMENTS = ("t1", "time", "start")  # parameters that are a time of the clock
 BENT = 0.1  # of the range searched: where the curvature of the evidence is taken
 
 
@@ -29,7 +30,7 @@ class Refiner:
         names = scanned(option)
         for _ in names:  # two values depend on one another
             for name in names:
-                option = self._along(option, name, r, basis)
+                option = self.along(option, name, r, basis)
         return option
 
     def open_share(self, option: Option, r: Array, basis: Array) -> float:
@@ -46,7 +47,8 @@ class Refiner:
         bend = max(fall / step**2, 1e-300)
         return min(0.0, 0.5 * float(np.log(2.0 * np.pi / bend)) - float(np.log(2.0 * span)))
 
-    def _along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
+    def along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
+        """The option at its best value of one scanned parameter."""
         assert option.effect is not None
         span = reach(option.effect, name, self.problem)
         best, best_value = option, self.evidence(option, r, basis)
@@ -85,14 +87,14 @@ def reach(effect: Effect, name: str, problem: Problem) -> float:
         travel = float(np.ptp(q)) if q is not None else 0.0
         period = float(getattr(effect, name))
         return min(0.3, 0.4 * period / travel) if travel > 0 else 0.02
-    if name in ("t1", "time", "start"):
+    if name in MOMENTS:
         time = problem.run.column("time_s")
         return float(np.ptp(time)) / max(problem.run.n, 1) * 3
     return 0.6
 
 
 def moved(centre: float, step: float, name: str) -> float:
-    return centre + step if name in ("t1", "time", "start") else centre * float(np.exp(step))
+    return centre + step if name in MOMENTS else centre * float(np.exp(step))
 
 
 def at_value(option: Option, name: str, value: float, problem: Problem) -> Option | None:

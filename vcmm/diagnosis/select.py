@@ -42,12 +42,16 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """terms, joint posterior of all their columns, residual y (prepared, white) and what the terms leave of it."""
+    """terms, joint posterior of all their columns, residual y (prepared, white) and what the terms leave of it.
+
+    factor: of the covariance of `fit` over that of clean rows of known scale.
+    """
 
     terms: tuple[Term, ...]
     fit: Posterior | None
     y: Array
     rest: Array
+    factor: float = 1.0
 
     def signal(self, i: int) -> Array:
         """White signal (m,) of term i at the fitted coefficients."""
@@ -95,8 +99,9 @@ def joint(terms: Sequence[Term], setting: Setting) -> Selection:
     fit = posterior(x, y, setting.found.dof, width)
     rest = setting.raw - x @ fit.mean
     kept = float(np.mean(np.abs(rest) <= setting.clip * robust_scale(rest)))
-    fit = replace(fit, covariance=fit.covariance * _spread(fit, setting.found.dof, width) / kept**2)
-    return Selection(tuple(terms), fit, y, y - x @ fit.mean)
+    factor = _spread(fit, setting.found.dof, width) / kept**2
+    fit = replace(fit, covariance=factor * fit.covariance)
+    return Selection(tuple(terms), fit, y, y - x @ fit.mean, factor)
 
 
 def _spread(fit: Posterior, dof: int, width: Array) -> float:
