@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,7 +14,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.aliases import unresolved, with_aliases
 from vcmm.diagnosis.answers import Named, answers, of_the_machine
-from vcmm.diagnosis.candidates import Catalogue, catalogue
+from vcmm.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.diagnosis.confusion import Standing, standing
 from vcmm.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls, with_contradicted
 from vcmm.diagnosis.delivered import delivered, rms_left
@@ -24,7 +24,7 @@ from vcmm.diagnosis.holdout import Fold, folds, judge
 from vcmm.diagnosis.kept_terms import that_hold
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.machine_match import check_belonging, wild
-from vcmm.diagnosis.mistakes import MISTAKE, tables_of
+from vcmm.diagnosis.mistakes import MISTAKE, Mistake, tables_of
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.nextstep import closer, next_steps
@@ -47,6 +47,7 @@ from vcmm.response.indexing import told
 from vcmm.response.recording import Recording
 
 NULLS = 2000
+FIELD = "field"  # a covariance beside those of the machine's Inputs
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
 
@@ -72,9 +73,11 @@ def diagnose_recording(
     plain = problem.whitener()
     tell("listing what could be missing", 0.05)
     known = catalogue(problem, extra_effects)
-    stage, chosen = _passes(problem, known, plain, seed, nulls, tell)
-    tell("predicting rows held out", 0.75)
-    found = _result(problem, known, stage, chosen, seed, tell)
+    generics = generic_families(problem)
+    stage, chosen = _passes(problem, known, generics, plain, seed, nulls, tell)
+    tell("predicting rows held out, and weighing the names against physics without a name", 0.75)
+    judged = _beside_field(_judged(chosen, stage, seed), known, generics, seed, nulls)
+    found = _result(problem, known, judged, seed, tell)
     found = replace(found, warnings=warnings)
     found = qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
     return with_written_fit(found, recording, machine)
@@ -94,14 +97,19 @@ def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:
 
 
 def _passes(
-    problem: Problem, known: Catalogue, plain: Whitener, seed: int, nulls: int, tell: Progress
+    problem: Problem,
+    known: Catalogue,
+    generics: Sequence[Family],
+    plain: Whitener,
+    seed: int,
+    nulls: int,
+    tell: Progress,
 ) -> tuple[Stage, Chosen]:
     """Audit the noise, select, audit again what is left; until the preparation stands.
 
     Neighbours that agree because of what is looked for are no correlation of the noise (a reversal is a square wave), so
     the first pass takes them for independent.
     """
-    generics = generic_families(problem)
     noise = replace(audit(problem, plain, plain.apply(problem.residual), seed), rho=0.0)
     for turn in range(PASSES):
         tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
@@ -129,28 +137,66 @@ def _left(problem: Problem, plain: Whitener, selection: Selection) -> Array:
     return plain.apply(rest)
 
 
-def _result(
-    problem: Problem,
-    known: Catalogue,
-    stage: Stage,
-    chosen: Chosen,
-    seed: int,
-    tell: Progress,
-) -> Diagnosis:
-    selection, mistake, used = chosen.selection, chosen.mistake, chosen.problem
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """Terms that hold, and what they compete with. failed: terms were held back; tied: see Chosen."""
+
+    problem: Problem
+    stage: Stage
+    setting: Setting
+    parts: Sequence[Fold]
+    selection: Selection
+    places: Sequence[Standing]
+    mistake: Mistake | None
+    tied: tuple[str, ...]
+    failed: bool
+    field: Field | None = None
+    rest: Unknown | None = None
+
+
+def _judged(chosen: Chosen, stage: Stage, seed: int) -> _Judged:
+    """The better of the two roads, what its terms are worth, and a field that may stand for them."""
+    used, selection = chosen.problem, chosen.selection
     setting = replace(setting_of(used, stage), start=selection.y)
     parts = folds(used, stage.u, stage.noise.rho)
-    tell("comparing rivals", 0.8)
     held_by = partial(that_hold, generic=stage.generic)
     selection, failed = best_road(used, parts, selection, setting, held_by)
     selection = of_the_machine(selection, _standings(selection, setting, stage), setting)
     places = _standings(selection, setting, stage)
-    tell("weighing the names against physics without a name", 0.85)
-    field = rival_field(used, selection, stage.white, stage.sample, stage.threshold)
+    field = rival_field(used, selection, setting, stage.sample) if selection.terms else None
     rest = _rest(used, stage, selection, setting, parts, seed, field)
+    return _Judged(
+        used, stage, setting, parts, selection, places, chosen.mistake, chosen.tied, failed, field, rest
+    )
+
+
+def _beside_field(
+    first: _Judged, known: Catalogue, generics: Sequence[Family], seed: int, nulls: int
+) -> _Judged:
+    """The search again beside a field that stands, which then is one more covariance; as it was where nothing is found so, or
+    where nothing is left without a name.
+    """
+    if first.rest is None:
+        return first
+    field = first.field or rival_field(first.problem, first.selection, first.setting, first.stage.sample)
+    if field is None or not field.stands:
+        return first
+    beside = first.problem.with_statement(FIELD, field.columns)
+    stage = staged(beside, known, generics, first.stage.noise, seed, nulls)
+    chosen = search(beside, stage)
+    second = _judged(chosen, chosen.stage, seed)
+    if not second.selection.terms:
+        return first
+    what = described(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
+    return replace(second, mistake=first.mistake, field=None, rest=what)
+
+
+def _result(problem: Problem, known: Catalogue, judged: _Judged, seed: int, tell: Progress) -> Diagnosis:
+    selection, mistake, used = judged.selection, judged.mistake, judged.problem
+    stage, setting, field, rest = judged.stage, judged.setting, judged.field, judged.rest
     excess = "" if rest else scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = _sigma(selection, stage)
-    places = _with_other_rivals(places, used, stage, selection, chosen.tied)
+    places = _with_other_rivals(judged.places, used, stage, selection, judged.tied)
     named = with_contradicted(Named(used, stage, selection, places, field))
     found = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
     given = delivered(used, stage, named.selection.terms, found)
@@ -166,7 +212,7 @@ def _result(
     is_named = any(not a.doubtful for a in every) or mistake is not None
     forgiven = 2.0 * mismatch(selection) * left**2 / stage.white.dof
     against = reasons(
-        is_named, rest, failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left
+        is_named, rest, judged.failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left
     )
     against = (*against, *curves(every), *doubts(every))
     pulls = pulls_of(given, stage)

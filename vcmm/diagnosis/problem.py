@@ -47,6 +47,11 @@ class Problem:
         """(m, k): change of the observation per canonical unit of each element of the parameters."""
         return np.concatenate([self.observer.of_parameter(effect, name) for name in names], axis=1)
 
+    def with_statement(self, name: str, columns: Array) -> Problem:
+        """The same with one more covariance, columns (m, r) per unit normal, beside what the machine file states."""
+        stated = (*self.stated, (name, columns))
+        return replace(self, stated=stated, calibration=_beside(self.m, stated))
+
     def without(self, statements: Collection[str]) -> Problem:
         """The same without what is stated under some Input ids: the rows alone tell of these quantities then."""
         kept = tuple((name, columns) for name, columns in self.stated if name not in statements)

@@ -48,7 +48,8 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
         part = slice(at, at + columns.shape[1])
         out.append(_pull(name, z[part], np.eye(columns.shape[1]) - left[part, part]))
         at += columns.shape[1]
-    return tuple(sorted((p for p in out if p.numbers), key=lambda p: -abs(p.pull)))
+    stated = {one.id for one in problem.machine.inputs}
+    return tuple(sorted((p for p in out if p.numbers and p.input in stated), key=lambda p: -abs(p.pull)))
 
 
 def _pull(name: str, z: Array, told: Array) -> Pull:
