@@ -20,7 +20,7 @@ from vcmm.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls,
 from vcmm.diagnosis.delivered import delivered, rms_left
 from vcmm.diagnosis.evidence import scorer
 from vcmm.diagnosis.field import Field, kept_terms, rival_field
-from vcmm.diagnosis.holdout import Fold, folds, judge
+from vcmm.diagnosis.holdout import Fold, folds, is_free_curve, judge, wins_everywhere
 from vcmm.diagnosis.kept_terms import that_hold
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.machine_match import check_belonging, wild
@@ -34,7 +34,7 @@ from vcmm.diagnosis.order import in_order
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
-from vcmm.diagnosis.result import Diagnosis, Fit, Unknown
+from vcmm.diagnosis.result import EVEN_ODDS, Diagnosis, Fit, Unknown
 from vcmm.diagnosis.sanity import Checked, checked
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
 from vcmm.diagnosis.select import Selection, Setting, joint, mismatch
@@ -185,10 +185,28 @@ def _beside_field(
     stage = staged(beside, known, generics, first.stage.noise, seed, nulls)
     chosen = search(beside, stage)
     second = _judged(chosen, chosen.stage, seed)
-    if not second.selection.terms:
+    if not second.selection.terms or _lost(first, second):
         return first
     what = described(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
     return replace(second, mistake=first.mistake, field=None, rest=what)
+
+
+def _lost(first: _Judged, second: _Judged) -> bool:
+    """Is a name gone that was found and wins all its folds? A free curve may be: it is as free as the field."""
+    kept = _found(second)
+    own = first.selection
+    gone = [i for i, t in enumerate(own.terms) if t.family.id in _found(first) - kept]
+    return any(
+        wins_everywhere(first.problem, first.parts, own, i)
+        for i in gone
+        if not is_free_curve(own.terms[i].family.name)
+    )
+
+
+def _found(judged: _Judged) -> set[str]:
+    """Ids of the names that are more probable than not, with what repeats them exactly."""
+    pairs = zip(judged.selection.terms, judged.places)
+    return {t.family.id for t, p in pairs if p.with_aliases >= EVEN_ODDS}
 
 
 def _result(problem: Problem, known: Catalogue, judged: _Judged, seed: int, tell: Progress) -> Diagnosis:

@@ -13,7 +13,7 @@ the field is no rival: it is what is left.
 
 A field has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
 outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
-field. Nor does it lie over the axis of a named curve, which is as free as itself.
+field. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
 
 A field that wins is put beside the uncertainty of the calibration, as one more covariance, and the search is made again: what
 is found then is found beside it, with the uncertainty that neighbours leave who agree.
@@ -29,6 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
     VANISHED,
@@ -45,6 +46,7 @@ from vcmm.diagnosis.refine import MOMENTS, scanned
 from vcmm.diagnosis.result import Answer, Unknown
 from vcmm.diagnosis.select import Selection, Setting, Term, mismatch
 from vcmm.diagnosis.shape_proposal import proposal
+from vcmm.effects import has_role
 from vcmm.evaluation.gaussian import Ints, Whitener, evidence_from, posterior
 
 UNNAMED = 5.0  # nats
@@ -93,7 +95,7 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
     price = own + UNNAMED + mismatch(selection)
-    simple = _simple_columns(selection, setting)
+    simple = _columns([t.option for t in selection.terms if _is_simple(t)], setting)
     tried = _tried(problem, selection, white, null)
     weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
     weighing = heapq.nlargest(
@@ -111,26 +113,19 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
     says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
     sigma = selection.fit.sigma if selection.fit else 1.0
     what = proposal(w.asked.clearest, problem, w.rms(white), says)
-    return Field(w.evidence(kept) - price, what, refused, w.covariance(kept, sigma))
+    return Field(w.evidence(kept) - price, what, refused, w.covariance(kept, sigma, setting))
 
 
 def _is_simple(term: Term) -> bool:
-    """One number in proportion to what was recorded, a wave of one period, or a step; not a course with a time constant."""
-    return term.white.shape[1] <= WAVE and set(scanned(term.option)) <= {"period", *MOMENTS}
+    """One number in proportion to what was recorded, a wave and its harmonics, or a step; not a course with a time constant."""
+    effect = term.option.effect
+    waves = term.white.shape[1] <= WAVE or (effect is not None and effect.as_one == "amplitude")
+    return waves and set(scanned(term.option)) <= {"period", *MOMENTS}
 
 
-def _simple_columns(selection: Selection, setting: Setting) -> Array:
-    """What simple names do to the observation (m, p): those of the catalogue that call themselves so, and those named."""
-    found = setting.found
-    own = [
-        o.columns
-        for o in found.options
-        if o.effect is not None and o.effect.simple and o.columns.shape[1] == 1
-    ]
-    return np.concatenate(
-        [setting.raw[:, None][:, :0], *own, *(t.option.columns for t in selection.terms if _is_simple(t))],
-        axis=1,
-    )
+def _columns(options: Sequence[Option], setting: Setting) -> Array:
+    """What options do to the observation (m, p)."""
+    return np.concatenate([setting.raw[:, None][:, :0], *(o.columns for o in options)], axis=1)
 
 
 def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
@@ -145,9 +140,17 @@ def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
 
 
 def _curves(selection: Selection) -> set[str]:
-    """Axes over which free curves are named."""
+    """Axes whose change of geometry is named, by one free curve: a field over such an axis says the same once more. Another
+    free curve of the component claims a structure, and a field may do without it.
+    """
     free = [t for t in selection.terms if t.option.effect is not None and t.option.effect.free_curve]
-    return {str(t.family.where.get("component", ""))[2:] for t in free}
+    places = [str(t.family.where.get("component", "")) for t in free]
+    alone = [
+        t
+        for t, p in zip(free, places)
+        if has_role(t.family.name, "changed component") and places.count(p) == 1
+    ]
+    return {str(t.family.where["component"])[2:] for t in alone}
 
 
 def _subsets(every: Subset) -> Iterator[Subset]:
@@ -194,10 +197,14 @@ class _Weighing:
         out = [nats for nats, _, _ in self._at_sizes(kept)]
         return float(np.logaddexp.reduce(out) - np.log(len(out)))
 
-    def covariance(self, kept: Subset, sigma: float) -> Array:
-        """Columns (m, k) of the observation at the smoothness and size of highest evidence; sigma: noise over stated."""
+    def covariance(self, kept: Subset, sigma: float, setting: Setting) -> Array:
+        """Columns (m, k) of the observation at the smoothness and size of highest evidence, without what any simple name of
+        the catalogue would say; sigma: noise over stated.
+        """
         _, count, width = max(self._at_sizes(kept))
-        return np.asarray(width * sigma * self.seen[:, :count])
+        options = (o for o in setting.found.options if o.effect is not None and o.effect.simple)
+        simple = _columns([o for o in options if o.columns.shape[1] == 1], setting)
+        return width * sigma * orthogonal(self.seen[:, :count], simple, setting.white)
 
     def _at_sizes(self, kept: Subset) -> list[tuple[float, int, float]]:
         """Nats, number of functions and prior width of each."""
