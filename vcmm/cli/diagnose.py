@@ -52,20 +52,49 @@ def diagnose_command(
     with progress() as show_progress, about(recording):
         diagnosis = diagnose(found, known, seed=seed, extra_effects=extra, progress=show_progress)
     diagnosis = _fitted_before(diagnosis, known, recording.name)
-    body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
     improved = _improved(folder, recording, machine, known, diagnosis) if folder else {}
+    if folder and improved:
+        diagnosis = _read_back(folder, improved, recording, diagnosis)
+    body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
     content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
     if folder or report:
-        from vcmm.pages.diagnosis import diagnosis_page
-
-        _write(folder, report, diagnosis_page(found, known, diagnosis), content, improved)
+        _write(folder, report, _page(found, known, diagnosis), content, improved)
     if json:
         print_json(content)
     else:
         _show(diagnosis)
     return 0
+
+
+def _read_back(folder: Path, improved: dict[str, str], recording: Path, diagnosis: Any) -> Any:
+    """The diagnosis with the rms that the machine file leaves, once it is written and read again."""
+    from dataclasses import replace
+
+    from vcmm.console.files import write_files
+    from vcmm.diagnosis.comparison import left_by
+    from vcmm.files.machine import load_machine
+    from vcmm.files.recording import load_recording
+
+    write_files(folder, improved)
+    after = left_by(*load_recording(recording, load_machine(folder / "machine.toml"))).rms
+    return replace(diagnosis, fit=replace(diagnosis.fit, after=after))
+
+
+def _page(found: Any, known: Any, diagnosis: Any) -> str:
+    """The report; where a picture cannot be drawn, a page that says so: numbers and files do not depend on it."""
+    from vcmm import report
+    from vcmm.console.terminal import say
+    from vcmm.core.errors import VcmmError
+    from vcmm.pages.diagnosis import diagnosis_page, sentences
+
+    try:
+        return diagnosis_page(found, known, diagnosis)
+    except VcmmError as error:
+        say(f"note: the report has no pictures: {error}")
+        blocks = [report.heading("Verdict"), *(report.paragraph(s) for s in sentences(diagnosis))]
+        return report.page(f"Diagnosis of {found.name}", [*blocks, report.note(str(error), "warning")])
 
 
 def _fitted_before(diagnosis: Any, known: Any, recording: str) -> Any:

@@ -13,7 +13,7 @@ def written(answers: Sequence[Answer]) -> tuple[Answer, ...]:
 
 
 def notes(answers: Sequence[Answer]) -> tuple[str, ...]:
-    """One sentence per answer that is not written, and why."""
+    """One sentence per answer that is not written, and why; and per answer that has rivals."""
     out = []
     for a in answers:
         why = _why_not(a)
@@ -22,12 +22,19 @@ def notes(answers: Sequence[Answer]) -> tuple[str, ...]:
             out.append(
                 f"{a.effect}{f' {place}' if place else ''} is not written into the machine file: {why}"
             )
+        elif a.fitted is not None and a.cannot_be_told_from:
+            rivals = ", ".join(a.cannot_be_told_from)
+            out.append(
+                f"{a.effect} {' '.join(str(v) for v in a.where.values())}: these rows cannot tell it from {rivals}"
+            )
     return tuple(out)
 
 
 def _why_not(a: Answer) -> str:
     if a.fitted is not None and a.fitted.per == "instrument":
         return "it is an error of the instrument that recorded, not of the machine"
+    if a.withheld:
+        return a.withheld
     if a.doubtful:
         return f"a candidate only, probability {a.probability:.3f}"
     return ""

@@ -8,7 +8,7 @@ The uncertainty of the machine's own calibration is left out: chi-square is that
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,11 @@ class Misfit:
     exact: bool
     left_out: tuple[str, ...]
     depends_on: tuple[Place, ...] = ()
+
+    @property
+    def rms(self) -> float:
+        """Of all rows as they are."""
+        return float(np.sqrt(np.mean(self.residual**2)))
 
     @property
     def chi2(self) -> float:
@@ -123,20 +128,27 @@ def compared(file: str, pairs: Sequence[tuple[Recording, Machine]], seed: int = 
 
 def misfit(recording: Recording, machine: Machine, seed: int = 0) -> Misfit:
     """Residuals of one recording, nuisance refitted; where they depend on what (p from simulated white noise)."""
+    left = left_by(recording, machine)
+    recording, run = left.recording, left.run
+    columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
+    problem = Problem(
+        recording, machine, run, left.residual, left.u, nuisance=columns, calibration=np.zeros((recording.m, 0)),
+        before=predecessors(recording.row), observer=Observer(recording, machine),
+    )  # fmt: skip
+    return replace(left, depends_on=_places(problem, seed))
+
+
+def left_by(recording: Recording, machine: Machine) -> Misfit:
+    """Residuals of one recording, nuisance refitted; on what they depend is not asked."""
     observer = Observer(recording, machine)
     recording, run = observer.recording, observer.run
     u = noise_u(recording, machine)
     predicted, exact = _predicted(observer)
     columns = np.reshape(nuisance_columns(recording, machine)[0], (recording.m, -1))
     departure = recording.value - predicted
-    residual, rank = _without(departure, columns, u)
+    residual, rank = without_nuisance(departure, columns, u)
     lost = tuple(name for name, _ in left_out(recording, machine))
-    problem = Problem(
-        recording, machine, run, departure, u, nuisance=columns, calibration=np.zeros((recording.m, 0)),
-        before=predecessors(recording.row), observer=observer,
-    )  # fmt: skip
-    places = _places(problem, seed)
-    return Misfit(recording, run, residual, u, fitted=rank, exact=exact, left_out=lost, depends_on=places)
+    return Misfit(recording, run, residual, u, fitted=rank, exact=exact, left_out=lost)
 
 
 def _predicted(observer: Observer) -> tuple[Array, bool]:
@@ -150,7 +162,7 @@ def _predicted(observer: Observer) -> tuple[Array, bool]:
     return observe(observer.recording, motion[:, :, None], reading[:, :, None])[:, 0], True
 
 
-def _without(departure: Array, columns: Array, u: Array) -> tuple[Array, int]:
+def without_nuisance(departure: Array, columns: Array, u: Array) -> tuple[Array, int]:
     """Residual (m,) after weighted least squares of the nuisance columns (m, p), and their rank."""
     length = np.linalg.norm(columns / u[:, None], axis=0)
     used = columns[:, length > 0] / length[length > 0]

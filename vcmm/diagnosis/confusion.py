@@ -14,17 +14,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family
 from vcmm.diagnosis.evidence import Dictionary, Scorer, orthonormal, scorer
-from vcmm.diagnosis.select import MISMATCH, Selection, Setting
+from vcmm.diagnosis.select import MISMATCH, Selection, Setting, Term
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import thin_svd, without_span
 
 NATS = 3.0
 ALIAS = 0.15
 RESOLVED = 2.45  # delta s from which 3 nats separate two names
+EXACT = (
+    0.01  # of the length of a signal: what a name leaves of it that is an exact alias (1e-4 of its energy)
+)
 SEEN = 1e-6  # of the energy of an option, below which a direction of it is not seen
 
 
@@ -39,6 +43,10 @@ class Standing:
     contained_in: tuple[str, ...] = ()  # freer names that mimic the answer and are improbable beside it
     rival_probability: float = 0.0  # of the rivals together
     elsewhere: tuple[Mapping[str, str], ...] = ()  # other places of the same name that explain as much
+    with_aliases: float = 0.0  # probability of the name at its place and of all that repeats it exactly
+    exact: tuple[int, ...] = ()  # families that repeat it exactly, the most probable first
+    twins: tuple[int, ...] = ()  # those of the same name, at other places
+    shares: tuple[float, ...] = ()  # their probabilities
 
 
 def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary | None = None) -> Standing:
@@ -52,11 +60,28 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
     unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
-    mine = _probability(setting, scores, {setting.found.families[own].name}, larger, unknown)
-    theirs = _probability(setting, scores, set(names), larger, unknown)
+    alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
+    exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != own)
+    twins = tuple(j for j in exact if _name(setting, j) == _name(setting, own))
+    probable = np.exp(scores - _total(setting, scores, larger, unknown))
+    of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, own), *names}]
+    alias[own] = True
     return Standing(
-        float(scores[own]), mine, names, families, freer, theirs, _elsewhere(setting, scores, own)
-    )
+        float(scores[own]), float(probable[own]), names, families, freer,
+        float(probable[of_name].sum() - probable[own]), _elsewhere(setting, scores, own),
+        float(probable[alias].sum()), exact, twins, tuple(float(probable[j]) for j in twins),
+    )  # fmt: skip
+
+
+def _name(setting: Setting, family: int) -> str:
+    return setting.found.families[family].name
+
+
+def _repeats(setting: Setting, gap: Array, rank: Array, term: Term, basis: Array) -> npt.NDArray[np.bool_]:
+    """Families (families,) that hold the signal exactly with no more columns than the term has here."""
+    mine = rank_of(term.white, basis)
+    nearest = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), setting.found.first)
+    return np.asarray(nearest < EXACT)
 
 
 def _elsewhere(setting: Setting, scores: Array, own: int) -> tuple[Mapping[str, str], ...]:
@@ -151,18 +176,11 @@ def _stop(setting: Setting, family: int) -> int:
     return int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
 
 
-def _probability(
-    setting: Setting, scores: Array, asked: set[str], larger: set[str], unknown: float = -np.inf
-) -> float:
-    """Posterior of the names asked for among all names, the unknown (one more name) and nothing.
-
-    Nothing has the prior weight of all names together.
+def _total(setting: Setting, scores: Array, larger: set[str], unknown: float) -> float:
+    """ln of the weight of all names, the unknown (one more name) and nothing, which weighs as much as all names together.
 
     Names that hold the answer as a special case do not count against it.
     """
     names = [f.name for f in setting.found.families]
-    count = len(set(names))
     kept = np.array([s for s, name in zip(scores, names) if name not in larger])
-    total = float(np.logaddexp.reduce(np.append(kept, [np.log(count), unknown])))
-    mine = [s for s, name in zip(scores, names) if name in asked]
-    return float(np.exp(np.logaddexp.reduce(np.array([-np.inf, *mine])) - total))
+    return float(np.logaddexp.reduce(np.append(kept, [np.log(len(set(names))), unknown])))

@@ -1,7 +1,7 @@
 """Parameters of an answer in the units of reports, under the names of the contract.
 
-Pairs (cosine, sine) are shown as an amplitude, element vectors as an rms or sd; scanned values get their uncertainty
-from the curvature of the evidence.
+Pairs (cosine, sine) are shown as an amplitude, element vectors as an rms or sd. Values are those of the best fit; uncertainties
+and intervals are those of draws from the joint posterior of sizes and scanned values (see marginal).
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from vcmm.core.effect import basis, parameter
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import linear_parameters
+from vcmm.diagnosis.marginal import drawn
 from vcmm.diagnosis.problem import Problem, generator
-from vcmm.diagnosis.refine import Refiner, at_value, moved, reach, scanned
+from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.select import Selection
 
 DRAWS = 2000
 LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
-MOMENTS = ("t1", "time", "start")  # parameters that are a time of the clock
 COVERED = (0.025, 0.975)
 
 
@@ -41,20 +41,16 @@ def estimates(
     """All parameters of term i."""
     assert selection.fit is not None
     term, part = selection.terms[i], selection.span(i)
-    mean, cov = selection.fit.mean[part], selection.fit.covariance[part, part]
-    unit = term.option.unit
-    rng = generator(seed, f"estimate {term.family.id}")
-    normal = rng.multivariate_normal(mean, cov, DRAWS, method="eigh")
-    freedom = max(problem.m - problem.nuisance.shape[1] - len(selection.fit.mean), 3)
-    heavy = np.sqrt(freedom / rng.chisquare(freedom, DRAWS))[:, None]
-    values = (mean + (normal - mean) * heavy) * unit
+    mean, unit = selection.fit.mean[part], term.option.unit
+    draws = drawn(problem, selection, i, refiner, generator(seed, f"estimate {term.family.id}"), DRAWS)
+    values = draws.sizes * unit
     if term.option.effect is None:
-        return {"rms": _rms_seen(problem, term.option.columns, mean, values)}
-    out = _linear(problem, selection, i, mean * unit, np.sqrt(np.diag(cov)) * unit, values)
-    for name in scanned(term.option):
-        found = _scan(problem, selection, i, name, refiner)
-        if found is not None:
-            out[_shown_name(selection, i, name)] = found
+        return {"rms": _rms_seen(problem, term.option.columns, mean, draws.sizes)}
+    out = _linear(problem, selection, i, mean * unit, values.std(axis=0), values)
+    for name, those in draws.values.items():
+        shown = parameter(term.option.effect, name).metadata["show"]
+        best = float(getattr(term.option.effect, name))
+        out[_shown_name(selection, i, name)] = _estimate(best, float(those.std()), those, shown)
     return out
 
 
@@ -162,45 +158,6 @@ def _size(problem: Problem, selection: Selection, i: int, mean: Array, values: A
     gram = np.einsum("nik,nil->kl", field, field) / problem.run.n
     rms = np.sqrt(np.maximum(np.einsum("dk,kl,dl->d", values, gram, values), 0.0))
     return _estimate(float(np.median(rms)), float(rms.std()), rms, "urad" if turns else "um")
-
-
-def _scan(problem: Problem, selection: Selection, i: int, name: str, refiner: Refiner) -> Estimate | None:
-    """Value and curvature of a scanned parameter, the other terms projected out."""
-    from vcmm.diagnosis.evidence import orthonormal
-    from vcmm.evaluation.gaussian import without_span
-
-    term = selection.terms[i]
-    effect = term.option.effect
-    assert effect is not None
-    others = [t.white for j, t in enumerate(selection.terms) if j != i]
-    given = orthonormal(np.concatenate([np.zeros((problem.m, 0)), *others], axis=1))
-    r = without_span(selection.y, given)
-    centre, step = float(getattr(effect, name)), 0.3 * reach(effect, name, problem)
-    top = refiner.evidence(term.option, r, given)
-    sides = []
-    for sign in (-1.0, 1.0):
-        trial = at_value(term.option, name, moved(centre, sign * step, name), problem)
-        sides.append(top - refiner.evidence(trial, r, given) if trial is not None else 0.0)
-    bend = sum(sides) / step**2  # second derivative of -ln evidence, in steps of `moved`
-    relative = 1.0 / np.sqrt(max(bend, 1.0 / (4 * reach(effect, name, problem)) ** 2))
-    unit = parameter(effect, name).metadata["show"]
-    low, high = (moved(centre, s * 1.96 * relative, name) for s in (-1.0, 1.0))
-    u = relative if name in MOMENTS else relative * centre
-    if name in MOMENTS and "time_s" in problem.run.columns:
-        before, after = around(problem.of_rows(problem.run.columns["time_s"]), centre)
-        low, high = min(low, before), max(high, after)
-        u = max(u, (after - before) / 12**0.5)
-    return Estimate(
-        in_unit(centre, unit), in_unit(float(u), unit), (in_unit(low, unit), in_unit(high, unit)), unit
-    )
-
-
-def around(time: Array, moment: float) -> tuple[float, float]:
-    """The times of the rows before and after a moment: anything between them fits alike, which is a
-    uniform law with u = (after - before) / sqrt(12) (JCGM 100:2008, 4.3.7).
-    """
-    before, after = time[time <= moment], time[time > moment]
-    return float(before.max()) if len(before) else moment, float(after.min()) if len(after) else moment
 
 
 def as_json(found: Mapping[str, Estimate]) -> dict[str, dict[str, object]]:

@@ -10,6 +10,13 @@ smoothness and size, and it pays UNNAMED nats, since the catalogue holds what ma
 
 S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They stand. Where all do,
 the field is no rival: it is what is left.
+
+A field has no part that a simple name has: what is linear (a scale, a squareness), a wave of one period or a step that is named is
+outside its span (Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274: orthogonal discrepancy), for a field of such a course is no
+field. Nor does it lie over the axis of a named change of geometry, which is as free as itself.
+
+A field that wins is put beside the uncertainty of the calibration, as one more covariance, and the search is made again: what
+is found then is found beside it, with the uncertainty that neighbours leave who agree.
 """
 
 from __future__ import annotations
@@ -22,20 +29,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
+    VANISHED,
     Asked,
     components_of,
     everywhere,
     of_components,
-    principal,
+    principal_turn,
     pulled,
     questions,
 )
 from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.refine import MOMENTS, scanned
 from vcmm.diagnosis.result import Answer, Unknown
-from vcmm.diagnosis.select import Selection, Term, mismatch
+from vcmm.diagnosis.select import Selection, Setting, Term, mismatch
 from vcmm.diagnosis.shape_proposal import proposal
+from vcmm.effects import has_role
 from vcmm.evaluation.gaussian import Ints, Whitener, evidence_from, posterior
 
 UNNAMED = 5.0  # nats
@@ -44,6 +55,7 @@ SHORT = 4  # fields that are weighed with every subset of the names
 NULLS = 200
 COUNTS = (10, 20, 40, 80)  # principal functions: the fewer, the smoother
 WIDTHS = (0.125, 0.5, 2.0, 8.0)  # of the first function, in units of the noise
+WAVE = 2  # numbers of a wave: a cosine and a sine
 SUREST = 14.0  # nats: no template is known so well that more would mean anything
 
 Subset = tuple[int, ...]
@@ -56,11 +68,17 @@ class Field:
     lead: float
     unknown: Unknown
     refused: Subset
+    columns: Array  # (m, k) of the observation, mm or rad: covariance = columns @ columns.T
+
+    @property
+    def stands(self) -> bool:
+        """Is it more probable than the names without it?"""
+        return self.lead > 0
 
     @property
     def wins(self) -> bool:
-        """Is it more probable than the names that it refuses?"""
-        return self.lead > 0
+        """Is it more probable than some names, and makes them superfluous?"""
+        return self.stands and bool(self.refused)
 
     @property
     def share(self) -> float:
@@ -68,22 +86,20 @@ class Field:
         return float(1.0 / (1.0 + np.exp(min(self.lead, SUREST))))
 
 
-def rival_field(
-    problem: Problem, selection: Selection, white: Whitener, null: Array, threshold: float
-) -> Field | None:
-    """The best field that makes names superfluous; None where there is none. null (m, M): white null recordings;
-    threshold: nats that a name must pay.
+def rival_field(problem: Problem, selection: Selection, setting: Setting, null: Array) -> Field | None:
+    """The best field, and which names it makes superfluous, perhaps none; None where nothing is seen of any. null (m, M):
+    white null recordings.
     """
-    if selection.fit is None:
-        return None
+    white, threshold = setting.white, setting.threshold
+    own = selection.fit.log_evidence if selection.fit else 0.0
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
-    price = selection.fit.log_evidence + UNNAMED + mismatch(selection)
-    weighing = [
-        _Weighing.of(asked, x, selection, white) for asked, x in _tried(problem, selection, white, null)
-    ]
+    price = own + UNNAMED + mismatch(selection)
+    simple = _columns([t.option for t in selection.terms if _is_simple(t)], setting)
+    tried = _tried(problem, selection, white, null)
+    weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
     weighing = heapq.nlargest(
-        SHORT, weighing, key=lambda w: max(w.evidence(()), *(w.evidence(_without(every, i)) for i in every))
+        SHORT, weighing, key=lambda w: max([w.evidence(()), *(w.evidence(_without(every, i)) for i in every)])
     )
     if not weighing:
         return None
@@ -93,11 +109,48 @@ def rival_field(
         return w.evidence(kept) - sum(pays[i] for i in kept)
 
     w, kept = max(itertools.product(weighing, _subsets(every)), key=worth)
-    if kept == every:
-        return None
-    lead = w.evidence(kept) - price
-    what = proposal(w.asked.clearest, problem, w.rms(white), "explains more than {}, which add little to it")
-    return Field(lead, what, tuple(i for i in every if i not in kept))
+    refused = tuple(i for i in every if i not in kept)
+    says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
+    sigma = selection.fit.sigma if selection.fit else 1.0
+    what = proposal(w.asked.clearest, problem, w.rms(white), says)
+    return Field(w.evidence(kept) - price, what, refused, w.covariance(kept, sigma, setting))
+
+
+def _is_simple(term: Term) -> bool:
+    """One number in proportion to what was recorded, a wave and its harmonics, or a step; not a course with a time constant."""
+    effect = term.option.effect
+    waves = term.white.shape[1] <= WAVE or (effect is not None and effect.as_one == "amplitude")
+    return waves and set(scanned(term.option)) <= {"period", *MOMENTS}
+
+
+def _columns(options: Sequence[Option], setting: Setting) -> Array:
+    """What options do to the observation (m, p)."""
+    return np.concatenate([setting.raw[:, None][:, :0], *(o.columns for o in options)], axis=1)
+
+
+def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
+    """Columns (m, k) of the observation less what of them simple ones (m, p) hold, as the rows see it."""
+    if not simple.shape[1]:
+        return columns
+    x = white.apply(simple)
+    length = np.linalg.norm(x, axis=0)
+    seen = length > VANISHED * np.linalg.norm(white.scaled(simple), axis=0)
+    x, simple = x[:, seen] / length[seen], simple[:, seen] / length[seen]
+    return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=1e-6)[0])
+
+
+def _curves(selection: Selection) -> set[str]:
+    """Axes whose change of geometry is named, by one free curve: a field over such an axis says the same once more. Another
+    free curve of the component claims a structure, and a field may do without it.
+    """
+    free = [t for t in selection.terms if t.option.effect is not None and t.option.effect.free_curve]
+    places = [str(t.family.where.get("component", "")) for t in free]
+    alone = [
+        t
+        for t, p in zip(free, places)
+        if has_role(t.family.name, "changed component") and places.count(p) == 1
+    ]
+    return {str(t.family.where["component"])[2:] for t in alone}
 
 
 def _subsets(every: Subset) -> Iterator[Subset]:
@@ -114,6 +167,7 @@ class _Weighing:
 
     asked: Asked
     functions: Array
+    seen: Array  # what the functions are of the observation (m, k), mm or rad
     y: Array
     gram: Array
     b: Array
@@ -122,16 +176,38 @@ class _Weighing:
     widths: tuple[Array, ...]
 
     @staticmethod
-    def of(asked: Asked, x: Array, selection: Selection, white: Whitener) -> _Weighing:
-        functions = principal(x, COUNTS[-1])
+    def of(asked: Asked, simple: Array, selection: Selection, white: Whitener) -> _Weighing | None:
+        """None where nothing of the field is seen. simple (m, p): what simple names do to the observation."""
+        bumps = np.concatenate([k.bumps * k.factor[:, None] for k in asked.kernels], axis=1)
+        free = orthogonal(bumps, simple, white)
+        x = white.apply(free)
+        turn = principal_turn(x, COUNTS[-1])
+        if turn is None or np.linalg.norm(x) <= VANISHED * np.linalg.norm(white.scaled(bumps)):
+            return None
+        seen = free @ turn
+        functions = white.apply(seen)
         whole = np.concatenate([*(t.white for t in selection.terms), functions], axis=1)
         spans = tuple(np.arange(whole.shape[1])[selection.span(i)] for i in range(len(selection.terms)))
         widths = tuple(np.full(t.white.shape[1], t.width) for t in selection.terms)
         gram, b = whole.T @ whole, whole.T @ selection.y
-        return _Weighing(asked, functions, selection.y, gram, b, white.dof, spans, widths)
+        return _Weighing(asked, functions, seen, selection.y, gram, b, white.dof, spans, widths)
 
     def evidence(self, kept: Subset) -> float:
         """Nats of the field and some of the names, the mean over the smoothness and size of the field."""
+        out = [nats for nats, _, _ in self._at_sizes(kept)]
+        return float(np.logaddexp.reduce(out) - np.log(len(out)))
+
+    def covariance(self, kept: Subset, sigma: float, setting: Setting) -> Array:
+        """Columns (m, k) of the observation at the smoothness and size of highest evidence, without what any simple name of
+        the catalogue would say; sigma: noise over stated.
+        """
+        _, count, width = max(self._at_sizes(kept))
+        options = (o for o in setting.found.options if o.effect is not None and o.effect.simple)
+        simple = _columns([o for o in options if o.columns.shape[1] == 1], setting)
+        return width * sigma * orthogonal(self.seen[:, :count], simple, setting.white)
+
+    def _at_sizes(self, kept: Subset) -> list[tuple[float, int, float]]:
+        """Nats, number of functions and prior width of each."""
         names = [self.spans[i] for i in kept]
         first = len(self.b) - self.functions.shape[1]
         total = float(self.y @ self.y)
@@ -140,8 +216,9 @@ class _Weighing:
             field = np.arange(first, min(first + count, len(self.b)))
             at = np.concatenate([*names, field])
             widths = np.concatenate([*(self.widths[i] for i in kept), np.full(len(field), width)])
-            out.append(evidence_from(self.gram[np.ix_(at, at)], self.b[at], total, self.dof, widths))
-        return float(np.logaddexp.reduce(out) - np.log(len(out)))
+            nats = evidence_from(self.gram[np.ix_(at, at)], self.b[at], total, self.dof, widths)
+            out.append((nats, count, width))
+        return out
 
     def rms(self, white: Whitener) -> float:
         """Size of the field alone, mm or rad."""
@@ -152,19 +229,19 @@ class _Weighing:
         return float(np.sqrt(np.mean((signal / white.weight) ** 2)))
 
 
-def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[tuple[Asked, Array]]:
-    """What the residual follows most clearly, nothing named or all names but one, with its white columns."""
+def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[Asked]:
+    """What the residual follows most clearly, nothing named or all names but one."""
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
     given = [[], *(o for o in others if o)]  # all but one of one is none
-    free = pulled(white, null[:, :0], np.column_stack([selection.y, null[:, :1]]))
     found: list[Asked] = []
+    curves = _curves(selection)
     for terms in given:
         basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
         rows = pulled(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
-        groups = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
+        over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
+        groups = (g for g in over if not {n for k in g for n in k.names} <= curves)
         found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
-    columns = [(asked, free.columns(asked.kernels)) for asked in found]
-    return [(asked, x) for asked, x in columns if x.shape[1]]
+    return found
 
 
 def kept_terms(selection: Selection, field: Field) -> list[Term]:
@@ -174,10 +251,13 @@ def kept_terms(selection: Selection, field: Field) -> list[Term]:
 
 def weighed(answers: Sequence[Answer], field: Field | None) -> tuple[Answer, ...]:
     """The answers, in the order of the terms, with the probability that the field leaves them."""
-    if field is None:
+    if field is None or not field.refused:
         return tuple(answers)
     return tuple(_less(a, field.share) if i in field.refused else a for i, a in enumerate(answers))
 
 
 def _less(a: Answer, share: float) -> Answer:
-    return replace(a, probability=a.probability * share, rival_probability=a.rival_probability * share)
+    return replace(
+        a, probability=a.probability * share, rival_probability=a.rival_probability * share,
+        alias_probability=a.alias_probability * share,
+    )  # fmt: skip

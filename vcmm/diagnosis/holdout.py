@@ -25,6 +25,7 @@ EXCITED = 2.0  # size of a term in the held-out rows, in units of the noise, bel
 LOSS = 3.0  # nats that a term may lose in a fold
 WORSE = 6.0  # nats that a term may not lose in any fold
 FORGIVEN = 0.1  # of what it wins in the others
+SURELY = 5.0  # nats on rows held out, the price of a field without a name
 FOLD_NOISE = 3.0  # standard deviations of a fold's sum of squares, by which a prediction is worse than none
 
 
@@ -129,19 +130,32 @@ def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[
     The one that loses most comes first: terms that lean on one another are refused one at a time.
     """
     failed: list[tuple[float, int]] = []
-    for i, term in enumerate(selection.terms):
-        others = [t for t in selection.terms if t is not term]
-        gains = []
-        for fold in parts:
-            if _known(fold, selection, i) > EXCITED:
-                with_it = judge(problem, fold, selection, selection.terms).gain
-                without = judge(problem, fold, selection, others).gain
-                told = _seen(fold, selection, i) > EXCITED or abs(with_it - without) > LOSS
-                if told and (with_it > without or not _own_zone(term, fold)):
-                    gains.append(with_it - without)
-        if gains and _refused(np.array(gains)):
-            failed.append((min(gains), i))
+    for i in range(len(selection.terms)):
+        gains = _gains(problem, parts, selection, i)
+        if len(gains) and _refused(gains):
+            failed.append((float(gains.min()), i))
     return [i for _, i in sorted(failed)]
+
+
+def wins_everywhere(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> bool:
+    """Does term i win rows held out in every fold that asks it, together more than SURELY nats?"""
+    gains = _gains(problem, parts, selection, i)
+    return bool(len(gains)) and float(gains.min()) > 0.0 and float(gains.sum()) > SURELY
+
+
+def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> Array:
+    """Nats that term i wins beside the others in each fold that asks it."""
+    term = selection.terms[i]
+    others = [t for t in selection.terms if t is not term]
+    gains = []
+    for fold in parts:
+        if _known(fold, selection, i) > EXCITED:
+            with_it = judge(problem, fold, selection, selection.terms).gain
+            without = judge(problem, fold, selection, others).gain
+            told = _seen(fold, selection, i) > EXCITED or abs(with_it - without) > LOSS
+            if told and (with_it > without or not _own_zone(term, fold)):
+                gains.append(with_it - without)
+    return np.array(gains)
 
 
 def _refused(gains: Array) -> bool:

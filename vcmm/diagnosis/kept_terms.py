@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.diagnosis.adequacy import beaten
 from vcmm.diagnosis.confusion import standing
 from vcmm.diagnosis.evidence import Dictionary
-from vcmm.diagnosis.holdout import Fold, gate
+from vcmm.diagnosis.holdout import Fold, gate, wins_everywhere
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection, Setting, joint
 
@@ -17,11 +17,14 @@ from vcmm.diagnosis.select import Selection, Setting, joint
 def that_hold(
     problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, generic: Dictionary
 ) -> Selection:
-    """The terms that predict rows held out and that no shape without physics beats."""
+    """The terms that predict rows held out and that no shape without physics beats; what wins all its folds stays beside one."""
     selection = _through_the_gate(problem, parts, selection, setting)
     count = range(len(selection.terms))
     evidence = [standing(selection, setting, i, generic).evidence for i in count]
-    doubtful = [i for i in count if beaten(generic, setting, selection, evidence[i], i)]
+    doubtful = [
+        i for i in count
+        if beaten(generic, setting, selection, evidence[i], i) and not wins_everywhere(problem, parts, selection, i)
+    ]  # fmt: skip
     if not doubtful:
         return selection
     return _still_needed(joint([selection.terms[i] for i in count if i not in doubtful], setting), setting)

@@ -135,9 +135,17 @@ def reach(x: Array) -> float:
 
 def principal(x: Array, count: int) -> Array:
     """The first principal functions (m, count at most) of bumps x (m, k), the first of rms 1."""
+    turn = principal_turn(x, count)
+    return x[:, :0] if turn is None else np.asarray(x @ turn)
+
+
+def principal_turn(x: Array, count: int) -> Array | None:
+    """Coefficients (k, count at most) that make bumps x (m, k) their first principal functions; None where x is nothing."""
     value, vector = np.linalg.eigh(x.T @ x)
     first = np.argsort(-value)[:count]
-    return np.asarray(x @ vector[:, first] * np.sqrt(len(x) / max(float(value[first[0]]), 1e-300)))
+    if not x.shape[1] or value[first[0]] <= 0:
+        return None
+    return np.asarray(vector[:, first] * np.sqrt(len(x) / float(value[first[0]])))
 
 
 def components_of(terms: Sequence[Term]) -> tuple[str, ...]:

@@ -7,8 +7,10 @@ not measured: only the columns of the rivals on old and new rows together decide
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +33,10 @@ PER_TOUCH = 10.0  # s
 WORTH = 0.08  # gain of separability below which an add-on is not proposed
 SHOWN = 3
 STANDS = 0.05  # component of the normal below which an axis has stopped before the touch
+ALONG, CONFIRMED = (
+    15.0,
+    30.0,
+)  # minutes to set an instrument up along an axis; for a measurement of another kind
 STRETCH = 2.0  # times the length of the log by which it is continued
 
 Change = Callable[[Run], Run | None]
@@ -48,20 +54,47 @@ class AddOn:
 def next_steps(
     problem: Problem, setting: Setting, selection: Selection, places: Sequence[Standing]
 ) -> tuple[NextStep, ...]:
-    """Best add-ons for every answer that has rivals."""
+    """Best add-ons for every answer that has rivals, at other places too; where none of them helps, what confirms the name."""
     out: list[NextStep] = []
     for i, place in enumerate(places):
-        if not place.families:
-            continue
-        rival = _nearest(setting, selection, place, i)
-        pair = (selection.terms[i].family.name, place.names[0])
-        now = separability(
-            _columns(problem, (selection.terms[i].option, rival)), problem.whitener(), selection, i
-        )
-        found = [_tried(problem, addon, selection, i, rival, pair, now) for addon in ADDONS]
-        good = sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)
-        out += good[:SHOWN]
+        rivals = [*place.twins[:1], *place.families[:1]]
+        found = [f for j in rivals for f in _for_rival(problem, setting, selection, i, j)]
+        if rivals and not found:
+            found = _confirming(selection, i, setting, rivals[0])
+        out += found
     return tuple(out)
+
+
+def _for_rival(
+    problem: Problem, setting: Setting, selection: Selection, i: int, family: int
+) -> list[NextStep]:
+    """The add-ons that separate term i from one rival, the best per minute first."""
+    rival = _nearest(setting, selection, family, i)
+    pair = _pair(selection, i, setting, family)
+    columns = (selection.terms[i].option.columns, rival.columns)
+    now = separability(columns, problem.whitener(), selection, i)
+    found = [
+        _tried(problem, addon, selection, i, rival, pair, now) for addon in (*ADDONS, *along_axes(problem))
+    ]
+    return sorted((f for f in found if f is not None), key=lambda f: -f.gain / f.minutes)[:SHOWN]
+
+
+def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[str, str]:
+    """What is told apart: two names, or one name at two places."""
+    one, other = selection.terms[i].family, setting.found.families[family]
+    return (one.id, other.id) if one.name == other.name else (one.name, other.name)
+
+
+def _confirming(selection: Selection, i: int, setting: Setting, family: int) -> list[NextStep]:
+    """What the catalogue says to do, where no repetition of these rows tells the two apart."""
+    effect = selection.terms[i].option.effect
+    if effect is None or effect.words is None:
+        return []
+    known = defaultdict(str, {k: str(v) for k, v in selection.terms[i].family.where.items()})
+    known["where"] = " ".join(selection.terms[i].family.where.values())
+    return [
+        NextStep(_pair(selection, i, setting, family), effect.words.confirm.format_map(known), CONFIRMED, 0.0)
+    ]
 
 
 def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
@@ -87,9 +120,8 @@ def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:
     return (NextStep(("unknown", name), do, float(round(2 * PLACES * pace / 60)), 0.0),)
 
 
-def _nearest(setting: Setting, selection: Selection, place: Standing, i: int) -> Option:
+def _nearest(setting: Setting, selection: Selection, family: int, i: int) -> Option:
     """The rival's option that mimics the answer best."""
-    family = place.families[0]
     first = setting.found.first
     stop = int(first[family + 1]) if family + 1 < len(first) else len(setting.found.options)
     signal = selection.signal(i)
@@ -108,10 +140,6 @@ def separability(columns: tuple[Array, Array], white: Whitener, selection: Selec
     x = white.apply(columns[1])
     rest = signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]
     return float(np.linalg.norm(rest)) / max(float(np.linalg.norm(signal)), 1e-300)
-
-
-def _columns(problem: Problem, options: tuple[Option, Option]) -> tuple[Array, Array]:
-    return options[0].columns, options[1].columns
 
 
 def _tried(
@@ -313,6 +341,25 @@ def _continued(log: Series, until: float, rise: float) -> Series:
     return Series(
         np.append(log.time, [last + 1.0, until + 1.0]), np.append(log.value, [value + rise, value + rise])
     )
+
+
+def along_axes(problem: Problem) -> tuple[AddOn, ...]:
+    """Runs of an instrument along one axis alone, where the recording moves several at once."""
+    moving = [a for a, q in problem.run.position.items() if a in "XYZ" and np.ptp(q) > 0]
+    if problem.recording.kind != "displacement" or len(moving) < 2:
+        return ()
+    return tuple(AddOn(f"run along {a} only", ALONG, partial(_along, a)) for a in moving)
+
+
+def _along(axis: str, run: Run) -> Run | None:
+    """The same rows with one axis alone moving, the instrument along it and set up anew."""
+    still = {a: np.full(run.n, float(np.mean(q))) for a, q in run.position.items() if a != axis}
+    columns = {f"n{c}": np.full(run.n, float(c.upper() == axis)) for c in "xyz"}
+    columns |= {f"sense_{a}": np.zeros(run.n) for a in still if f"sense_{a}" in run.columns}
+    known = {c: v for c, v in run.columns.items() if not c.startswith("counted_")}
+    labels = {k: np.array([f"{v} {axis}" for v in run.labels[k]]) for k in run.labels if k == "setup"}
+    labels = {**run.labels, **labels, "turned": np.full(run.n, "yes")}
+    return replace(run, position={**run.position, **still}, columns={**known, **columns}, labels=labels)
 
 
 ADDONS = (

@@ -6,8 +6,8 @@ residual = value - baseline(machine);   nuisance (m, p);   calibration (m, r), u
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class Problem:
     calibration: Array
     before: Ints
     observer: Observer
+    stated: tuple[tuple[str, Array], ...] = ()  # Input id, its columns (m, r) of `calibration`
 
     @property
     def m(self) -> int:
@@ -46,6 +47,16 @@ class Problem:
         """(m, k): change of the observation per canonical unit of each element of the parameters."""
         return np.concatenate([self.observer.of_parameter(effect, name) for name in names], axis=1)
 
+    def with_statement(self, name: str, columns: Array) -> Problem:
+        """The same with one more covariance, columns (m, r) per unit normal, beside what the machine file states."""
+        stated = (*self.stated, (name, columns))
+        return replace(self, stated=stated, calibration=_beside(self.m, stated))
+
+    def without(self, statements: Collection[str]) -> Problem:
+        """The same without what is stated under some Input ids: the rows alone tell of these quantities then."""
+        kept = tuple((name, columns) for name, columns in self.stated if name not in statements)
+        return replace(self, stated=kept, calibration=_beside(self.m, kept))
+
     def of_rows(self, values: Array) -> Array:
         """A column of the run (n,) as one value per observation (m,)."""
         return np.asarray(values)[self.recording.row]
@@ -56,7 +67,7 @@ def make_problem(recording: Recording, machine: Machine) -> Problem:
     observer = Observer(recording, machine)
     recording = observer.recording
     columns, _ = nuisance_columns(recording, machine)
-    known = [c for _, c in observer.calibration()]
+    stated = tuple(observer.calibration())
     m = len(recording.value)
     return Problem(
         recording,
@@ -65,15 +76,23 @@ def make_problem(recording: Recording, machine: Machine) -> Problem:
         recording.value - observer.baseline(),
         noise_u(recording, machine),
         np.reshape(columns, (m, -1)),
-        np.concatenate([np.zeros((m, 0)), *known], axis=1),
-        without_gaps(predecessors(recording.row), _times(recording)),
+        _beside(m, stated),
+        _neighbours(recording),
         observer,
+        stated,
     )
 
 
-def _times(recording: Recording) -> Array | None:
+def _beside(m: int, stated: Sequence[tuple[str, Array]]) -> Array:
+    return np.concatenate([np.zeros((m, 0)), *(columns for _, columns in stated)], axis=1)
+
+
+def _neighbours(recording: Recording) -> Ints:
+    """The preceding observation of each (m,); none where no column tells the time: the rows of a table are no series."""
     time = recording.run.columns.get("time_s")
-    return None if time is None else np.asarray(time[recording.row])
+    if time is None:
+        return np.full(recording.m, -1, dtype=np.intp)
+    return without_gaps(predecessors(recording.row), np.asarray(time[recording.row]))
 
 
 def predecessors(row: Ints) -> Ints:

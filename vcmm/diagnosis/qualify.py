@@ -25,7 +25,10 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
     )
     if not (doubtful or units):
         return d
-    answer = tuple(replace(a, probability=min(a.probability, DOUBT)) for a in d.answer)
+    answer = tuple(
+        replace(a, probability=min(a.probability, DOUBT), alias_probability=min(a.alias_probability, DOUBT))
+        for a in d.answer
+    )
     verdict = {"explained": "partly explained", "nothing missing": "unexplained"}.get(d.verdict, d.verdict)
     return replace(d, answer=answer, verdict=verdict, reasons=(*d.reasons, DOUBTED))
 

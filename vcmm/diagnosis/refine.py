@@ -15,6 +15,8 @@ from vcmm.evaluation.gaussian import Whitener, posterior, without_span
 
 WIDTH = 4.0  # prior width of the search, typical amplitudes
 ROUNDS, POINTS = 3, 7
+MOMENTS = ("t1", "time", "start")  # parameters that are a time of the clock
+BENT = 0.1  # of the range searched: where the curvature of the evidence is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +27,28 @@ class Refiner:
     white: Whitener
 
     def __call__(self, option: Option, r: Array, basis: Array) -> Option:
-        for name in scanned(option):
-            option = self._along(option, name, r, basis)
+        names = scanned(option)
+        for _ in names:  # two values depend on one another
+            for name in names:
+                option = self.along(option, name, r, basis)
         return option
 
-    def _along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
+    def open_share(self, option: Option, r: Array, basis: Array) -> float:
+        """ln of the share of the searched range that the rows leave open, all scanned values together; at most 0."""
+        return sum(self._open(option, name, r, basis) for name in scanned(option))
+
+    def _open(self, option: Option, name: str, r: Array, basis: Array) -> float:
+        assert option.effect is not None
+        span = reach(option.effect, name, self.problem)
+        centre, step = float(getattr(option.effect, name)), BENT * span
+        trials = [at_value(option, name, moved(centre, s * step, name), self.problem) for s in (-1.0, 1.0)]
+        top = self.evidence(option, r, basis)
+        fall = sum(top - self.evidence(t, r, basis) for t in trials if t is not None)
+        bend = max(fall / step**2, 1e-300)
+        return min(0.0, 0.5 * float(np.log(2.0 * np.pi / bend)) - float(np.log(2.0 * span)))
+
+    def along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
+        """The option at its best value of one scanned parameter."""
         assert option.effect is not None
         span = reach(option.effect, name, self.problem)
         best, best_value = option, self.evidence(option, r, basis)
@@ -68,14 +87,14 @@ def reach(effect: Effect, name: str, problem: Problem) -> float:
         travel = float(np.ptp(q)) if q is not None else 0.0
         period = float(getattr(effect, name))
         return min(0.3, 0.4 * period / travel) if travel > 0 else 0.02
-    if name in ("t1", "time", "start"):
+    if name in MOMENTS:
         time = problem.run.column("time_s")
         return float(np.ptp(time)) / max(problem.run.n, 1) * 3
     return 0.6
 
 
 def moved(centre: float, step: float, name: str) -> float:
-    return centre + step if name in ("t1", "time", "start") else centre * float(np.exp(step))
+    return centre + step if name in MOMENTS else centre * float(np.exp(step))
 
 
 def at_value(option: Option, name: str, value: float, problem: Problem) -> Option | None:

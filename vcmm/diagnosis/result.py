@@ -19,13 +19,14 @@ from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.power import Detectable
+from vcmm.diagnosis.pulls import Pull
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
-EVEN_ODDS = 0.5  # a name with its rivals below this is not found
+EVEN_ODDS = 0.5  # a name below this, with its exact aliases, is not found
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 
@@ -48,7 +49,13 @@ class Answer:
     contained_in: tuple[
         str, ...
     ] = ()  # freer names that hold the answer as a special case and are improbable beside it
-    rival_probability: float = 0.0  # what the names in cannot_be_told_from hold together
+    rival_probability: float = (
+        0.0  # of the names in cannot_be_told_from, and of the same name at other places
+    )
+    alias_probability: float = 0.0  # of the name and of all that repeats it exactly in this recording
+    alias_of: str = ""  # the answer that this one repeats exactly, at another place
+    withheld: str = ""  # why it is not written although it is probable; "" where nothing speaks against it
+    share_of_rows: float = 0.0  # of the excess energy of the rows as they are
 
     @property
     def with_rivals(self) -> float:
@@ -57,8 +64,8 @@ class Answer:
 
     @property
     def improbable(self) -> bool:
-        """Less probable than not, its rivals included."""
-        return self.with_rivals < EVEN_ODDS
+        """Less probable than not, together with all that repeats it exactly."""
+        return max(self.probability, self.alias_probability) < EVEN_ODDS
 
     @property
     def undetermined(self) -> bool:
@@ -69,7 +76,12 @@ class Answer:
     @property
     def doubtful(self) -> bool:
         """A candidate and not a finding."""
-        return self.improbable or self.undetermined
+        return self.improbable or self.undetermined or bool(self.withheld)
+
+    @property
+    def id(self) -> str:
+        inner = ",".join(str(v) for v in self.where.values())
+        return f"{self.effect}[{inner}]" if inner else self.effect
 
 
 @dataclass(frozen=True)
@@ -99,12 +111,15 @@ class NextStep:
 
 @dataclass(frozen=True)
 class Fit:
-    """rms of the residual (mm or rad) before and after, beside the noise floor; held-out folds."""
+    """rms (mm or rad) of all rows as they are, the nuisance refitted: with the machine as it was, and with the machine that
+    is written; candidates: with everything that was thought of. noise: scatter that was found. held_out: folds.
+    """
 
     before: float
     after: float
     noise: float
     held_out: tuple[HeldOut, ...]
+    candidates: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +145,7 @@ class Diagnosis:
     map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
     chance: float = 0.0  # the largest score of 99 % of null recordings
     reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
+    pulls: tuple[Pull, ...] = ()  # of what the machine file states of itself
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Names found and candidates, with their probability."""
@@ -160,6 +176,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "mistake": _mistake(d.mistake) if d.mistake and d.mistake.effect == MISTAKE else None,
         "noise": {"scale_um": d.noise_scale * micro, "findings": list(d.noise_findings)},
         "fit": _fit(d.fit, micro),
+        "calibration_pulls": [{"input": p.input, "pull": p.pull} for p in d.pulls],
         "not_testable": sorted(d.not_testable),
         "invisible": sorted(d.invisible),
         "detectable": [_detectable(x, micro) for x in d.detectable],
@@ -199,6 +216,9 @@ def _answer(a: Answer) -> dict[str, Any]:
         "implausibly_large": a.implausible,
         "remark": a.remark,
         "doubtful": a.doubtful,
+        "share_of_rows": a.share_of_rows,
+        "alias_of": a.alias_of or None,
+        "not_written_because": a.withheld or None,
         "text": plain_words(a.effect, a.where, a.parameters),
     }
 
@@ -251,6 +271,7 @@ def _fit(f: Fit, micro: float) -> dict[str, Any]:
     return {
         "rms_before_um": f.before * micro,
         "rms_after_um": f.after * micro,
+        "candidates_rms_um": f.candidates * micro,
         "noise_um": f.noise * micro,
         "held_out": held,
     }

@@ -16,7 +16,8 @@ from vcmm.diagnosis.noise import Audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.select import Selection, Setting, select
+from vcmm.diagnosis.select import Selection, Setting, among, cleaned, select, worth
+from vcmm.diagnosis.sharpen import sharpened
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import Whitener
 
@@ -76,41 +77,52 @@ def _largest(given: Scorer, sample: Array) -> Array:
 
 def setting_of(problem: Problem, stage: Stage) -> Setting:
     """What the selection works with."""
-    raw = stage.white.apply(problem.residual)
-    refiner = Refiner(problem, stage.white)
-    return Setting(stage.found, stage.white, raw, stage.noise.noise.clip, stage.threshold, refiner)
+    return setting_under(problem, stage, stage.white)
+
+
+def setting_under(problem: Problem, stage: Stage, white: Whitener) -> Setting:
+    """The same with another whitener, that of another calibration."""
+    raw, clip = white.apply(problem.residual), stage.noise.noise.clip
+    refiner = Refiner(problem, white)
+    return Setting(stage.found, white, raw, clip, stage.threshold, refiner, clipped(raw, white, clip))
 
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """What the search settled on. problem: repaired; tied: ids of terms that a mistake of the table may stand for."""
+    """What the search settled on. problem: repaired; stage: with options at the best values of the competitors; tied: ids of terms that a mistake of the table may stand for."""
 
     selection: Selection
     mistake: Mistake | None
     problem: Problem
+    stage: Stage
     tied: tuple[str, ...] = ()
 
 
 def search(problem: Problem, stage: Stage) -> Chosen:
     """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
-    plain = select(setting_of(problem, stage))
+    setting = cleaned(setting_of(problem, stage))
+    plain = select(setting)
+    sharp = sharpened(setting, plain)
+    if sharp is not setting:
+        stage = replace(stage, found=sharp.found)
+        plain = max((select(sharp), among(plain, sharp)), key=lambda s: worth(s, sharp))
     raw = stage.white.apply(problem.residual)
     mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
     if mistake is None:
-        return Chosen(plain, None, problem)
+        return Chosen(plain, None, problem, stage)
     repaired = replace(problem, residual=problem.residual - mistake.departure)
-    with_it = select(setting_of(repaired, stage))
+    with_it = select(cleaned(setting_of(repaired, stage)))
     if not _exact(mistake, stage, with_it):
-        return Chosen(plain, None, problem)
+        return Chosen(plain, None, problem, stage)
     best, rival = _free(plain, stage)
     lead = mistake.score + _evidence(with_it) - best
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
     held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
     if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
-        return Chosen(plain, None, problem, tuple(f.id for f in instead) if lead > -NATS else ())
+        return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -NATS else ())
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
-    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired)
+    return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, stage)
 
 
 def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:

@@ -17,7 +17,8 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Dictionary, scorer
-from vcmm.diagnosis.null import clipped
+from vcmm.diagnosis.null import clipped, robust_scale
+from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
 
@@ -27,8 +28,6 @@ CLOSING = 2  # names that may close the account together
 DEVIATIONS = 2.33  # 99 % of the normal law, the false alarms of a null recording
 SIMPLER = 2.0  # nats by which a nested, larger answer must win
 SAME = 0.99  # share of a signal's energy from which one span holds another
-
-Refine = Callable[[Option, Array, Array], Option]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +42,16 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """terms, joint posterior of all their columns, residual y (prepared, white) and what the terms leave of it."""
+    """terms, joint posterior of all their columns, residual y (prepared, white) and what the terms leave of it.
+
+    factor: of the covariance of `fit` over that of clean rows of known scale.
+    """
 
     terms: tuple[Term, ...]
     fit: Posterior | None
     y: Array
     rest: Array
+    factor: float = 1.0
 
     def signal(self, i: int) -> Array:
         """White signal (m,) of term i at the fitted coefficients."""
@@ -67,19 +70,24 @@ class Selection:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What the selection works with. raw (m,): white residual before clipping; refine: continuous search of scans."""
+    """What the selection works with. raw (m,): white residual before clipping; start (m,): the same with outliers pulled
+    towards what was last found, for a strong signal is no outlier; refine: continuous search of scans.
+    """
 
     found: Dictionary
     white: Whitener
     raw: Array
     clip: float
     threshold: float
-    refine: Refine
+    refine: Refiner
+    start: Array
 
 
 def joint(terms: Sequence[Term], setting: Setting) -> Selection:
-    """Refit of all terms together; outliers are clipped about the fit, twice."""
-    y = clipped(setting.raw, setting.white, setting.clip)
+    """Refit of all terms together; outliers are clipped about the fit, twice. Clipping costs a factor 1 / (share of the
+    rows that it leaves alone)^2 of the covariance (Huber, Robust Statistics (1981), 7.6).
+    """
+    y = setting.start
     if not terms:
         return Selection((), None, y, y)
     x = np.concatenate([t.white for t in terms], axis=1)
@@ -89,16 +97,63 @@ def joint(terms: Sequence[Term], setting: Setting) -> Selection:
         signal = x @ fit.mean
         y = signal + clipped(setting.raw - signal, setting.white, setting.clip)
     fit = posterior(x, y, setting.found.dof, width)
-    kept = float(
-        np.mean(np.abs(setting.raw - y) < 1e-9)
-    )  # Huber (1981), 7.6: clipping costs 1 / (share kept)^2
-    fit = replace(fit, covariance=fit.covariance / max(kept, 0.5) ** 2)
-    return Selection(tuple(terms), fit, y, y - x @ fit.mean)
+    rest = setting.raw - x @ fit.mean
+    kept = float(np.mean(np.abs(rest) <= setting.clip * robust_scale(rest)))
+    factor = _spread(fit, setting.found.dof, width) / kept**2
+    fit = replace(fit, covariance=factor * fit.covariance)
+    return Selection(tuple(terms), fit, y, y - x @ fit.mean, factor)
+
+
+def _spread(fit: Posterior, dof: int, width: Array) -> float:
+    """Factor on a covariance: sigma^2 is the sum of squares over the rows, less one for each number that the rows fix.
+
+    A number with prior width w and posterior standard deviation s is fixed by them in the share 1 - (s / (sigma w))^2.
+    """
+    fixed = float(np.sum(1.0 - np.diag(fit.covariance) / (fit.sigma * width) ** 2))
+    return dof / max(dof - fixed, 1.0)
+
+
+def fitted_again(terms: Sequence[Term], setting: Setting, rounds: int = 2) -> Selection:
+    """The same names under a setting of their own: scanned values and prior widths found again, one term given the others."""
+    now = joint([replace(t, white=setting.white.apply(t.option.columns)) for t in terms], setting)
+    for _ in range(rounds):
+        for i in range(len(terms)):
+            others = now.terms[:i] + now.terms[i + 1 :]
+            new = _adjusted(now.terms[i], others, now.y, setting)
+            now = joint((*now.terms[:i], new, *now.terms[i + 1 :]), setting)
+    return now
+
+
+def _adjusted(term: Term, others: Sequence[Term], y: Array, setting: Setting) -> Term:
+    """A term at its best scanned values and prior width, others projected out."""
+    basis = basis_of(others, len(y))
+    r = without_span(y, basis)
+    option = setting.refine(term.option, r, basis)
+    white = setting.white.apply(option.columns)
+    x = without_span(white, basis)
+    fits = [posterior(x, r, setting.found.dof, np.full(x.shape[1], s)) for s in SCALES]
+    return replace(
+        term, option=option, white=white, width=SCALES[int(np.argmax([f.log_evidence for f in fits]))]
+    )
+
+
+def among(state: Selection, setting: Setting) -> Selection:
+    """The same terms as families of another dictionary of the same names."""
+    known = {f.id: f for f in setting.found.families}
+    return fitted_again([replace(t, family=known[t.family.id]) for t in state.terms], setting)
 
 
 def mismatch(selection: Selection) -> float:
     """Nats that template errors of the chosen terms may bring to any other candidate."""
     return sum(0.5 * (MISMATCH * selection.delta(i)) ** 2 for i in range(len(selection.terms)))
+
+
+def cleaned(setting: Setting) -> Setting:
+    """The setting with outliers pulled in about what a search finds that takes every row as it is; where that finds nothing,
+    about nothing.
+    """
+    first = select(replace(setting, start=setting.raw))
+    return replace(setting, start=first.y) if first.terms else setting
 
 
 def select(setting: Setting) -> Selection:
@@ -171,8 +226,8 @@ def _best_addition(
     state: Selection, setting: Setting, allowed: Callable[[Family], bool], allowance: float | None = None
 ) -> Term | None:
     """The name of highest evidence above the threshold and the allowance for templates (by default the mismatch)."""
-    options = _conditional(state.terms, state, setting)
-    scores = _scores(setting.found, options)
+    options = conditional(state.terms, state, setting)
+    scores = family_scores(setting.found, options)
     taken = {t.family.id for t in state.terms}
     for i, family in enumerate(setting.found.families):
         if family.id in taken or not allowed(family):
@@ -184,36 +239,38 @@ def _best_addition(
     return _term(best, options, state.terms, state, setting)
 
 
-def _conditional(given: Sequence[Term], state: Selection, setting: Setting) -> Array:
+def conditional(given: Sequence[Term], state: Selection, setting: Setting) -> Array:
     """ln BF (options,) of everything, given some terms."""
     chosen = np.concatenate([t.white for t in given], axis=1) if given else None
     return scorer(setting.found, chosen).options(state.y[:, None])[:, 0]
 
 
-def _scores(found: Dictionary, options: Array) -> Array:
+def family_scores(found: Dictionary, options: Array) -> Array:
+    """Nats (families,), priors included, from those of the options."""
     return np.asarray(np.logaddexp.reduceat(options + found.weight, found.first) + found.prior)
+
+
+def options_of(found: Dictionary, family: int) -> range:
+    """Numbers of the options of a family."""
+    stop = found.first[family + 1] if family + 1 < len(found.first) else len(found.options)
+    return range(int(found.first[family]), int(stop))
 
 
 def best_option(found: Dictionary, options: Array, family: int) -> int:
     """Number of the option of highest evidence within a family."""
-    stop = found.first[family + 1] if family + 1 < len(found.first) else len(found.options)
-    part = slice(int(found.first[family]), int(stop))
-    return int(found.first[family] + np.argmax((options + found.weight)[part]))
+    own = options_of(found, family)
+    return own[int(np.argmax((options + found.weight)[own.start : own.stop]))]
 
 
 def _term(family: int, options: Array, given: Sequence[Term], state: Selection, setting: Setting) -> Term:
     """A term with its scans refined and its prior width chosen, given others."""
     found = setting.found
     option = found.options[best_option(found, options, family)]
-    basis = _basis(given, len(state.y))
-    option = setting.refine(option, without_span(state.y, basis), basis)
-    white = setting.white.apply(option.columns)
-    x, r = without_span(white, basis), without_span(state.y, basis)
-    fits = [posterior(x, r, found.dof, np.full(x.shape[1], s)).log_evidence for s in SCALES]
-    return Term(found.families[family], option, white, SCALES[int(np.argmax(fits))])
+    return _adjusted(Term(found.families[family], option, option.columns), given, state.y, setting)
 
 
-def _basis(given: Sequence[Term], m: int) -> Array:
+def basis_of(given: Sequence[Term], m: int) -> Array:
+    """Orthonormal basis of the white columns of some terms (m, p)."""
     from vcmm.diagnosis.evidence import orthonormal
 
     return orthonormal(np.concatenate([np.zeros((m, 0)), *(t.white for t in given)], axis=1))
@@ -259,8 +316,8 @@ def _one_change(
         return None
     for i in range(len(state.terms)):
         others = state.terms[:i] + state.terms[i + 1 :]
-        options = _conditional(others, state, setting)
-        scores = _scores(setting.found, options)
+        options = conditional(others, state, setting)
+        scores = family_scores(setting.found, options)
         taken = {t.family.id for t in others}
         for j, family in enumerate(setting.found.families):
             larger = keep and generalises(family.name, state.terms[i].family.name)

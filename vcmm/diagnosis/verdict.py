@@ -84,21 +84,21 @@ def told(probability: float) -> str:
     return f"{probability:.2g}" if probability >= LEAST_TOLD else f"below {LEAST_TOLD:g}"
 
 
-def doubts(answers: Sequence[Answer], worse: Sequence[str]) -> tuple[str, ...]:
-    """Why answers are no findings: names less probable than not, and rows never fitted that they predict worse than
-    nothing does.
+def doubts(answers: Sequence[Answer]) -> tuple[str, ...]:
+    """Why answers are no findings and not written: names less probable than not, sizes that may be anything, rows that they
+    predict worse than nothing does.
     """
     out = []
     for a in answers:
         name = " ".join((a.effect.replace("_", " "), *a.where.values()))
-        if a.undetermined:
+        if a.withheld:
+            out.append(f"{name} is not written: {a.withheld}")
+        elif a.undetermined:
             out.append(
                 f"{name} is a candidate and no finding: its size may be anything over orders of magnitude"
             )
         elif a.improbable:
             out.append(f"{name} is a candidate and no finding: its probability is {told(a.probability)}")
-    if worse:
-        out.append(f"the names make rows that were not fitted worse: {', '.join(worse)}")
     return tuple(out)
 
 

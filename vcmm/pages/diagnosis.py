@@ -8,18 +8,16 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.diagnosis.improve import improved
+from vcmm.diagnosis.accepted import written
+from vcmm.diagnosis.comparison import left_by
 from vcmm.diagnosis.plain_words import plain_words
-from vcmm.diagnosis.repair import repaired
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.verdict import LEAST_TOLD
+from vcmm.diagnosis.written_fit import handed_over
 from vcmm.effects import BY_NAME
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps
-from vcmm.response.nuisance import nuisance_columns
-from vcmm.response.observe import baseline
 from vcmm.response.recording import Recording
 from vcmm.tables.diagnosed import (
     answers,
@@ -39,6 +37,7 @@ VERDICT = {
     "partly explained": "Part of the departure is explained; something is left that the catalogue does not hold.",
     "unexplained": "Something is missing that is not in the catalogue: where and what shape is shown, a name is not claimed.",
 }
+CLEARLY_LESS = 0.95  # times the rms of what is written, from which candidates are worth a word
 NOT_SHOWN = "Something does not fit, and neither a name nor a place for it is found."
 
 
@@ -150,13 +149,12 @@ def _answers(table: ResultTable[Answer]) -> list[str]:
 
 
 def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str]:
-    """Residuals by order and over the covariate that tells most, nuisances taken off by least squares."""
-    found = tuple((a.fitted, a.inputs) for a in d.answer if a.fitted is not None)
-    explained = bool(found) or d.mistake is not None
-    nuisance, _ = nuisance_columns(recording, machine)
-    before = _rest(recording.value - baseline(recording, machine), nuisance)
-    better = improved(_repaired(machine, d), found)
-    after = _rest(recording.value - baseline(recording, better), nuisance)
+    """Residuals by order and over the covariate that tells most, nuisances taken off by least squares; after: what the
+    machine that is written leaves, and in words what else it would be with the candidates.
+    """
+    before = left_by(recording, machine).residual
+    after = left_by(recording, handed_over(d, machine)).residual
+    explained = bool(written(d.answer)) or d.mistake is not None
     scale, unit = (1e6, "µrad") if d.angle else (1e3, "µm")
     charts = [
         _scatter(
@@ -176,22 +174,27 @@ def _residuals(recording: Recording, machine: Machine, d: Diagnosis) -> list[str
     charts.append(_histogram(before * scale, after * scale, unit))
     maps = zone_maps(recording, before * scale, after * scale, unit)
     shown = [r.columns(*maps)] if maps else []
-    return [r.columns(*charts), *shown, *arrows(recording, machine.prepare(recording.run).tip, before, after)]
+    return [
+        r.paragraph(after_text(d)),
+        r.columns(*charts),
+        *shown,
+        *arrows(recording, machine.prepare(recording.run).tip, before, after),
+    ]
 
 
-def _repaired(machine: Machine, d: Diagnosis) -> Machine:
-    """The machine with its mistaken table corrected, where that can be written as a table."""
-    try:
-        return repaired(machine, d.mistake)
-    except (UsageError, KeyError):
-        return machine
-
-
-def _rest(values: Array, nuisance: Array) -> Array:
-    """What least squares over the nuisance columns leaves."""
-    if not nuisance.shape[1]:
-        return values - values.mean()
-    return np.asarray(values - nuisance @ np.linalg.lstsq(nuisance, values, rcond=None)[0])
+def after_text(d: Diagnosis) -> str:
+    """What stands behind "after": all rows as they are, with the machine that is written; and what was thought of beside it."""
+    fit = d.fit
+    said = (
+        f"All rows as they are, the nuisance refitted: rms {micro_text(d, fit.before)} with the machine file as it was,"
+        f" {micro_text(d, fit.after)} with the one that is written"
+    )
+    if fit.candidates < CLEARLY_LESS * fit.after:
+        said += (
+            f", {micro_text(d, fit.candidates)} if the candidates and what belongs to the instrument or to single events were"
+            " taken off too"
+        )
+    return f"{said}; the scatter found is {micro_text(d, fit.noise)}."
 
 
 def _covariate(recording: Recording, name: str) -> Array | None:

@@ -19,8 +19,9 @@ from vcmm.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
 FOUND = "physics that the machine file lacks"
 CANDIDATES = "candidates, less probable than not; they are not written into the machine file"
 SCALE = (
-    "rms of what nuisance parameters and the uncertainty of the calibration cannot take up, weighted by the noise: less "
-    "than the rms of the rows where an artefact's placement takes up most; shares are of the same energy and may overlap"
+    "first row: all rows as they are, the nuisance refitted, with the machine file as it was and as it is written (vcmm compare "
+    "gives the same); folds: rms of what nuisance and the uncertainty of the calibration cannot take up, weighted by the "
+    "noise; shares may overlap"
 )
 SHOWN = {"1/Kv": "departure of 1/Kv"}  # parameters whose name would mislead
 
@@ -61,6 +62,7 @@ ANSWERS: tuple[Column[Answer], ...] = (
     Column("parameters", values_text),
     Column("probability", probability_text, NUMBER_TEXT),
     Column("share", lambda a: a.share, percent(0)),
+    Column("of the rows", lambda a: a.share_of_rows, percent(0)),
     Column("cannot be told from", lambda a: _joined(a.cannot_be_told_from)),
 )
 
@@ -96,6 +98,12 @@ def folds(d: Diagnosis) -> ResultTable[FoldRow]:
     fit = d.fit
     noise = f"noise {micro_text(d, fit.noise)}"
     rows = [FoldRow("all rows, fitted", micro_text(d, fit.before), micro_text(d, fit.after), noise, "–")]
+    if fit.candidates < fit.after:
+        rows.append(
+            FoldRow(
+                "with candidates too", micro_text(d, fit.before), micro_text(d, fit.candidates), noise, "–"
+            )
+        )
     for h in fit.held_out:
         left = f"{h.effect_energy_left:.3f}" if np.isfinite(h.effect_energy_left) else "–"
         before, after = micro_text(d, h.rms_before), micro_text(d, h.rms_after)

@@ -1,0 +1,168 @@
+"""Answers from terms: numbers of what is delivered from its own refit, of candidates from the fit of everything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vcmm.diagnosis.confusion import NATS, Standing
+from vcmm.diagnosis.delivered import Delivered, setting_for, shares_of_rows
+from vcmm.diagnosis.estimates import estimates
+from vcmm.diagnosis.evidence import Dictionary
+from vcmm.diagnosis.field import Field, weighed
+from vcmm.diagnosis.improve import fitted
+from vcmm.diagnosis.mistakes import MISTAKE, Mistake
+from vcmm.diagnosis.plain_words import remark
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.result import Answer
+from vcmm.diagnosis.search import Stage
+from vcmm.diagnosis.select import Selection, Setting, Term, fitted_again
+from vcmm.diagnosis.simple_part import simple_part
+from vcmm.evaluation.gaussian import SCALES, Whitener
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """Everything that was thought of: the terms with their joint fit, and each among its rivals."""
+
+    problem: Problem
+    stage: Stage
+    selection: Selection
+    places: Sequence[Standing]
+    field: Field | None = None
+
+    def probabilities(self) -> list[Answer]:
+        """Every term as an answer without numbers: what of it is probable."""
+        bare = [self._bare(i) for i in range(len(self.places))]
+        return list(weighed(bare, self.field))
+
+    def _bare(self, i: int) -> Answer:
+        term, place = self.selection.terms[i], self.places[i]
+        twins = tuple(self.stage.found.families[j].id for j in place.twins)
+        signal, excess = self.selection.signal(i), _excess(self.selection, self.stage)
+        assert self.selection.fit is not None
+        largest = float(np.abs(self.selection.fit.mean[self.selection.span(i)]).max())
+        return Answer(
+            term.family.name,
+            term.family.where,
+            {},
+            place.probability,
+            float(np.clip(signal @ signal / excess, 0.0, 1.0)),
+            (*twins, *place.names),
+            place.evidence,
+            self.selection.delta(i),
+            largest > SCALES[-1],
+            remark=_remarks(self.selection, i, self.problem, self.stage, place),
+            contained_in=place.contained_in,
+            rival_probability=place.rival_probability,
+            alias_probability=place.with_aliases,
+        )
+
+
+def _excess(selection: Selection, stage: Stage) -> float:
+    variance = selection.fit.sigma**2 if selection.fit else 1.0
+    return max(float(selection.y @ selection.y) - stage.white.dof * variance, 1e-300)
+
+
+def answers(named: Named, given: Delivered, mistake: Mistake | None, seed: int) -> tuple[Answer, ...]:
+    """All answers, those of the largest share first; below each its twins at other places, which repeat it exactly."""
+    of_rows = shares_of_rows(given.problem, given.selection)
+    apart = shares_of_rows(named.problem, named.selection)
+    out: list[tuple[Answer, ...]] = []
+    for i, bare in enumerate(named.probabilities()):
+        k = given.term(i)
+        problem, selection, at = (
+            (named.problem, named.selection, i) if k is None else (given.problem, given.selection, k)
+        )
+        shown = _with_numbers(bare, problem, selection, at, named.stage, seed)
+        share = apart[i] if k is None else of_rows[k]
+        shown = replace(shown, share_of_rows=share, withheld=given.withheld.get(i, ""))
+        out.append((shown, *_twins(shown, named, problem, selection, at, i, seed)))
+    of_table = [(_of_mistake(mistake, named.stage.white),)] if mistake is not None else []
+    return tuple(a for group in sorted((*of_table, *out), key=lambda g: -g[0].share) for a in group)
+
+
+def _with_numbers(
+    bare: Answer, problem: Problem, selection: Selection, i: int, stage: Stage, seed: int
+) -> Answer:
+    white = problem.whitener(stage.u, stage.noise.rho)
+    found = estimates(problem, selection, i, Refiner(problem, white), seed)
+    effect, inputs = fitted(selection, i, problem.machine)
+    return replace(bare, parameters=found, fitted=effect, inputs=inputs)
+
+
+def _twins(
+    of: Answer, named: Named, problem: Problem, selection: Selection, at: int, i: int, seed: int
+) -> list[Answer]:
+    """The same name at the places that repeat answer `of`, each with its own numbers; none of them is written."""
+    setting, out = setting_for(problem, named.stage), []
+    place = named.places[i]
+    for j, probability in zip(place.twins, place.shares):
+        term = _at_place(named.stage.found, selection, at, j)
+        moved = fitted_again(
+            [term if k == at else t for k, t in enumerate(selection.terms)], setting, rounds=1
+        )
+        new = replace(of, where=term.family.where, probability=probability, alias_of=of.id)
+        new = _with_numbers(new, problem, moved, at, named.stage, seed)
+        others = [of.id, *(n for n in of.cannot_be_told_from if n != term.family.id)]
+        out.append(replace(new, fitted=None, inputs=(), cannot_be_told_from=tuple(others)))
+    return out
+
+
+def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
+    """Term `at` as family j, in the shape that repeats its signal best."""
+    signal = selection.signal(at)
+    stop = int(found.first[j + 1]) if j + 1 < len(found.first) else len(found.options)
+
+    def left(option: int) -> float:
+        x = found.columns(option)
+        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]))
+
+    best = min(range(int(found.first[j]), stop), key=left)
+    return Term(found.families[j], found.options[best], found.columns(best), selection.terms[at].width)
+
+
+def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place: Standing) -> str:
+    """What must be said beside answer i."""
+    exact = {stage.found.families[j].id for j in place.twins}
+    name = selection.terms[i].family.name
+    open_at = [w for w in place.elsewhere if f"{name}[{','.join(w.values())}]" not in exact]
+    others = " | ".join(" ".join(w.values()) for w in open_at)
+    said = (
+        f"its place is open: as good at {others}" if others else "",
+        remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
+        simple_part(selection, i, stage.found.families, stage.white),
+    )
+    return "; ".join(s for s in said if s)
+
+
+def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
+    where = {"component" if mistake.effect == MISTAKE else "axis": mistake.component}
+    size = float(np.linalg.norm(white.apply(mistake.departure)))
+    something = 1.0 - float(np.exp(-mistake.score))
+    sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
+    rivals = mistake.free if mistake.lead < NATS else ()
+    theirs = something - sure if rivals else 0.0
+    return Answer(
+        mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs,
+        alias_probability=sure, share_of_rows=1.0,
+    )  # fmt: skip
+
+
+def of_the_machine(selection: Selection, places: Sequence[Standing], setting: Setting) -> Selection:
+    """Terms that are errors of the instrument give way to names of the machine that repeat them exactly: both remain named,
+    and a machine file can hold only the latter.
+    """
+    terms = list(selection.terms)
+    for i, place in enumerate(places):
+        if _of_instrument(terms[i]):
+            others = (_at_place(setting.found, selection, i, j) for j in place.exact)
+            terms[i] = next((t for t in others if not _of_instrument(t)), terms[i])
+    return selection if list(selection.terms) == terms else fitted_again(terms, setting, rounds=1)
+
+
+def _of_instrument(term: Term) -> bool:
+    return term.option.effect is not None and term.option.effect.per == "instrument"

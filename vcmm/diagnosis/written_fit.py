@@ -1,0 +1,39 @@
+"""The fit that a diagnosis reports: of the machine that is written, against all rows as they are. `vcmm compare` gives the same."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+from vcmm.core.errors import UsageError
+from vcmm.core.machine import Machine
+from vcmm.diagnosis.accepted import written
+from vcmm.diagnosis.comparison import left_by
+from vcmm.diagnosis.delivered import OWN_ROWS
+from vcmm.diagnosis.improve import improved
+from vcmm.diagnosis.repair import repaired
+from vcmm.diagnosis.result import Diagnosis
+from vcmm.diagnosis.verdict import doubts
+from vcmm.response.recording import Recording
+
+
+def handed_over(d: Diagnosis, machine: Machine) -> Machine:
+    """The machine with what is written into its file: a corrected table, and the answers that are found."""
+    with suppress(UsageError, KeyError):  # a mistake that no table can hold
+        machine = repaired(machine, d.mistake)
+    return improved(machine, tuple((a.fitted, a.inputs) for a in written(d.answer)))
+
+
+def with_written_fit(d: Diagnosis, recording: Recording, machine: Machine) -> Diagnosis:
+    """The diagnosis with rms before and after of the rows of `recording`; nothing is written that makes them worse."""
+    before = left_by(recording, machine).rms
+    after = left_by(recording, handed_over(d, machine)).rms
+    if after > before and written(d.answer):
+        kept = [id(a) for a in written(d.answer)]
+        answer = tuple(replace(a, withheld=OWN_ROWS) if id(a) in kept else a for a in d.answer)
+        verdict = {"explained": "unexplained", "partly explained": "unexplained"}.get(d.verdict, d.verdict)
+        reasons = tuple(dict.fromkeys((*d.reasons, *doubts(answer))))
+        return with_written_fit(
+            replace(d, answer=answer, verdict=verdict, reasons=reasons), recording, machine
+        )
+    return replace(d, fit=replace(d.fit, before=before, after=after))
