@@ -32,6 +32,7 @@ ROOMS = (
     "cutting",
     "measuring",
     "response",
+    "certified",
     "instruments",
     "evaluation",
     "inference",
