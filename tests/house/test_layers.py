@@ -33,6 +33,7 @@ ROOMS = (
     "cutting",
     "measuring",
     "response",
+    "certified",
     "instruments",
     "evaluation",
     "inference",

@@ -67,7 +67,30 @@ def spoils(remark: str) -> bool:
 def _machine_rows(file: Path) -> list[list[str]]:
     from vcmm.files.machine import load_machine
 
-    return _describe_machine(load_machine(file))
+    machine = load_machine(file)
+    return _describe_machine(machine) + _certificate_rows(file, machine)
+
+
+def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
+    """How often a machine as this file describes it passes the test of the certificate that it states."""
+    from vcmm.calibrating.acceptance import predicted
+    from vcmm.files.certificate import stated_certificate
+
+    certificate = stated_certificate(file)
+    if certificate is None:
+        return []
+    if any(i.evidence == certificate.words() for i in machine.inputs):
+        return [["certificate", f"{certificate.words()}; the errors are drawn from it"]]
+    rows = []
+    for test in ("10360-2", "230-2"):
+        if limits := certificate.limits(test):
+            for figure in predicted(machine, test, limits, trials=400):
+                if figure.p_pass is not None:
+                    told = "" if figure.p_pass >= 0.5 else ": errors or certificate are wrong"
+                    rows.append(
+                        [f"certificate {figure.name}", f"kept in {figure.p_pass:.0%} of drawn machines{told}"]
+                    )
+    return rows
 
 
 def _describe_machine(machine: Any) -> list[list[str]]:

@@ -52,16 +52,25 @@ def waves(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], cou
     along = rng.integers(0, ALONG + 1, (count, WAVES)) * (feature.kind != "circle")
     power = rng.uniform(0.0, 2.0, (count, 1))
     size = rng.normal(size=(count, WAVES)) * (1.0 + first + along) ** -power
-    phase = rng.uniform(0.0, 2 * np.pi, (2, count, WAVES, 1))
+    phase = rng.uniform(0.0, 2 * np.pi, (2, count, WAVES))
+    weights = np.zeros((count, 4, (AROUND + 1) * (ALONG + 1)))
+    part = np.arange(count)[:, None], first * (ALONG + 1) + along
+    signs = ((np.cos, np.cos, 1.0), (np.cos, np.sin, -1.0), (np.sin, np.cos, -1.0), (np.sin, np.sin, 1.0))
+    for k, (one, other, sign) in enumerate(
+        signs
+    ):  # cos(m a + f) cos(l b + g) in products of cosines and sines
+        np.add.at(weights[:, k], part, sign * size * one(phase[0]) * other(phase[1]))
     scale = 1.0 if round_ else np.pi / 2
-    out = []
-    for points in sets:
-        a, b = coordinates(feature, points)
-        turned = np.cos(first[..., None] * scale * a + phase[0])
-        out.append(
-            np.einsum("cw,cwn->cn", size, turned * np.cos(along[..., None] * (np.pi / 2) * b + phase[1]))
-        )
+    out = [weights.reshape(count, -1) @ _products(*coordinates(feature, p), scale) for p in sets]
     return _of_unit_size(feature, sets, out)
+
+
+def _products(a: Array, b: Array, scale: float) -> Array:
+    """(4 (AROUND + 1) (ALONG + 1), n): cos or sin of m a times cos or sin of l b."""
+    first = np.arange(AROUND + 1)[:, None] * scale * a
+    second = np.arange(ALONG + 1)[:, None] * (np.pi / 2) * b
+    rows = [f(first)[:, None] * g(second)[None] for f in (np.cos, np.sin) for g in (np.cos, np.sin)]
+    return np.concatenate([r.reshape(-1, len(a)) for r in rows])
 
 
 def edges(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], count: int) -> list[Array]:

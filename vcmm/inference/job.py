@@ -16,7 +16,7 @@ from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.gps import characteristics as gps
 from vcmm.gps.decision import Decision, decide, undecided
-from vcmm.inference.belts import Inverse, coverage, inverse_of, tails
+from vcmm.inference.belts import Inverse, coverage, inverse_of
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.pairs import MOST, Drawing, pairs, prepared, rest_of
 from vcmm.inference.points import measured_task
@@ -25,7 +25,7 @@ from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.part.part import Characteristic
 
-PARTS, COUNTED = 12_000, 2000  # drawn for the belts; drawn anew to count
+PARTS, COUNTED = 24_000, 2000  # drawn for the belts; drawn anew to count
 KNOWN, OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
 NEAR = (
     1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
@@ -233,6 +233,10 @@ class Inverted:
     inverse: Inverse
     counted: tuple[float, float]
 
+    def claimed(self, p: float) -> bool:
+        """Whether enough of the drawn parts of both kinds had their true value in the interval for p."""
+        return self.counted[0] >= p - (0.95 - KNOWN) and self.counted[1] >= p - (0.95 - OTHER)
+
 
 def inverses(
     drawing: Drawing, wanted: Sequence[int], p: float, seed: int, most: float = MOST
@@ -259,8 +263,9 @@ def _inverted(
 ) -> Evaluated:
     """Interval and decision of an extreme value are those of the true one."""
     known = None if rest is None else np.array([rest])
-    middle, low, high = (float(one.inverse.quantile(q, np.array([y]), known)[0]) for q in (0.5, *tails(r.p)))
-    claimed = one.counted[0] >= r.p - (0.95 - KNOWN) and one.counted[1] >= r.p - (0.95 - OTHER)
+    middle = float(one.inverse.quantile(0.5, np.array([y]), known)[0])
+    low, high = (float(end[0]) for end in one.inverse.interval(r.p, np.array([y]), known))
+    claimed = one.claimed(r.p)
     true = TrueValue(middle, (low, high), claimed, one.counted)
     k = (high - low) / 2 / r.u if np.isfinite(r.u) and r.u > 0 else float("nan")
     why = "" if claimed else "the coverage of the interval about the true value was counted and is too small"
