@@ -75,8 +75,9 @@ def run(words: list[str]) -> int:
     try:
         return _dispatch(words)
     except VcmmError as error:
-        for problem in getattr(error, "problems", (str(error),)):
-            print(f"vcmm: {problem}", file=sys.stderr)
+        from vcmm.console.complaints import said
+
+        print(said(getattr(error, "problems", (str(error),))), file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("vcmm: interrupted; nothing was half-written", file=sys.stderr)
@@ -107,6 +108,8 @@ def _dispatch(words: list[str]) -> int:
     try:
         code = app(words, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        Console(stderr=True, highlight=False, soft_wrap=True).print(f"vcmm: {error}", markup=False)
+        from vcmm.console.complaints import said
+
+        Console(stderr=True, highlight=False, soft_wrap=True).print(said((str(error),)), markup=False)
         return WRONG
     return code if isinstance(code, int) else 0

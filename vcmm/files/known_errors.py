@@ -16,6 +16,7 @@ from vcmm.core.inputs import EVERY, Input
 from vcmm.core.kinematics import Chain
 from vcmm.core.laws import Law, MultivariateNormal, Normal, StudentT
 from vcmm.core.run import Array
+from vcmm.core.text import read_text
 from vcmm.effects import made_for
 from vcmm.files.isg import ErrorFile, read_isg
 from vcmm.files.joint_covariance import joint_knowledge, read_joint_covariance
@@ -91,11 +92,7 @@ def read_error_file(path: Path) -> ErrorFile:
     """An error table of either format, told apart by its first line: [EXX] opens an Etalon section."""
     from vcmm.files.etalon import is_etalon, read_etalon
 
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError):
-        return read_isg(path)  # which says what is wrong
-    return read_etalon(path) if is_etalon(text) else read_isg(path)
+    return read_etalon(path) if is_etalon(read_text(path)) else read_isg(path)
 
 
 def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
