@@ -10,7 +10,7 @@ from pathlib import Path
 from vcmm.core.errors import DataError, did_you_mean
 
 LARGEST_FILE = 2_000_000_000  # bytes; what is read from a pipe counts the same
-LARGEST = 1e12  # of any number in its canonical unit: 10^12 mm, s, K, N. A machine has nothing near it
+LARGEST = 1e12  # of any number in a table, and of a quantity in usual values: no machine has anything near it
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _NOT_FINITE = ("nan", "inf", "infinity")
 _PACKED = {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"%PDF": "a PDF"}

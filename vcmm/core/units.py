@@ -12,9 +12,10 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import cache
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.text import LARGEST, brief, is_usual, to_number
+from vcmm.core.text import LARGEST, brief, to_number
 
 # exponents of (length, angle, time, temperature, force, mass)
 Dimension = tuple[int, int, int, int, int, int]
@@ -211,13 +212,20 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
         raise UsageError(f"{what} = {shown(text)} is a temperature difference and takes K; {due}")
     if dimension == "temperature" and unit_text in ("K", "mK"):
         raise UsageError(f"{what} = {shown(text)} is a temperature and takes degC; {due}")
-    if not all(is_usual(n * unit.factor) for n in numbers):
+    if max(map(abs, numbers)) * unit.factor > LARGEST * _usual(dimension):
         raise UsageError(
-            f"{what} = {shown(text)} is larger than any number of a machine, {LARGEST:g} in mm, rad, s, K, N or kg; {due}"
+            f"{what} = {shown(text)} is {LARGEST:g} times what is usual, which no machine has; {due}"
         )
     if dimension == "temperature" and min(numbers) * unit.factor < COLDEST:
         raise UsageError(f"{what} = {shown(text)} is below the absolute zero, {COLDEST} degC; {due}")
     return numbers, unit.factor
+
+
+@cache
+def _usual(dimension: str) -> float:
+    """The size of the example of a dimension, in canonical units."""
+    numbers, unit = _numbers_and_unit(EXAMPLES[dimension])
+    return abs(numbers[0]) * (parse_unit(unit).factor if unit else 1.0)
 
 
 def _per_million(text: str, dimension: str) -> str:
@@ -334,7 +342,9 @@ def _power(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
         raise UsageError(f'unknown unit "{head}" in "{text}".{choose_from(head, UNITS)}')
     if tokens and tokens[0] == "^":
         if len(tokens) < 2 or not tokens[1].isdigit() or len(tokens[1]) > 1:
-            raise UsageError(f'unit "{text}": a whole number is due after ^ (9 at most); write for example m/s^2')
+            raise UsageError(
+                f'unit "{text}": a whole number is due after ^ (9 at most); write for example m/s^2'
+            )
         exponent, tokens = int(tokens[1]), tokens[2:]
         unit = Unit(unit.factor**exponent, _add(_NONE, unit.dimension, exponent))
     return unit, tokens

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,22 @@ def read_toml(path: str | Path) -> Document:
         raise DataError(_syntax(path, text, str(error))) from None
     except RecursionError:  # brackets that a comment with three quotation marks hid from the count
         raise DataError(f"{path}:1: brackets are nested more than {DEEPEST} deep; correct them") from None
-    return Document(path, data, key_lines(text))
+    document = Document(path, data, key_lines(text))
+    for location, value in whole_numbers(data, ()):
+        if not -(2**63) <= value < 2**63:
+            raise DataError(
+                f"{document.where(location)}: {brief(str(value))} is beyond 64 bits; write a smaller number"
+            )
+    return document
+
+
+def whole_numbers(value: Any, location: Location) -> Iterator[tuple[Location, int]]:
+    """Every whole number of a document with its place."""
+    if isinstance(value, int):
+        yield location, value
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in inside:
+        yield from whole_numbers(inner, (*location, key))
 
 
 def _check_depth(path: Path, text: str) -> None:
