@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.machining import shop
 from tests.plate import PLATE
 
 AXES = """[axes.X]
@@ -176,7 +177,55 @@ POSITIONS = "X_mm,Y_mm,Z_mm,offset_z_mm,sense_X,temp_scale_x_C\n0,0,-10,-80,1,20
 PLAN_POINTS = "x_mm,y_mm,z_mm,nx,ny,nz\n-20,-20,20,0,0,1\n20,-20,20,0,0,1\n0,20,20,0,0,1\n20,25,20,0,0,1\n"
 DESIGN = """vcmm = "design/1"
 structure = "w b Y X Z t"
-fixed = { offset = "0 0 -100 mm" }
+budget = "120 min"
+[axes.X]
+travel = ["0 mm", "600 mm"]
+[axes.Y]
+travel = ["0 mm", "500 mm"]
+[axes.Z]
+travel = ["-400 mm", "0 mm"]
+[[setups]]
+name = "laser along X"
+instrument = "laser linear"
+minutes = 20
+u = "0.2 um"
+axis = "X"
+at = { Y = "250 mm", Z = "-200 mm" }
+n = 5
+own = { scale = "0.3 um/m" }
+"""
+SINUMERIK = """G17 G90 G54 G71
+T1 D1
+M6
+S1000 M3
+R1=10.5 R2=R1*2
+G0 X=R1 Y10
+G1 Z-2 F300
+FOR R3=1 TO 3
+X=IC(2)
+ENDFOR
+IF R1>5 GOTOF ENDE
+G2 X20 Y20 CR=15
+ENDE:
+CYCLE81(5,0,2,-5)
+M30
+"""
+HEIDENHAIN = """BEGIN PGM SLOT MM
+BLK FORM 0.1 Z X+0 Y+0 Z-20
+BLK FORM 0.2 X+100 Y+100 Z+0
+TOOL CALL 1 Z S4000
+Q1 = +5.5
+L X+50 Y+10 R0 FMAX M3
+L Z-2 F300
+CC X+50 Y+50
+C X+90 Y+50 DR+
+LBL 1
+L IX+1
+CALL LBL 1 REP2
+FN 9: IF +Q1 EQU +5 GOTO LBL 2
+LBL 2
+L Z+50 R0 FMAX M30
+END PGM SLOT MM
 """
 
 
@@ -189,7 +238,6 @@ class Case:
     command: tuple[str, ...]
     mutated: tuple[str, ...]
     survey: bool = False  # a program: what is unusual in it may be read with a remark
-
 
     def lay_out(self, folder: Path) -> None:
         for name, text in self.files.items():
@@ -233,6 +281,10 @@ CASES = (
         ("slot.nc",),
         survey=True,
     ),
+    Case("sinumerik", {"setup.toml": SETUP.replace("fanuc", "sinumerik"), "machine.toml": BARE, "slot.mpf": SINUMERIK}, ("nc", "slot.mpf", "--setup", "setup.toml"), ("slot.mpf",), survey=True),
+    Case("heidenhain", {"setup.toml": SETUP.replace("fanuc", "heidenhain"), "machine.toml": BARE, "slot.h": HEIDENHAIN}, ("nc", "slot.h", "--setup", "setup.toml"), ("slot.h",), survey=True),
+    Case("design", {"design.toml": DESIGN}, ("calibrate", "--design", "design.toml"), ("design.toml",)),
+    Case("cut", {"boss.toml": shop.SCENARIO, "mill.toml": shop.MACHINE, "setup.toml": shop.SETUP, "part.nc": shop.PROGRAM}, ("check", "boss.toml"), ("boss.toml", "setup.toml")),
     Case(
         "positions",
         {"machine.toml": MACHINE, "errors.csv": ERRORS, "at.csv": POSITIONS},

@@ -58,7 +58,7 @@ def _quantity(rng: Random, text: str) -> tuple[str, str, bool] | None:
     new = rng.choice([
         f'"{first}{rest} {other}"', f'"{first}{rest}"', first, "true", "[]", "{}", '""', '"mm"', f'"{unit}"', "nan",
         *(f'"{bad}{rest} {unit}"' for bad in NO_NUMBER), *(f'"{big}{rest} {unit}"' for big in HUGE),
-        f'"{first} {first}{rest} {unit}"', f'"{first}{rest} {unit} {unit}"', f'"{first}{rest} {"(" * 5000}{unit}"',
+        f'"{first} {first}{rest} {unit}"', f'"{first}{rest} {unit} K"', f'"{first}{rest} {"(" * 5000}{unit}"',
         '"-400 degC"' if unit == "degC" else f'"{first}{rest} mm^{"9" * 30}"', '"' + "9" * 200_000 + f' {unit}"',
     ])  # fmt: skip
     return _put(text, at, new), f"{at[0]} -> {new[:60]}", True
@@ -105,7 +105,7 @@ def _nested(rng: Random, text: str) -> tuple[str, str, bool] | None:
 # ---------------------------------------------------------------- tables
 def _cell(rng: Random, text: str) -> tuple[str, str, bool] | None:
     """A cell that is no finite number, or one beyond anything that a machine has."""
-    at = _spot(rng, text, re.compile(r"(?<=[ ,;\n])-?\d+(?:\.\d+)?(?:e-?\d+)?(?=[ ,;\n])"))
+    at = _spot(rng, text, re.compile(r"(?<=[ ,;\n])-?\d+(?:\.\d+)?(?:e-?\d+)?(?=[ ,;\n])(?! :)"))
     if at is None:
         return None
     new = rng.choice([*NO_NUMBER, *HUGE, "1" * 131_073, '"', "=1+1", "\x00", " ", "-", "\x1b[2J"])
