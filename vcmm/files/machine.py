@@ -67,7 +67,7 @@ def _checked_machine(
         lambda: Machine(
             name=model.name or document.path.stem, kind=model.kind, chain=chain, axes=axes,  # type: ignore[arg-type]
             state=errors.state if errors else "residual", load_limit=model.load_limit,
-            compensation=tuple(errors.compensation) if errors else (),
+            compensation=tuple(errors.compensation) if errors else (), large_errors=model.large_errors,
         ),
     )  # fmt: skip
     return bare and problems.attempt((*at, "structure"), lambda: informed(bare, effects, inputs))
