@@ -67,6 +67,6 @@ def test_rotations_in_microradians_are_refused_with_their_line(tmp_path):
 def test_large_errors_of_both_kinds_need_the_exact_engine(tmp_path):
     machine = load_machine(write(tmp_path, "1.2 0.002"))
     run = Run({"X": np.array([600.0]), "Y": np.zeros(1), "Z": np.zeros(1)}, np.zeros((1, 3)))
-    with pytest.raises(ModelLimit, match="1.2 mm of link X exceeds 1 mm.*--exact"):
+    with pytest.raises(ModelLimit, match=r"1\.2 mm of link X exceeds 1 mm.*--exact"):
         machine.tip_error(run)
     assert machine.tip_error(run, exact=True)[0, 0] == pytest.approx(1.2, abs=1e-12)

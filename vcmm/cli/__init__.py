@@ -39,7 +39,7 @@ JOBS = (
     "compensate",
 )  # fmt: skip
 LATER = ("audit", "serve")
-BUG, INTERRUPTED, WRONG = 70, 130, 2
+BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
 
 
 def build_app() -> Any:
@@ -85,6 +85,12 @@ def run(words: list[str]) -> int:
     except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except MemoryError as error:
+        print(
+            f"vcmm: this job needs more memory than there is ({error or 'no size stated'}); reduce its points or rows",
+            file=sys.stderr,
+        )
+        return ENVIRONMENT
     except Exception as error:
         import traceback
 

@@ -18,7 +18,7 @@ _PACKED = {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"%PDF
 
 def read_text(path: Path) -> str:
     """The text of a UTF-8 file, with or without byte order mark. Raises DataError naming the file, the line and the fix."""
-    raw = _raw(path)
+    raw = raw_bytes(path)
     packed = next((what for head, what in _PACKED.items() if raw.startswith(head)), "")
     if packed:
         raise DataError(f"{path}:1: this is {packed}, no text; unpack or export it first")
@@ -66,9 +66,12 @@ def brief(text: str, length: int = 60) -> str:
     return f"{text[:half]}...{text[len(text) - half :]}"
 
 
-def _raw(path: Path) -> bytes:
+def raw_bytes(path: Path) -> bytes:
+    """All bytes of a file. Raises DataError: missing, a folder, a device, larger than LARGEST_FILE."""
     try:
         kind = path.stat()
+        if stat.S_ISDIR(kind.st_mode):
+            raise DataError(f"{path} is a folder; name a file in it")
         if stat.S_ISCHR(kind.st_mode) or stat.S_ISBLK(kind.st_mode):
             raise DataError(f"{path}:1: this is a device, not a file; name a file")
         if kind.st_size > LARGEST_FILE:
@@ -78,7 +81,7 @@ def _raw(path: Path) -> bytes:
     except FileNotFoundError:
         raise DataError(f"{path} does not exist.{_beside(path)}") from None
     except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
+        raise DataError(f"{brief(str(path), 200)} cannot be read: {error.strerror}") from None
     except ValueError:
         raise DataError(f"{brief(str(path))!r} cannot be the name of a file; correct it") from None
     if len(raw) > LARGEST_FILE:

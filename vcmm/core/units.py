@@ -212,7 +212,7 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
         raise UsageError(f"{what} = {shown(text)} is a temperature difference and takes K; {due}")
     if dimension == "temperature" and unit_text in ("K", "mK"):
         raise UsageError(f"{what} = {shown(text)} is a temperature and takes degC; {due}")
-    if max(map(abs, numbers)) * unit.factor > LARGEST * _usual(dimension):
+    if max(map(abs, numbers)) * unit.factor > LARGEST * usual(dimension):
         raise UsageError(
             f"{what} = {shown(text)} is {LARGEST:g} times what is usual, which no machine has; {due}"
         )
@@ -222,7 +222,7 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
 
 
 @cache
-def _usual(dimension: str) -> float:
+def usual(dimension: str) -> float:
     """The size of the example of a dimension, in canonical units."""
     numbers, unit = _numbers_and_unit(EXAMPLES[dimension])
     return abs(numbers[0]) * (parse_unit(unit).factor if unit else 1.0)

@@ -63,8 +63,6 @@ def _holds(place: Any, part: str | int) -> bool:
 def read_toml(path: str | Path) -> Document:
     """Parse a file. Raises DataError: missing, a folder, not text, or a TOML syntax error with its line."""
     path = Path(path)
-    if path.is_dir():
-        raise DataError(f"{path} is a folder; name the TOML file in it")
     text = read_text(path)
     _check_depth(path, text)
     try:

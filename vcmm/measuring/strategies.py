@@ -27,6 +27,7 @@ from vcmm.part.part import Feature, normal, signed_distance, surface_point
 
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 FULL = 2.0 * math.pi
+MOST_POINTS = 1_000_000  # of one feature: a dense scan
 
 
 def _length(default: Any = 0.0) -> Any:
@@ -263,10 +264,18 @@ def _check_enough(feature: Feature, n: int) -> None:
 
 
 def _check_counts(feature: Feature, pattern: Pattern) -> None:
+    total = len(getattr(pattern, "at", (0.0,)))
     for key in ("n", "rings", "levels", "lines", "per_line"):
         counts = np.atleast_1d(getattr(pattern, key, 1))
         if not np.issubdtype(counts.dtype, np.integer) or np.any(counts < 1):
             raise UsageError(f"{_name(feature)}: {key} must be 1 or more, without a fraction.")
+        total *= math.prod(int(c) for c in counts)
+    if isinstance(pattern, Birdcage):
+        total = pattern.levels * pattern.n + pattern.lines * pattern.per_line
+    if total > MOST_POINTS:
+        raise UsageError(
+            f"{_name(feature)}: {total:,} points, and at most {MOST_POINTS:,} are planned on one feature; reduce n."
+        )
 
 
 def _inner(feature: Feature, size: float, margin: float) -> float:

@@ -24,7 +24,7 @@ from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
 from vcmm.nc.tracer import Tracer, lines_with_ends
 
 __all__ = ["read", "tokenize"]
-LONGEST = 5_000_000  # blocks executed before a program counts as endless
+LONGEST = 500_000  # blocks executed again before a program counts as endless
 DEEPEST = 19  # nested subprograms, as on the control
 CONDITIONS: dict[str, Callable[[float, float], bool]] = {
     "EQU": lambda a, b: math.isclose(a, b, rel_tol=1e-12, abs_tol=1e-12),
@@ -68,9 +68,9 @@ class _Runner:
             line = self.lines[self.at]
             self.recorder.source = Source(line.number, line.first, line.last)
             executed += 1
-            if executed > LONGEST:
+            if executed > LONGEST + len(self.lines):
                 self.recorder.fault(
-                    f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its jumps"
+                    f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its jumps"
                 )
             self.at += 1
             try:

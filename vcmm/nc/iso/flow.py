@@ -14,7 +14,7 @@ from vcmm.nc.iso.texts import Text, find_file
 
 DEEPEST = 50
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
-MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
+MOST_REPEATED = 500_000  # blocks executed again, in loops and subprograms
 
 
 @dataclass(slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from vcmm.core.errors import did_you_mean
@@ -16,7 +17,7 @@ from vcmm.nc.sinumerik.text import lines_of
 from vcmm.nc.sinumerik.traces import cuts_of
 from vcmm.nc.trace import ExecutedBlock, Tracing
 
-LONGEST = 5_000_000  # blocks executed before a program counts as endless
+LONGEST = 500_000  # blocks executed again before a program counts as endless
 DEEPEST = 16  # nested subprograms, as on the control
 _OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "LOOP": "ENDLOOP", "REPEAT": "UNTIL"}
 
@@ -61,6 +62,11 @@ class SinumerikRunner:
     executed: int = 0
     nested: int = 0  # repeated parts inside one another
     ended: bool = False
+
+    @cached_property
+    def written(self) -> int:
+        """Blocks of the program as it stands."""
+        return sum(len(s.blocks) for s in self.sections.values())
 
     # -- environment --
     def parameter(self, index: int) -> float:
@@ -117,9 +123,9 @@ class SinumerikRunner:
 
     def _count(self) -> None:
         self.executed += 1
-        if self.executed > LONGEST:
+        if self.executed > LONGEST + self.written:
             self.recorder.fault(
-                f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its loops and jumps"
+                f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its loops and jumps"
             )
 
     def _step(self, section: Section, at: int, block: SinumerikBlock) -> tuple[int, bool]:
