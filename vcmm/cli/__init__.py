@@ -67,13 +67,22 @@ def main(arguments: list[str] | None = None) -> None:
     # matrices here are small: threads of the matrix library cost more than they give, most of all on a busy machine
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = sys.argv[1:] if arguments is None else arguments
+    if sys.stdout is None:  # closed by who started us: an opened file would take its place
+        if sys.stderr is not None:
+            print("vcmm: stdout is closed; give it a place to go, for example > out.txt", file=sys.stderr)
+        os._exit(ENVIRONMENT)
+    from vcmm.console.streams import in_plain_letters
+
+    in_plain_letters()
     sys.exit(run(words))
 
 
 def run(words: list[str]) -> int:
     """Run one command line and return its exit code; messages of errors go to stderr."""
     try:
-        return _dispatch(words)
+        code = _dispatch(words)
+        sys.stdout.flush()
+        return code
     except VcmmError as error:
         from vcmm.console.complaints import said
 
@@ -83,8 +92,15 @@ def run(words: list[str]) -> int:
         print("vcmm: interrupted; nothing was half-written", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence()
         return 0
+    except OSError as error:
+        where = f" ({error.filename})" if error.filename else ""
+        print(
+            f"vcmm: the computer refuses: {error.strerror}{where}; nothing was half-written", file=sys.stderr
+        )
+        _silence()
+        return ENVIRONMENT
     except MemoryError as error:
         print(
             f"vcmm: this job needs more memory than there is ({error or 'no size stated'}); reduce its points or rows",
@@ -100,6 +116,14 @@ def run(words: list[str]) -> int:
             file=sys.stderr,
         )
         return BUG
+
+
+def _silence() -> None:
+    """What is left in the buffer of stdout cannot be written: Python must not try again at its end."""
+    import contextlib
+
+    with contextlib.suppress(OSError, AttributeError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _dispatch(words: list[str]) -> int:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import json
 import math
 import re
 import stat
+from collections.abc import Iterable
 from pathlib import Path
 
 from vcmm.core.errors import DataError, did_you_mean
@@ -56,6 +60,37 @@ def to_number(text: str) -> float:
 def is_usual(value: float) -> bool:
     """Whether a number is finite and no larger than anything that a machine has (LARGEST)."""
     return math.isfinite(value) and abs(value) <= LARGEST
+
+
+RUN_BY_SPREADSHEETS = ("=", "+", "-", "@", "\t", "\r")  # first in a cell: a formula
+
+
+def csv_of(rows: Iterable[Iterable[object]]) -> str:
+    """Rows as CSV; a text that a spreadsheet would run as a formula gets an apostrophe before it (`restored` undoes it)."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([defused(cell) for cell in row] for row in rows)
+    return out.getvalue()
+
+
+def defused(cell: object) -> object:
+    """A cell as it may stand in a CSV file: "=1+1" becomes "'=1+1", numbers stay as they are."""
+    if not isinstance(cell, str) or not cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS):
+        return cell
+    try:
+        to_number(cell)
+    except ValueError:
+        return "'" + cell
+    return cell
+
+
+def restored(cell: str) -> str:
+    """The text of a cell that `defused` wrote."""
+    return cell[1:] if cell[:1] == "'" and cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS) else cell
+
+
+def quoted(text: str) -> str:
+    """A text as TOML has it, in quotes on one line."""
+    return json.dumps(text, ensure_ascii=False)
 
 
 def brief(text: str, length: int = 60) -> str:

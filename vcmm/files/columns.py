@@ -11,7 +11,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import OFFSET_LABEL, Array, Run
-from vcmm.core.text import LARGEST, brief, is_usual, lines_of, read_text, to_number
+from vcmm.core.text import LARGEST, brief, is_usual, lines_of, read_text, restored, to_number
 from vcmm.effects import ALL
 from vcmm.files.problems import misspelt
 
@@ -136,7 +136,7 @@ def _cells(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[li
     while True:
         line = lines[min(reader.line_num, len(lines) - 1)][0]
         try:
-            table.append([cell.strip() for cell in next(reader)])
+            table.append([restored(cell.strip()) for cell in next(reader)])
         except StopIteration:
             return table, numbers
         except csv.Error as error:

@@ -9,8 +9,6 @@ location error without position. Values in mm^2, rad^2 and mm rad. Positions are
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +20,7 @@ from vcmm.core.errors import DataError
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array
-from vcmm.core.text import brief, to_number
+from vcmm.core.text import brief, csv_of, to_number
 from vcmm.effects import made_for
 from vcmm.files.columns import Sheet, read_csv
 
@@ -108,13 +106,11 @@ def label(error: str, position: float) -> str:
 
 def covariance_text(joint: JointCovariance) -> str:
     """The file that `read_joint_covariance` reads."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
     names = [label(e, q) for e, q in zip(joint.errors, joint.position)]
-    writer.writerow([*HEAD, *names])
+    rows: list[list[object]] = [[*HEAD, *names]]
     for error, q, row in zip(joint.errors, joint.position, joint.matrix):
-        writer.writerow([error, "" if np.isnan(q) else f"{q:.10g}", *(f"{v:.8g}" for v in row)])
-    return buffer.getvalue()
+        rows.append([error, "" if np.isnan(q) else f"{q:.10g}", *(f"{v:.8g}" for v in row)])
+    return csv_of(rows)
 
 
 def joint_knowledge(
