@@ -27,7 +27,7 @@ from vcmm.part.part import Feature, normal, signed_distance, surface_point
 
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 FULL = 2.0 * math.pi
-MOST_POINTS = 1_000_000  # of one feature: a dense scan
+MOST_POINTS = 1_000_000  # of one feature
 
 
 def _length(default: Any = 0.0) -> Any:
@@ -274,7 +274,7 @@ def _check_counts(feature: Feature, pattern: Pattern) -> None:
         total = pattern.levels * pattern.n + pattern.lines * pattern.per_line
     if total > MOST_POINTS:
         raise UsageError(
-            f"{_name(feature)}: {total:,} points, and at most {MOST_POINTS:,} are planned on one feature; reduce n."
+            f"{_name(feature)}: {total:,} points, at most {MOST_POINTS:,} are planned; reduce n."
         )
 
 
@@ -318,11 +318,9 @@ def _spread(f: Feature, p: Spread) -> Array:
     digits = np.zeros(p.n)
     for k in range(max(1, (p.n - 1).bit_length())):  # van der Corput: the binary digits mirrored at the point
         digits += ((index >> k) & 1) * 0.5 ** (k + 1)
-    return surface_point(f, a * ((index + 0.5) / p.n - 0.5), b * (digits + 0.5 / _power_of_two(p.n) - 0.5))
-
-
-def _power_of_two(n: int) -> int:
-    return 1 << max(0, (n - 1).bit_length())
+    return surface_point(
+        f, a * ((index + 0.5) / p.n - 0.5), b * (digits + 0.5 / 2 ** (p.n - 1).bit_length() - 0.5)
+    )
 
 
 def _even(f: Feature, p: Even) -> Array:
