@@ -314,13 +314,11 @@ def _polar(f: Feature, p: Polar) -> Array:
 
 def _spread(f: Feature, p: Spread) -> Array:
     a, b = (_inner(f, size, p.margin) for size in f.extent)
-    index = np.arange(p.n)
+    index, bits = np.arange(p.n), (p.n - 1).bit_length()
     digits = np.zeros(p.n)
-    for k in range(max(1, (p.n - 1).bit_length())):  # van der Corput: the binary digits mirrored at the point
+    for k in range(max(1, bits)):  # van der Corput: the binary digits mirrored at the point
         digits += ((index >> k) & 1) * 0.5 ** (k + 1)
-    return surface_point(
-        f, a * ((index + 0.5) / p.n - 0.5), b * (digits + 0.5 / 2 ** (p.n - 1).bit_length() - 0.5)
-    )
+    return surface_point(f, a * ((index + 0.5) / p.n - 0.5), b * (digits + 0.5 / 2**bits - 0.5))
 
 
 def _even(f: Feature, p: Even) -> Array:
