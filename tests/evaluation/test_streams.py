@@ -221,14 +221,9 @@ def test_limits_are_refused():
 
 
 def test_without_a_folder_for_compiled_code_numpy_is_used(monkeypatch):
-    def refuse() -> None:
-        raise OSError("read-only")
+    from vcmm.core import _compile_kernels
 
-    monkeypatch.setattr(streams, "_cache_folder", refuse)
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    import numba
-
-    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setattr(_compile_kernels, "KEPT", False)
     assert streams._load_kernels.__wrapped__() is None
 
 

@@ -100,7 +100,7 @@ def test_scenario_effects_join_those_of_the_machine(tmp_path):
         ("trials = 20000", "trials = 10", ["10 trials are too few"]),
         ("trials = 20000", "trials = 1e5", ["trials = 100000.0 must be a whole number"]),
         ("trials = 20000", "seed = -1", ["seed = -1"]),
-        ("trials = 20000", "p = 95", ["between 0.5 and 1"]),
+        ("trials = 20000", "p = 95", ["between 0.5 and 0.999999"]),
     ],
 )  # fmt: skip
 def test_what_is_refused(tmp_path, old, new, words):

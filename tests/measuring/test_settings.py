@@ -15,8 +15,8 @@ from vcmm.measuring.settings import Settings
         ({"trials": 999}, "at least 1000"),
         ({"known_bias": "hidden"}, "allowed: reported, corrected"),
         ({"digits": 4}, "use 1, 2 or 3"),
-        ({"p": 0.4}, "between 0.5 and 1"),
-        ({"p": 1.0}, "between 0.5 and 1"),
+        ({"p": 0.4}, "between 0.5 and 0.999999"),
+        ({"p": 1.0}, "between 0.5 and 0.999999"),
     ],
 )
 def test_wrong_settings(wrong, said):

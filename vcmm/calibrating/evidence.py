@@ -21,6 +21,7 @@ import numpy as np
 
 from vcmm.calibrating.model import Curve, ErrorModel
 from vcmm.calibrating.prior import ANGLE, SPREAD, line_factor, unit_factor, usual
+from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 
 SHARES = (0.1, 0.13, 0.16, 0.2, 0.26, 0.34, 0.45, 0.65, 1.0, 1.6)  # correlation length in parts of the travel
@@ -34,6 +35,7 @@ NODES = (
 EXTREMES = (1e-4, 1e2)  # of the usual size: smaller and larger ones are not looked at
 ROUNDING = 1e-10  # of the precision of a curve: smaller differences of precisions are rounding
 FAINT = 12.0  # nats below the best: no weight in the mixture
+UNBELIEVABLE = 1e12  # nats: beyond it a double has no digits left for differences of a nat
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +260,11 @@ class OneCurve:
                 here = value if at == 0 else self.value(length, near)[0]
                 tried.append((here + at**2 / 2 + np.log(weight * spread), length, near))
         top = max(t[0] for t in tried)
+        if not abs(top) < UNBELIEVABLE:
+            raise ModelLimit(
+                f"these readings cannot tell {self.curve.component} from the other errors: its evidence, exp({top:.3g}), has lost "
+                "all its digits; record more positions, or name the errors to look for with --errors"
+            )
         kept = [(float(np.exp(v - top)), length, near) for v, length, near in tried if v > top - FAINT]
         weights = np.array([w for w, _, _ in kept]) / sum(w for w, _, _ in kept)
         means, covariances = zip(*(self._posterior(length, near) for _, length, near in kept))

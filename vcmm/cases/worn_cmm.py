@@ -23,6 +23,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.laws import StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
+from vcmm.core.text import csv_of
 from vcmm.diagnosis.accepted import written
 from vcmm.diagnosis.improve import improved
 from vcmm.diagnosis.job import diagnose
@@ -227,7 +228,7 @@ def _written(values: Array, decimals: int) -> list[str]:
 
 def _csv(columns: Mapping[str, list[str]]) -> str:
     rows = zip(*columns.values(), strict=True)
-    return "\n".join([",".join(columns), *(",".join(row) for row in rows)]) + "\n"
+    return csv_of([list(columns), *rows])
 
 
 def run(

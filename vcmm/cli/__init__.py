@@ -41,7 +41,7 @@ JOBS = (
     "compensate",
 )  # fmt: skip
 LATER = ("serve",)
-BUG, INTERRUPTED, WRONG = 70, 130, 2
+BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
 
 
 def build_app() -> Any:
@@ -69,23 +69,46 @@ def main(arguments: list[str] | None = None) -> None:
     # matrices here are small: threads of the matrix library cost more than they give, most of all on a busy machine
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = sys.argv[1:] if arguments is None else arguments
+    if sys.stdout is None:  # closed by who started us: an opened file would take its place
+        if sys.stderr is not None:
+            print("vcmm: stdout is closed; give it a place to go, for example > out.txt", file=sys.stderr)
+        os._exit(ENVIRONMENT)
+    from vcmm.console.streams import in_plain_letters
+
+    in_plain_letters()
     sys.exit(run(words))
 
 
 def run(words: list[str]) -> int:
     """Run one command line and return its exit code; messages of errors go to stderr."""
     try:
-        return _dispatch(words)
+        code = _dispatch(words)
+        sys.stdout.flush()
+        return code
     except VcmmError as error:
-        for problem in getattr(error, "problems", (str(error),)):
-            print(f"vcmm: {problem}", file=sys.stderr)
+        from vcmm.console.complaints import said
+
+        print(said(getattr(error, "problems", (str(error),))), file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("vcmm: interrupted; nothing was half-written", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader has closed the pipe (| head): Python must not try to flush it again
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence()
         return 0
+    except OSError as error:
+        where = f" ({error.filename})" if error.filename else ""
+        print(
+            f"vcmm: the computer refuses: {error.strerror}{where}; nothing was half-written", file=sys.stderr
+        )
+        _silence()
+        return ENVIRONMENT
+    except MemoryError as error:
+        print(
+            f"vcmm: this job needs more memory than there is ({error or 'no size stated'}); reduce its points or rows",
+            file=sys.stderr,
+        )
+        return ENVIRONMENT
     except Exception as error:
         import traceback
 
@@ -95,6 +118,14 @@ def run(words: list[str]) -> int:
             file=sys.stderr,
         )
         return BUG
+
+
+def _silence() -> None:
+    """What is left in the buffer of stdout cannot be written: Python must not try again at its end."""
+    import contextlib
+
+    with contextlib.suppress(OSError, AttributeError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _dispatch(words: list[str]) -> int:
@@ -109,6 +140,8 @@ def _dispatch(words: list[str]) -> int:
     try:
         code = app(words, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        Console(stderr=True, highlight=False, soft_wrap=True).print(f"vcmm: {error}", markup=False)
+        from vcmm.console.complaints import said
+
+        Console(stderr=True, highlight=False, soft_wrap=True).print(said((str(error),)), markup=False)
         return WRONG
     return code if isinstance(code, int) else 0

@@ -9,13 +9,15 @@ from typing import Any
 def design_command(path: Path, json: bool) -> int:
     """What the set-ups of a plan identify together, the best of them within the budget, the cheapest complete ones."""
     from vcmm.calibrating.design import PlannedSetup, best_within, cheapest_complete, plan_of, proposal
+    from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import show_table
     from vcmm.files.design import load_design
     from vcmm.tables.calibrated import setups
 
     made, machine, budget = load_design(path)
-    plan = plan_of([PlannedSetup(*one) for one in made], machine)
+    with about(path, "setups"):
+        plan = plan_of([PlannedSetup(*one) for one in made], machine)
     everything = proposal(plan, range(len(plan.names)))
     best = None if budget is None else proposal(plan, best_within(plan, budget))
     complete = cheapest_complete(plan)

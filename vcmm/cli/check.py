@@ -122,10 +122,16 @@ def _law(one: Any) -> str:
 
 def _setup_rows(file: Path) -> list[list[str]]:
     from vcmm.files.machine import load_machine
+    from vcmm.files.problems import Problems
     from vcmm.files.setup import load_setup
+    from vcmm.files.toml import read_toml
 
     setup = load_setup(file)
-    rows = _describe_machine(load_machine(setup.machine)) if setup.machine else []
+    problems = Problems(read_toml(file))
+    named = setup.machine
+    machine = problems.attempt(("machine",), lambda: load_machine(named)) if named else None
+    problems.raise_if_any()
+    rows = _describe_machine(machine) if machine else []
     rows.append(["dialect", setup.dialect or "guessed from the program"])
     return rows + _tool_rows(setup)
 

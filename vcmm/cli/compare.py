@@ -7,12 +7,14 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def compare_command(
     recordings: list[Path],
     *,
     machine: Annotated[list[Path] | None, Parameter(name="--machine", negative=())] = None,
-    seed: int = 0,
+    seed: Seed = 0,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:

@@ -7,12 +7,14 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def cut_command(
     scenario: Path,
     *,
     trials: int | None = None,
-    seed: int | None = None,
+    seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,

@@ -43,7 +43,7 @@ def demo_command(
 
 def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.console.documents import document, json_text, print_json
-    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say, show_table
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path
@@ -59,9 +59,12 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     shown = next(r for r in rows if r.place == "3" and r.redraw == "touch")
     content = document("vcmm.demo/1", demo_json(rows, draws), seed=scenario.settings.seed, files=[source])
     shown_table = table(rows, draws)
-    write_text(folder / "demo.json", json_text(content))
-    write_text(folder / "demo.csv", csv_text(shown_table))
-    write_text(folder / "report.html", demo_page(scenario, rows, draws, shown.result))
+    texts = {
+        "demo.json": json_text(content),
+        "demo.csv": csv_text(shown_table),
+        "report.html": demo_page(scenario, rows, draws, shown.result),
+    }
+    write_files(folder, texts)
     if json:
         print_json(content)
         return 0

@@ -7,12 +7,14 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def diagnose_command(
     recording: Path,
     *,
     machine: Path | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
     effect: Annotated[list[str] | None, Parameter(name="--effect", negative=())] = None,
     report: Path | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,

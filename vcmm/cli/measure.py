@@ -7,11 +7,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def measure_command(
     scenario: Path,
     *,
-    seed: int | None = None,
+    seed: Seed | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:

@@ -60,12 +60,11 @@ def _texts(original: Path, stem: str) -> dict[str, str]:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.files import output_folder, write_files
 
-    for name, text in texts.items():
-        target = folder / name
-        output_folder(target.parent)
-        write_text(target, text)
+    for name in texts:
+        output_folder((folder / name).parent)
+    write_files(folder, texts)
 
 
 def _next_steps(target: Path) -> str:

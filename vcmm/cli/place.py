@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def place_command(
     scenario: Path,
@@ -14,7 +16,7 @@ def place_command(
     plan: Annotated[bool, Parameter(name="--plan")] = False,
     budget: str | None = None,
     machines: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
-    seed: int | None = None,
+    seed: Seed | None = None,
     evaluations: int | None = None,
     scan: int | None = None,
     trials: int | None = None,

@@ -7,13 +7,15 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def test_command(
     file: Path,
     *,
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
-    seed: int = 0,
+    seed: Seed = 0,
     trials: int = 1000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:

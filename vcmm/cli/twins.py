@@ -45,7 +45,7 @@ DRAWN = ("abbe_milling",)  # twins whose ranges are over drawn machines
 def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
     """Run one twin on its embedded files and write report.html and demo.json. me: how the user calls vcmm."""
     from vcmm.console.documents import document, json_text, print_json
-    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say, show_table
     from vcmm.core.errors import UsageError
 
@@ -57,8 +57,7 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     with progress() as report:
         result, html, files = run(name, twin, page, {} if draws is None else {"draws": draws}, report)
     content = document("vcmm.twin/1", {"twin": name, **twin.figures(result)}, files=files)
-    write_text(folder / "demo.json", json_text(content))
-    write_text(folder / "report.html", html)
+    write_files(folder, {"demo.json": json_text(content), "report.html": html})
     if json:
         print_json(content)
         return 0

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm import __version__
+from vcmm.console.streams import writes_utf8
 
 
 def document(
@@ -79,7 +80,7 @@ def _texts(value: Any) -> Iterator[str]:
 
 def print_json(content: dict[str, Any]) -> None:
     """Exactly one document on stdout."""
-    print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
+    print(json.dumps(content, indent=1, ensure_ascii=not writes_utf8(), allow_nan=False))
 
 
 def json_text(content: dict[str, Any]) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from vcmm.core.errors import Environment
+from vcmm.core.whole_files import write_files
+
+__all__ = ["output_folder", "write_files", "write_text"]
 
 
 def output_folder(path: Path) -> Path:
@@ -32,21 +34,3 @@ def output_folder(path: Path) -> Path:
 def write_text(path: Path, text: str) -> Path:
     """Write a whole file or nothing: a temporary file beside it, then a rename."""
     return write_files(path.parent, {path.name: text})[0]
-
-
-def write_files(folder: Path, texts: Mapping[str, str]) -> list[Path]:
-    """Write several files, all or none: temporary files first, then renames. Raises Environment."""
-    drafts = {folder / f".{name}.part": folder / name for name in texts}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for draft, text in zip(drafts, texts.values()):
-            draft.write_text(text, encoding="utf-8")
-        for draft, path in drafts.items():
-            draft.replace(path)
-    except OSError as error:
-        for draft in drafts:
-            draft.unlink(missing_ok=True)
-        raise Environment(
-            f"{folder / next(iter(texts))} cannot be written ({error.strerror}); choose another folder"
-        ) from None
-    return list(drafts.values())

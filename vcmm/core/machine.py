@@ -21,6 +21,7 @@ from vcmm.core.kinematics import (
 )
 from vcmm.core.run import Array, Run
 
+LARGEST_TRANSLATION = 1.0  # mm of one effect; more is a table in micrometres, unless it is stated
 FIRST_ORDER_LIMIT_RAD = 1e-3  # second-order terms: 1e-3^2 / 2 x 1 m = 0.5 um
 CHUNK = 1 << 15  # rows at a time: the working arrays stay in the cache
 
@@ -38,6 +39,9 @@ class Machine:
     state: str = "residual"
     compensation: tuple[str, ...] = ()
     load_limit: float | None = None  # kg
+    large_errors: bool = (
+        False  # translations above 1 mm and rotations above 1 mrad are meant: transforms are multiplied
+    )
 
     def __post_init__(self) -> None:
         for letter in self.chain.letters:
@@ -109,10 +113,11 @@ class Machine:
     def tip_motion(self, run: Run, exact: bool = False) -> Array:
         """Motion of the tip (n, 6), actual - nominal, workpiece axes: mm and rad; of first order unless exact.
 
-        Raises ModelLimit where a rotation exceeds 1 mrad: there first order is no longer good enough.
+        Raises ModelLimit where a rotation exceeds 1 mrad, for there first order is no longer good enough, or a
+        translation 1 mm, unless the machine says large_errors: then the transforms are multiplied.
         """
         run = self.prepare(run)
-        if exact:
+        if exact or self.large_errors:
             return exact_tip_motion(self.chain, self.axes, run, self.motions(run))
         parts = [self._first_order(run.take(slice(i, i + CHUNK))) for i in range(0, run.n, CHUNK)]
         return np.concatenate(parts) if parts else np.zeros((0, 6))
@@ -126,11 +131,17 @@ class Machine:
                     f"a rotation of {largest * 1e3:.3g} mrad of link {motion.link} exceeds 1 mrad, the limit of the "
                     "first-order engine; use exact=True (--exact) or check the unit of the error table"
                 )
+            moved = float(np.abs(motion.six[:, :3]).max(initial=0.0))
+            if moved > LARGEST_TRANSLATION:
+                raise ModelLimit(
+                    f"a translation of {moved:.4g} mm of link {motion.link} exceeds 1 mm; error tables are in mm and rad: check "
+                    "the unit, use exact=True (--exact), or state large_errors = true in the machine file"
+                )
         return tip_motion(self.chain, self.axes, run, motions)
 
     def tip_error(self, run: Run, exact: bool = False) -> Array:
         """Tip error (n, 3) mm, actual - nominal, workpiece axes. exact=True multiplies the transforms."""
-        if not exact:
+        if not exact and not self.large_errors:
             return self.tip_motion(run)[:, :3]
         run = self.prepare(run)
         return exact_tip_error(self.chain, self.axes, run, self.motions(run))

@@ -1,24 +1,136 @@
-"""Read a text file, or say why it cannot be read and which files lie beside it."""
+"""Read a text file, or say why it cannot be read and which files lie beside it; read the numbers in it."""
 
 from __future__ import annotations
 
+import csv
+import io
+import json
+import math
+import re
+import stat
+from collections.abc import Iterable
 from pathlib import Path
 
 from vcmm.core.errors import DataError, did_you_mean
 
+LARGEST_FILE = 2_000_000_000  # bytes; what is read from a pipe counts the same
+LARGEST = 1e12  # of any number in a table, and of a quantity in usual values: no machine has anything near it
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_NOT_FINITE = ("nan", "inf", "infinity")
+_PACKED = {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"%PDF": "a PDF"}
+
 
 def read_text(path: Path) -> str:
-    """The text of a UTF-8 file, with or without byte order mark. Raises DataError naming the file and the fix."""
+    """The text of a UTF-8 file, with or without byte order mark. Raises DataError naming the file, the line and the fix."""
+    raw = raw_bytes(path)
+    packed = next((what for head, what in _PACKED.items() if raw.startswith(head)), "")
+    if packed:
+        raise DataError(f"{path}:1: this is {packed}, no text; unpack or export it first")
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise DataError(f"{path}:1: this is UTF-16; save it as UTF-8")
+    if b"\0" in raw:
+        raise DataError(
+            f"{path}:{_line(raw, raw.index(0))}: a zero byte stands here, so this is no text; remove it or name another file"
+        )
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise DataError(f"{path} does not exist.{_beside(path)}") from None
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise DataError(
-            f"{path} is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
+            f"{path}:{_line(raw, error.start)}: the file is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
         ) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def lines_of(text: str) -> list[str]:
+    """Lines as an editor counts them (str.splitlines knows ten further ends of a line)."""
+    return text.removesuffix("\n").split("\n")
+
+
+def to_number(text: str) -> float:
+    """A number written with ASCII digits, a point and an exponent, or nan and inf. Raises ValueError for anything else.
+
+    float() also takes 1_000 and the digits of other scripts: whoever typed these meant something else.
+    """
+    plain = text.strip()
+    if not _NUMBER.fullmatch(plain) and plain.lstrip("+-").lower() not in _NOT_FINITE:
+        raise ValueError(f'"{text}" is not a number')
+    return float(plain)
+
+
+def is_usual(value: float) -> bool:
+    """Whether a number is finite and no larger than anything that a machine has (LARGEST)."""
+    return math.isfinite(value) and abs(value) <= LARGEST
+
+
+RUN_BY_SPREADSHEETS = ("=", "+", "-", "@", "\t", "\r")  # first in a cell: a formula
+
+
+def csv_of(rows: Iterable[Iterable[object]]) -> str:
+    """Rows as CSV; a text that a spreadsheet would run as a formula gets an apostrophe before it (`restored` undoes it)."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([defused(cell) for cell in row] for row in rows)
+    return out.getvalue()
+
+
+def defused(cell: object) -> object:
+    """A cell as it may stand in a CSV file: "=1+1" becomes "'=1+1", numbers stay as they are."""
+    if not isinstance(cell, str) or not cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS):
+        return cell
+    try:
+        to_number(cell)
+    except ValueError:
+        return "'" + cell
+    return cell
+
+
+def restored(cell: str) -> str:
+    """The text of a cell that `defused` wrote."""
+    return cell[1:] if cell[:1] == "'" and cell.lstrip("'").startswith(RUN_BY_SPREADSHEETS) else cell
+
+
+def quoted(text: str) -> str:
+    """A text as TOML has it, in quotes on one line."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def brief(text: str, length: int = 60) -> str:
+    """A text as a message shows it: its middle left out where it is longer than `length` characters."""
+    if len(text) <= length:
+        return text
+    half = (length - 3) // 2
+    return f"{text[:half]}...{text[len(text) - half :]}"
+
+
+def raw_bytes(path: Path) -> bytes:
+    """All bytes of a file. Raises DataError: missing, a folder, a device, larger than LARGEST_FILE."""
+    try:
+        kind = path.stat()
+        if stat.S_ISDIR(kind.st_mode):
+            raise DataError(f"{path} is a folder; name a file in it")
+        if stat.S_ISCHR(kind.st_mode) or stat.S_ISBLK(kind.st_mode):
+            raise DataError(f"{path}:1: this is a device, not a file; name a file")
+        if kind.st_size > LARGEST_FILE:
+            raise DataError(_too_large(path, f"{kind.st_size:,} bytes"))
+        with path.open("rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise DataError(f"{path} does not exist.{_beside(path)}") from None
     except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
+        raise DataError(f"{brief(str(path), 200)} cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise DataError(f"{brief(str(path))!r} cannot be the name of a file; correct it") from None
+    if len(raw) > LARGEST_FILE:
+        raise DataError(_too_large(path, f"more than {LARGEST_FILE:,} bytes"))
+    return raw
+
+
+def _too_large(path: Path, what: str) -> str:
+    return f"{path}:1: {what}, and at most {LARGEST_FILE:,} are read; split the file"
+
+
+def _line(raw: bytes, position: int) -> int:
+    """The line (1 = first) of a byte."""
+    return raw.count(b"\n", 0, position) + 1
 
 
 def _beside(path: Path) -> str:

@@ -12,8 +12,10 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import cache
 
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.text import LARGEST, brief, to_number
 
 # exponents of (length, angle, time, temperature, force, mass)
 Dimension = tuple[int, int, int, int, int, int]
@@ -66,6 +68,8 @@ EXAMPLES: dict[str, str] = {
     "angle per acceleration": "5 urad/(m/s^2)",
 }  # fmt: skip
 
+LONGEST_UNIT = 80  # characters
+COLDEST = -273.15  # degC
 _DEG = math.pi / 180.0
 UNITS: dict[str, tuple[float, Dimension]] = {
     "nm": (1e-6, _dim(length=1)), "um": (1e-3, _dim(length=1)), "µm": (1e-3, _dim(length=1)), "mm": (1.0, _dim(length=1)),
@@ -82,9 +86,9 @@ UNITS: dict[str, tuple[float, Dimension]] = {
 }  # fmt: skip
 
 _GLUED = re.compile(
-    r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-zµμ°%(].*)$"
+    r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)([A-Za-zµμ°%(].*)$"
 )  # number and unit written together
-_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµ%]+)|(?P<number>\d+)|(?P<op>[*/^().·]))")
+_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµ%]+)|(?P<number>[0-9]+)|(?P<op>[*/^().·]))")
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,10 @@ def parse_unit(text: str) -> Unit:
     Raises UsageError for an unknown unit (with the closest one) or bad syntax.
     """
     plain = text.replace("μ", "µ").replace("°C", "degC").replace("°", "deg")  # Greek mu -> micro sign
+    if len(plain) > LONGEST_UNIT:
+        raise UsageError(
+            f'the unit "{brief(text)}" is longer than {LONGEST_UNIT} characters; write for example um/m'
+        )
     tokens = _tokens(plain)
     if not tokens:
         raise UsageError("the unit is empty; write for example mm or um/m")
@@ -120,7 +128,7 @@ def quantity(text: object, dimension: str, what: str = "value", example: str = "
     numbers, unit = _split(text, dimension, what, example)
     if len(numbers) != 1:
         raise UsageError(
-            f'{what} = "{text}" has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
+            f'{what} = {shown(text)} has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
         )
     return numbers[0] * unit
 
@@ -182,29 +190,42 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
     numbers, unit_text = _numbers_and_unit(text)
     if re.match(r"\s*[-+]?\d+,", text) or unit_text.startswith(","):
         raise UsageError(
-            f'{what} = "{text}" has a comma; decimals take a point, numbers are kept apart by blanks; {due}'
+            f"{what} = {shown(text)} has a comma; decimals take a point, numbers are kept apart by blanks; {due}"
         )
     if not numbers:
-        raise UsageError(f'{what} = "{text}" has no number; {due}')
+        raise UsageError(f"{what} = {shown(text)} has no number; {due}")
     if not all(math.isfinite(n) for n in numbers):
-        raise UsageError(f'{what} = "{text}" is not finite; {due}')
+        raise UsageError(f"{what} = {shown(text)} is not finite; {due}")
     if not unit_text and dimension != "number":
         raise UsageError(
-            f'{what} = "{text}" has no unit; write for example {what} = "{_per_million(text, dimension)}{_likely(numbers, dimension, example)}"'
+            f'{what} = {shown(text)} has no unit; write for example {what} = "{_per_million(text, dimension)}{_likely(numbers, dimension, example)}"'
         )
     try:
         unit = parse_unit(unit_text) if unit_text else Unit(1.0, _NONE)
     except UsageError as error:
-        raise UsageError(f'{what} = "{text}": {error}') from None
+        raise UsageError(f"{what} = {shown(text)}: {error}") from None
     if unit.dimension != DIMENSIONS[dimension] and not _angle_as_slope(unit.dimension, dimension):
         raise UsageError(
-            f'{what} = "{text}" is not {_a(dimension)}: the unit "{unit_text}" does not fit; {due}'
+            f'{what} = {shown(text)} is not {_a(dimension)}: the unit "{unit_text}" does not fit; {due}'
         )
     if unit_text in ("degC", "°C") and dimension == "temperature difference":
-        raise UsageError(f'{what} = "{text}" is a temperature difference and takes K; {due}')
+        raise UsageError(f"{what} = {shown(text)} is a temperature difference and takes K; {due}")
     if dimension == "temperature" and unit_text in ("K", "mK"):
-        raise UsageError(f'{what} = "{text}" is a temperature and takes degC; {due}')
+        raise UsageError(f"{what} = {shown(text)} is a temperature and takes degC; {due}")
+    if max(map(abs, numbers)) * unit.factor > LARGEST * usual(dimension):
+        raise UsageError(
+            f"{what} = {shown(text)} is {LARGEST:g} times what is usual, which no machine has; {due}"
+        )
+    if dimension == "temperature" and min(numbers) * unit.factor < COLDEST:
+        raise UsageError(f"{what} = {shown(text)} is below the absolute zero, {COLDEST} degC; {due}")
     return numbers, unit.factor
+
+
+@cache
+def usual(dimension: str) -> float:
+    """The size of the example of a dimension, in canonical units."""
+    numbers, unit = _numbers_and_unit(EXAMPLES[dimension])
+    return abs(numbers[0]) * (parse_unit(unit).factor if unit else 1.0)
 
 
 def _per_million(text: str, dimension: str) -> str:
@@ -236,7 +257,7 @@ def shown(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return f'"{value}"'
+        return f'"{brief(value, 80)}"'
     if isinstance(value, list | tuple):
         return "[" + ", ".join(shown(v) for v in value[:6]) + (", ..." if len(value) > 6 else "") + "]"
     if isinstance(value, dict):
@@ -270,13 +291,13 @@ def _numbers_and_unit(text: str) -> tuple[list[float], str]:
     numbers: list[float] = []
     while words:
         try:
-            numbers.append(float(words[0]))
+            numbers.append(to_number(words[0]))
         except ValueError:
             break
         words.pop(0)
     match = _GLUED.match(words[0]) if words else None
     if match:
-        numbers.append(float(match[1]))
+        numbers.append(to_number(match[1]))
         words[0] = match[2]
     return numbers, " ".join(words)
 
@@ -286,7 +307,7 @@ def _tokens(text: str) -> list[str]:
     while position < len(text.rstrip()):
         match = _TOKEN.match(text, position)
         if not match:
-            raise UsageError(f'unit "{text}" cannot be read at "{text[position:]}"')
+            raise UsageError(f'unit "{brief(text)}" cannot be read at "{brief(text[position:])}"')
         words.append(match.group().strip())
         position = match.end()
     return words
@@ -320,8 +341,10 @@ def _power(tokens: list[str], text: str) -> tuple[Unit, list[str]]:
     else:
         raise UsageError(f'unknown unit "{head}" in "{text}".{choose_from(head, UNITS)}')
     if tokens and tokens[0] == "^":
-        if len(tokens) < 2 or not tokens[1].isdigit():
-            raise UsageError(f'unit "{text}": a whole number is due after ^; write for example m/s^2')
+        if len(tokens) < 2 or not tokens[1].isdigit() or len(tokens[1]) > 1:
+            raise UsageError(
+                f'unit "{text}": a whole number is due after ^ (9 at most); write for example m/s^2'
+            )
         exponent, tokens = int(tokens[1]), tokens[2:]
         unit = Unit(unit.factor**exponent, _add(_NONE, unit.dimension, exponent))
     return unit, tokens

@@ -1,16 +1,13 @@
-"""Material left on long rays through a block, compiled. Private; used by vcmm.cutting.dexels.
-
-Delete numba's cache of this folder after a change in the kernels it imports.
-"""
+"""Material left on long rays through a block, compiled. Private; used by vcmm.cutting.dexels."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vcmm.core._compile_kernels import njit
 from vcmm.cutting._envelope_kernels import first_contact
 from vcmm.cutting._tool_kernels import inside_at
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
 from numpy.typing import NDArray
 
+from vcmm.core._compile_kernels import njit
 from vcmm.cutting._tool_kernels import BALL, CONE, NONE, PLAIN, at_line, implicit, inside_at, nearest
 
 Array = NDArray[Any]

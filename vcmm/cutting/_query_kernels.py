@@ -1,6 +1,6 @@
 """Search of all moves for each inspection point, compiled: tree of boxes, K lowest contacts, connected stretches.
 
-Private; used by vcmm.cutting.envelope. Delete numba's cache of this folder after a change in the kernels it imports.
+Private; used by vcmm.cutting.envelope.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vcmm.core._compile_kernels import njit
 from vcmm.cutting._envelope_kernels import curved, straight
 from vcmm.cutting._tool_kernels import NONE, PLAIN, implicit
 

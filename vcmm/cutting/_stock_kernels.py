@@ -1,7 +1,4 @@
-"""Height map of a stock, cut move by move, compiled. Private; used by vcmm.cutting.stock.
-
-Delete numba's cache of this file after a change in the kernels it imports.
-"""
+"""Height map of a stock, cut move by move, compiled. Private; used by vcmm.cutting.stock."""
 
 from __future__ import annotations
 
@@ -9,9 +6,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vcmm.core._compile_kernels import njit
 from vcmm.cutting._envelope_kernels import BALL, CONE, capsule, first_contact
 
 Array = NDArray[Any]

@@ -3,8 +3,7 @@
 Everything stands in a frame whose Z is the tool axis. A tool is the convex function G(radius, height) of
 vcmm.cutting.tools; a move is a path c(u), u in [0, 1]. A point x was removed when F(x) = min over u of G(x - c(u)) <= 0.
 F grows by at most 1 per mm, so marching along a ray by F cannot jump over tool; along straight moves F is convex and
-Newton's method from outside cannot either. numba's cache does not see changes in imported functions: after a change here
-delete that of all kernels in this folder.
+Newton's method from outside cannot either.
 
 Rows of `items`: 0:3 start, 3:6 end, 6:9 centre at the height of the start, 9:12 and 12:15 first and second direction of the
 arc, 15 and 16 radius at start and end, 17 turn >= 0, 18:21 advance, 21 kind (0 line, 1 level circular arc, 2 other arc),
@@ -16,8 +15,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
 from numpy.typing import NDArray
+
+from vcmm.core._compile_kernels import njit
 
 Array = NDArray[Any]
 FLAT, BALL, BULL, CONE = 0, 1, 2, 3

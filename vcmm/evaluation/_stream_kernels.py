@@ -1,8 +1,7 @@
 """Numba twin of vcmm.evaluation.streams and of the inner product of vcmm.evaluation.montecarlo: same rule, same bits, about 9 times faster.
 
 Private; imported inside the functions that use it. Scalar loops without fastmath, so that no product and sum are
-contracted: every result is the correctly rounded one of the numpy twin. Keep all kernels in this one file, since
-numba's cache does not see changes in imported functions.
+contracted: every result is the correctly rounded one of the numpy twin.
 """
 
 from __future__ import annotations
@@ -10,8 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vcmm.core._compile_kernels import njit
 
 Array = NDArray[Any]
 

@@ -26,10 +26,8 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import os
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -167,28 +165,11 @@ def _load_kernels() -> ModuleType | None:
     try:
         import numba
 
-        config = vars(numba.config)
-        if config["DISABLE_JIT"]:
-            return None
-        before = config["CACHE_DIR"]
-        config["CACHE_DIR"] = before or str(_cache_folder())  # read when a function is decorated
-        try:
-            from vcmm.evaluation import _stream_kernels
-        finally:
-            config["CACHE_DIR"] = before
+        from vcmm.core._compile_kernels import KEPT
+        from vcmm.evaluation import _stream_kernels
     except (ImportError, RuntimeError, OSError):
         return None
-    return _stream_kernels
-
-
-def _cache_folder() -> Path:
-    """A folder of the user's for compiled code; raises OSError where none can be written."""
-    home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or Path.home() / ".cache"
-    folder = Path(home) / "vcmm" / "numba"
-    folder.mkdir(parents=True, exist_ok=True)
-    if not os.access(folder, os.W_OK):
-        raise OSError(f"{folder} cannot be written")
-    return folder
+    return _stream_kernels if KEPT and not vars(numba.config)["DISABLE_JIT"] else None
 
 
 def kernel_state() -> tuple[str, str]:

@@ -13,7 +13,7 @@ import numpy as np
 from vcmm.core.axes import LETTERS, ROTARY, in_order, is_axis, is_rotary
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import OFFSET_LABEL, Array, Run
-from vcmm.core.text import read_text
+from vcmm.core.text import LARGEST, brief, is_usual, lines_of, read_text, restored, to_number
 from vcmm.effects import ALL
 from vcmm.files.problems import misspelt
 
@@ -35,6 +35,7 @@ REDRAW = ("machine", "touch", OFFSET_LABEL, *LABELS)  # what an Input may be red
 DEG = np.pi / 180.0
 FEW = 5  # cells that are named one by one
 DEAD = 0.5  # share of cells without a number from which it is the column that is wrong, and not the rows
+COLDEST = -273.15  # degC
 _BY_AXIS = (
     "sense_{}",
     "since_reversal_{}_mm",
@@ -76,15 +77,20 @@ class Sheet:
         out, problems = np.zeros(len(self.rows)), []
         for j, row in enumerate(self.rows):
             try:
-                out[j] = float(row[i])
+                out[j] = to_number(row[i])
             except ValueError:
                 problems.append(
-                    f'{self.at(j)}: "{row[i]}" in column {name} is not a number{_decimal(row[i])}'
+                    f'{self.at(j)}: "{brief(row[i])}" in column {name} is not a number{_decimal(row[i])}'
                 )
                 continue
-            if not np.isfinite(out[j]):
+            if not is_usual(out[j]):
+                what = f"beyond {LARGEST:g}" if np.isfinite(out[j]) else "not finite"
                 problems.append(
-                    f'{self.at(j)}: "{row[i]}" in column {name} is not finite; remove or repair the row'
+                    f'{self.at(j)}: "{brief(row[i])}" in column {name} is {what}; remove or repair the row'
+                )
+            elif out[j] < COLDEST and _is_temperature(name):
+                problems.append(
+                    f"{self.at(j)}: {row[i]} degC in column {name} is below the absolute zero; repair the row"
                 )
         if len(problems) > max(DEAD * len(self.rows), FEW):
             problems = [
@@ -96,6 +102,10 @@ class Sheet:
         return out
 
 
+def _is_temperature(name: str) -> bool:
+    return name.startswith(("temp_", "reading_")) and name.endswith("_C") and "gradient" not in name
+
+
 def _decimal(cell: str) -> str:
     return "; decimals take a point" if re.fullmatch(r"[-+]?\d+,\d+", cell) else ""
 
@@ -103,7 +113,7 @@ def _decimal(cell: str) -> str:
 def read_csv(path: str | Path) -> Sheet:
     """Header and rows of a CSV file (comma, semicolon or tab). Raises DataError with the line of a ragged row."""
     path = Path(path)
-    lines = [(i, line) for i, line in enumerate(read_text(path).splitlines(), 1)]
+    lines = [(i, line) for i, line in enumerate(lines_of(read_text(path)), 1)]
     lines = [(i, line) for i, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise DataError(
@@ -111,8 +121,8 @@ def read_csv(path: str | Path) -> Sheet:
         )
     head = lines[0][1]
     delimiter = max(",;\t", key=head.count)
-    table = [[cell.strip() for cell in row] for row in csv.reader([t for _, t in lines], delimiter=delimiter)]
-    numbers, header = [i for i, _ in lines], table[0]
+    table, numbers = _cells(path, lines, delimiter)
+    header = table[0]
     problems = [
         f"{path}:{line}: {len(row)} cells where the header names {len(header)}"
         for line, row in zip(numbers[1:], table[1:])
@@ -125,6 +135,29 @@ def read_csv(path: str | Path) -> Sheet:
     if problems:
         raise DataError(problems)
     return Sheet(path, header, table[1:], numbers[0], numbers[1:])
+
+
+def _cells(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:
+    """Rows of cells and the line on which each begins. Raises DataError where a quotation mark is not closed."""
+    reader = csv.reader([text + "\n" for _, text in lines], delimiter=delimiter, strict=True)
+    table: list[list[str]] = []
+    numbers: list[int] = []
+    while True:
+        line = lines[min(reader.line_num, len(lines) - 1)][0]
+        try:
+            table.append([restored(cell.strip()) for cell in next(reader)])
+        except StopIteration:
+            return table, numbers
+        except csv.Error as error:
+            why = str(error)
+            if "field larger" in why:
+                raise DataError(
+                    f"{path}:{line}: a cell of more than {csv.field_size_limit():,} characters; shorten it"
+                ) from None
+            raise DataError(
+                f'{path}:{line}: the quotation marks of this row do not match ({why}); write each " in a text twice'
+            ) from None
+        numbers.append(line)
 
 
 def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:

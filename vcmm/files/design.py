@@ -58,7 +58,7 @@ class DesignFile(Table):
     machine: str = ""
     structure: str = Field(default="", examples=['"w b Y X Z t"'])
     axes: dict[str, AxisTravel] = Field(default_factory=dict)
-    budget: str = Field(default="", examples=['"120 min"'])
+    budget: str | None = Field(default=None, examples=['"120 min"'])
     setups: list[SetupTable] = Field(default_factory=list)
 
 
@@ -85,7 +85,7 @@ def load_design(
             if made is not None:
                 out.append((table.name, made[0], table.minutes, made[1]))
     budget = None
-    if model is not None and model.budget:
+    if model is not None and model.budget is not None:
         seconds = problems.attempt(("budget",), lambda: quantity(model.budget, "time", "budget", "120 min"))
         budget = None if seconds is None else seconds / 60
     problems.raise_if_any()

@@ -18,12 +18,13 @@ import numpy as np
 
 from vcmm.core.error_names import canonical
 from vcmm.core.errors import DataError, UsageError
+from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.files.isg import ErrorFile, ErrorTable
 
 
 def is_etalon(text: str) -> bool:
     """Whether the first line that is no comment opens a section such as [EXX]."""
-    lines = (line.split("//")[0].strip() for line in text.splitlines())
+    lines = (line.split("//")[0].strip() for line in lines_of(text))
     return next((line for line in lines if line), "").startswith("[")
 
 
@@ -33,7 +34,7 @@ def read_etalon(path: str | Path) -> ErrorFile:
     tables: list[ErrorTable] = []
     constants: dict[str, float] = {}
     name, header, rows, inside = "", 0, list[tuple[float, float]](), False
-    for number, raw in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    for number, raw in enumerate(lines_of(read_text(path)), 1):
         line, here = raw.split("//")[0].strip(), f"{path}:{number}"
         if section := re.fullmatch(r"\[(\w+)\]", line):
             name, header = _known(section[1], here), number
@@ -48,7 +49,7 @@ def read_etalon(path: str | Path) -> ErrorFile:
             rows.append((_number(line.split()[0], here), _number(line.split()[1], here)))
         elif line:
             raise DataError(
-                f'{here}: "{line}" is not understood; allowed are [EXX], VALUE = number, Gridpoints = {{, "x value" rows, }}'
+                f'{here}: "{brief(line)}" is not understood; allowed are [EXX], VALUE = number, Gridpoints = {{, "x value" rows, }}'
             )
     if inside:
         raise DataError(f"{path}:{header}: Gridpoints of {name} has no closing }}")
@@ -64,11 +65,15 @@ def _known(name: str, here: str) -> str:
 
 def _number(text: str, here: str) -> float:
     try:
-        value = float(text)
+        value = to_number(text)
     except ValueError:
-        raise DataError(f'{here}: "{text}" is not a number; decimals are written with a point') from None
-    if not np.isfinite(value):
-        raise DataError(f"{here}: {text} is not finite; remove the row or measure it again")
+        raise DataError(
+            f'{here}: "{brief(text)}" is not a number; decimals are written with a point'
+        ) from None
+    if not is_usual(value):
+        raise DataError(
+            f"{here}: {brief(text)} is not finite or far too large; remove the row or measure it again"
+        )
     return value
 
 

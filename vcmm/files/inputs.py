@@ -54,6 +54,9 @@ def build_input(table: dict[str, Any], effects: Sequence[Effect], complete: bool
     if ("effect" in table) == ("channel" in table):
         text = 'an input names either effect = "..." with parameter = "...", or channel = "..."'
         raise TableProblems([("effect" if "effect" in table else "", text)])
+    for key in ("evidence", "redraw", "law", "parameter"):
+        if not isinstance(table.get(key, ""), str):
+            found.append((key, f"{key} = {shown(table[key])} must be a text in quotes"))
     redraw = str(table.get("redraw", "machine"))
     if redraw not in REDRAW:
         found.append(("redraw", f'redraw = "{redraw}" is no label.{choose_from(redraw, REDRAW)}'))

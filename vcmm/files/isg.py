@@ -18,7 +18,7 @@ from vcmm.core.axes import axis_of, is_axis
 from vcmm.core.error_names import canonical
 from vcmm.core.errors import DataError, UsageError
 from vcmm.core.run import Array
-from vcmm.core.text import read_text
+from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def read_isg(path: str | Path) -> ErrorFile:
 def _blocks(text: str) -> list[list[tuple[int, list[str]]]]:
     """(line, words) of every line that says something, table by table."""
     blocks: list[list[tuple[int, list[str]]]] = [[]]
-    for number, raw in enumerate(text.splitlines(), 1):
+    for number, raw in enumerate(lines_of(text), 1):
         line = raw.split("//")[0].strip()
         if line.startswith("#"):
             blocks.append([])
@@ -144,14 +144,16 @@ def _numbers(path: Path, rows: list[tuple[int, list[str]]], words: list[str], pr
             )
             continue
         try:
-            values = [float(cell) for cell in cells]
+            values = [to_number(cell) for cell in cells]
         except ValueError:
             problems.append(
-                f"{path}:{line}: not a number in {' '.join(cells)}; decimals are written with a point"
+                f"{path}:{line}: not a number in {brief(' '.join(cells))}; decimals are written with a point"
             )
             continue
-        if not np.isfinite(values).all():
-            problems.append(f"{path}:{line}: a value is not finite; remove the row or measure it again")
+        if not all(map(is_usual, values)):
+            problems.append(
+                f"{path}:{line}: a value is not finite or far too large; remove the row or measure it again"
+            )
             continue
         out.append(values)
     return np.array(out, dtype=float).reshape(len(out), len(words))

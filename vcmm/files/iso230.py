@@ -20,7 +20,7 @@ from vcmm.core.axes import is_rotary
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.core.text import read_text
+from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.files.columns import LABELS, Sheet, file_columns, known_column, read_csv
 from vcmm.files.observations import axis_direction
 from vcmm.response.recording import Recording
@@ -144,7 +144,7 @@ def _directions(sheet: Sheet, problems: list[str]) -> Array:
         word = row[i].lower()
         out[j] = 1.0 if word in UP else -1.0 if word in DOWN else 0.0
         if not out[j]:
-            problems.append(f'{sheet.at(j)}: direction "{row[i]}" is not understood; write up or down')
+            problems.append(f'{sheet.at(j)}: direction "{brief(row[i])}" is not understood; write up or down')
     return out
 
 
@@ -179,13 +179,13 @@ def _ecmc(path: Path, text: str) -> PositioningRuns:
     targets: dict[int, float] = {}
     actual: dict[tuple[int, int, int], float] = {}
     problems: list[str] = []
-    for number, line in enumerate(text.splitlines(), 1):
+    for at, line in enumerate(lines_of(text), 1):
         match = _ASSIGNED.match(line.split("#")[0].strip())
         if not match or not match["value"]:
             if line.split("#")[0].strip().removeprefix("TEST_DATA="):
-                problems.append(f"{path}:{number}: not understood: {line.strip()}")
+                problems.append(f"{path}:{at}: not understood: {brief(line.strip())}")
             continue
-        _assign(match, f"{path}:{number}", targets, actual, problems)
+        _assign(match, f"{path}:{at}", targets, actual, problems)
     if problems:
         raise DataError(problems)
     return _cycles(path, targets, actual)
@@ -204,17 +204,17 @@ def _assign(
             problems.append(f'{at}: UNIT = "{value}" is not known; only mm is')
         return
     try:
-        number = float(value)
+        read = to_number(value)
     except ValueError:
-        number = np.nan
-    if not np.isfinite(number):
-        problems.append(f'{at}: "{value}" is no finite number')
+        read = np.nan
+    if not is_usual(read):
+        problems.append(f'{at}: "{brief(value)}" is no finite number')
     elif name == "TGT_DATA" and match["i"]:
-        targets[int(match["i"])] = number
+        targets[int(match["i"])] = read
     elif name in ("REF_DATA_FWD", "REF_DATA_BWD") and match["j"]:
-        actual[int(match["j"]), 0 if name.endswith("FWD") else 1, int(match["i"])] = number
+        actual[int(match["j"]), 0 if name.endswith("FWD") else 1, int(match["i"])] = read
     else:
-        problems.append(f"{at}: not understood: {match.group()}")
+        problems.append(f"{at}: not understood: {brief(match.group())}")
 
 
 def _cycles(

@@ -9,8 +9,6 @@ location error without position. Values in mm^2, rad^2 and mm rad. Positions are
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +20,7 @@ from vcmm.core.errors import DataError
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import Normal
 from vcmm.core.run import Array
+from vcmm.core.text import brief, csv_of, to_number
 from vcmm.effects import made_for
 from vcmm.files.columns import Sheet, read_csv
 
@@ -62,7 +61,7 @@ def read_joint_covariance(path: str | Path) -> JointCovariance:
     for i, (name, want) in enumerate(zip(sheet.header[2:], due)):
         if name != want:
             raise DataError(
-                f"{sheet.at(i)}: row {i + 1} is {want}, but column {i + 1} is {name}; keep one order"
+                f"{sheet.at(i)}: row {i + 1} is {brief(want)}, but column {i + 1} is {brief(name)}; keep one order"
             )
     matrix = np.stack([sheet.numbers(name) for name in sheet.header[2:]], axis=1)
     _check_covariance(sheet, matrix)
@@ -72,10 +71,10 @@ def read_joint_covariance(path: str | Path) -> JointCovariance:
 def _position(sheet: Sheet, row: int) -> float:
     cell = sheet.rows[row][1]
     try:
-        return float(cell) if cell else np.nan
+        return to_number(cell) if cell else np.nan
     except ValueError:
         raise DataError(
-            f'{sheet.at(row)}: the position "{cell}" is not a number; leave it empty for C0Y'
+            f'{sheet.at(row)}: the position "{brief(cell)}" is not a number; leave it empty for C0Y'
         ) from None
 
 
@@ -107,13 +106,11 @@ def label(error: str, position: float) -> str:
 
 def covariance_text(joint: JointCovariance) -> str:
     """The file that `read_joint_covariance` reads."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
     names = [label(e, q) for e, q in zip(joint.errors, joint.position)]
-    writer.writerow([*HEAD, *names])
+    rows: list[list[object]] = [[*HEAD, *names]]
     for error, q, row in zip(joint.errors, joint.position, joint.matrix):
-        writer.writerow([error, "" if np.isnan(q) else f"{q:.10g}", *(f"{v:.8g}" for v in row)])
-    return buffer.getvalue()
+        rows.append([error, "" if np.isnan(q) else f"{q:.10g}", *(f"{v:.8g}" for v in row)])
+    return csv_of(rows)
 
 
 def joint_knowledge(

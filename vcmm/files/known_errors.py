@@ -16,7 +16,9 @@ from vcmm.core.errors import UsageError
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.kinematics import Chain
 from vcmm.core.laws import Law, MultivariateNormal, Normal, StudentT
+from vcmm.core.machine import FIRST_ORDER_LIMIT_RAD, LARGEST_TRANSLATION
 from vcmm.core.run import Array
+from vcmm.core.text import read_text
 from vcmm.effects import made_for
 from vcmm.files.isg import ErrorFile, read_isg
 from vcmm.files.joint_covariance import joint_knowledge, read_joint_covariance
@@ -51,6 +53,9 @@ def known_errors(
             found = problems.attempt((*at, "errors", "uncertainty"), lambda: refined(given, stated))
         for effect in found or ():
             _check_on_machine(effect, chain, problems, here, path)
+        if tables is not None and not model.large_errors:
+            for text in _too_large(tables, path):
+                problems.add(here, text)
         effects += found or []
         inputs += _table_inputs(found or [], model.errors.uncertainty)
         if model.errors.covariance is not None:
@@ -92,11 +97,7 @@ def read_error_file(path: Path) -> ErrorFile:
     """An error table of either format, told apart by its first line: [EXX] opens an Etalon section."""
     from vcmm.files.etalon import is_etalon, read_etalon
 
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError):
-        return read_isg(path)  # which says what is wrong
-    return read_etalon(path) if is_etalon(text) else read_isg(path)
+    return read_etalon(path) if is_etalon(read_text(path)) else read_isg(path)
 
 
 def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
@@ -123,6 +124,24 @@ def effects_of(file: ErrorFile, cubic: bool = False) -> list[Effect]:
             shift = "offset" if name[0] in "XYZ" else "tilt"
             effects.append(made_for("rotary axis location", f"the constant {name}")(name, **{shift: value}))
     return effects
+
+
+def _too_large(file: ErrorFile, path: Path) -> list[str]:
+    """Translations above 1 mm beside rotations below 1 mrad: nearly always a table in micrometres.
+
+    A machine with large errors of both kinds is left to the engine, which refuses it unless it is asked to be exact.
+    """
+    sizes = [(t.line, n, float(np.abs(v).max(initial=0.0))) for t in file.tables for n, v in t.values.items()]
+    sizes += [(1, name, abs(value)) for name, value in file.constants.items()]
+    rotations = [one for one in sizes if one[1][1 if one[1][0] == "E" else 0] in "ABC"]
+    turned = any(size > FIRST_ORDER_LIMIT_RAD for _, _, size in rotations)
+    wrong = [one for one in rotations if one[2] > LARGEST_ROTATION]
+    wrong += [one for one in sizes if one not in rotations and one[2] > LARGEST_TRANSLATION and not turned]
+    return [
+        f"{path}:{line}: {name} reaches {size:.4g} {'rad' if (line, name, size) in rotations else 'mm'}. Error tables are in mm and "
+        "rad, so 6 um is 0.006: correct the unit, or state large_errors = true in the machine file if the machine is that bad"
+        for line, name, size in wrong
+    ]
 
 
 def _check_on_machine(
@@ -177,6 +196,7 @@ def _constant(effect: Effect, parameter: str, u: float) -> Input:
     return Input(effect.name, effect.where, parameter, Normal(u), "machine", "calibration of the error table")
 
 
+LARGEST_ROTATION = 0.1  # rad in an error table
 MOST_NODES = 2000  # of one table: its covariance is dense
 
 

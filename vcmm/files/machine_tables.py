@@ -99,4 +99,5 @@ class MachineFile(Table):
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     load_limit: Mass | None = None
+    large_errors: bool = False
     certificate: CertificateTable | None = None

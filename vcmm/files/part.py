@@ -16,7 +16,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.units import quantity, shown
 from vcmm.effects import made_for
 from vcmm.files.knowledge import names_in
-from vcmm.files.problems import Problems, TableProblems, misspelt
+from vcmm.files.problems import Problems, TableProblems, bad_name, misspelt
 from vcmm.files.schema import (
     Angle,
     Deviation,
@@ -172,6 +172,8 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     forms: dict[str, Lobes] = {}
     for name, table in tables.items():
         here = (*at, "features", name)
+        if bad := bad_name(name):
+            problems.add(here, f"the name of a feature, {shown(name)}, {bad}")
         built = problems.attempt(here, lambda n=name, t=table, h=here: _feature(n, t, document, h))  # type: ignore[misc]
         if built is not None:
             features[name] = built[0]
@@ -198,8 +200,15 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     if part is None:
         return None
     for i, c in enumerate(characteristics):
-        problems.attempt((*at, "characteristics", i), lambda c=c: gps.nominal(c, features))  # type: ignore[misc]
+        problems.attempt((*at, "characteristics", i), lambda c=c: _check_limits(c, features))  # type: ignore[misc]
     return PartData(part, forms, model.u_expansion)
+
+
+def _check_limits(c: Characteristic, features: dict[str, Feature]) -> None:
+    """The limits about the nominal value are two different numbers."""
+    nominal = gps.nominal(c, features)
+    if c.limits is not None and not nominal + c.limits[0] < nominal + c.limits[1]:
+        raise UsageError(f"the limits of {nominal:g} are one number to 16 digits; enlarge the tolerance")
 
 
 def _check_names(
@@ -210,6 +219,8 @@ def _check_names(
     at: Location,
 ) -> None:
     """A characteristic names features that exist, and has a name of its own."""
+    if bad := bad_name(c.name):
+        problems.add((*at, "name"), f"name = {shown(c.name)} {bad}")
     for role in ("of", "between", "datums"):
         for name in getattr(c, role):
             if features is not None and name not in features:

@@ -16,7 +16,7 @@ from vcmm.core.run import Array
 from vcmm.core.units import quantity, shown, vector
 from vcmm.files.columns import Sheet, read_csv
 from vcmm.files.knowledge import names_in
-from vcmm.files.problems import Key, Problems, TableProblems, misspelt
+from vcmm.files.problems import Key, Problems, TableProblems, bad_name, misspelt
 from vcmm.files.schema import Direction, Distance, Point, Size, Speed, Spread, Table, checked_model
 from vcmm.files.toml import Document, Location
 from vcmm.measuring.plan import Plan, Step, Stylus, Touch
@@ -106,6 +106,9 @@ def plan_from(
         problems.add(
             at, 'the plan has no styli; add styli.down = { offset = "0 0 -120 mm", tip_diameter = "4 mm" }'
         )
+    for name in model.styli:
+        if bad := bad_name(name):
+            problems.add((*at, "styli", name), f"the name of a stylus, {shown(name)}, {bad}")
     styli_names = names_in(data, "styli") or None
     for i, table in enumerate(model.steps):
         here = (*at, "steps", i)

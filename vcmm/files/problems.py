@@ -26,6 +26,18 @@ def misspelt(word: str, present: Iterable[str]) -> str:
     return f' "{match[0]}" is there; rename it to "{word}".' if match else ""
 
 
+LONGEST_NAME = 200  # characters
+
+
+def bad_name(name: str) -> str:
+    """What is wrong with a name that stands in tables and pages, '' where nothing is."""
+    if not name.strip():
+        return "is empty; write a name"
+    if len(name) > LONGEST_NAME:
+        return f"has {len(name)} characters; {LONGEST_NAME} are the most"
+    return "" if name.isprintable() else "holds a control character; a name is one line of plain text"
+
+
 class TableProblems(UsageError):
     """Several things wrong in one table: (key, sentence) each."""
 

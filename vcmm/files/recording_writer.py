@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from vcmm.core.axes import is_rotary
-from vcmm.core.errors import Environment, UsageError
+from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law, Normal, StudentT
 from vcmm.core.run import Run, Series
+from vcmm.core.text import csv_of, quoted
+from vcmm.core.whole_files import write_files
 from vcmm.files.columns import axis_column, file_columns, known_column
 from vcmm.files.logs import LOGGED
 from vcmm.files.observations import FROM, NORMAL, VECTOR
@@ -35,12 +35,7 @@ def save_recording(recording: Recording, path: str | Path, machine: str = "machi
     """
     path = Path(path)
     texts = recording_texts(recording, path.stem, machine)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            (path.parent / name).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise Environment(f"{path} cannot be written: {error.strerror}; choose another folder") from None
+    write_files(path.parent, texts)
 
 
 def recording_texts(recording: Recording, stem: str, machine: str = "machine.toml") -> dict[str, str]:
@@ -64,20 +59,16 @@ def _same(one: Series, other: Series | None) -> bool:
 
 
 def _toml(recording: Recording, stem: str, machine: str, logs: list[str]) -> str:
-    lines = ['vcmm = "recording/1"', f"name = {_text(recording.name)}", f'data = "{stem}.csv"']
-    lines += [f"machine = {_text(machine)}", f'kind = "{recording.kind}"']
+    lines = ['vcmm = "recording/1"', f"name = {quoted(recording.name)}", f'data = "{stem}.csv"']
+    lines += [f"machine = {quoted(machine)}", f'kind = "{recording.kind}"']
     lines.append(f'observed = "{"indicated - true" if recording.measuring else "actual - commanded"}"')
     if recording.nuisance:
         lines += ["[nuisance]", *(f'{word} = "{label}"' for word, label in recording.nuisance.items())]
     if recording.noise is not None:
         lines += ["[noise]", *_noise(recording.noise, "rad" if recording.kind == "angle" else "mm")]
     for name in logs:
-        lines += ["[[series]]", f"data = {_text(name)}"]
+        lines += ["[[series]]", f"data = {quoted(name)}"]
     return "\n".join(lines) + "\n"
-
-
-def _text(words: str) -> str:
-    return '"' + words.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _noise(law: Law, unit: str) -> list[str]:
@@ -151,8 +142,4 @@ def _conditions(run: Run, rows: Ints) -> dict[str, Any]:
 
 
 def _csv(columns: Mapping[str, Any]) -> str:
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(values.tolist() for values in columns.values())))
-    return buffer.getvalue()
+    return csv_of([list(columns), *zip(*(values.tolist() for values in columns.values()))])

@@ -16,7 +16,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.core.text import read_text
+from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.files.iso230 import PositioningRuns
 
 SECTIONS = ("HEADER", "TARGET DATA", "USER-TEXT", "RUNS", "DEVIATIONS", "EQUIPMENT", "ENVIRONMENT", "EOF")
@@ -54,19 +54,19 @@ def read_rtl(path: str | Path) -> PositioningRuns:
 def _sections(path: Path, text: str) -> dict[str, Lines]:
     out: dict[str, Lines] = {}
     name, problems = "", []
-    for number, raw in enumerate(text.splitlines(), 1):
+    for at, raw in enumerate(lines_of(text), 1):
         line = raw.strip()
         if line.endswith("::"):
             name = line[:-2].strip().upper()
             if name not in SECTIONS or name in out:
                 what = "twice" if name in out else f"not known; known are {', '.join(SECTIONS)}"
-                problems.append(f'{path}:{number}: the section "{name}" is {what}')
+                problems.append(f'{path}:{at}: the section "{brief(name)}" is {what}')
             out.setdefault(name, [])
         elif line and not name:
-            problems.append(f"{path}:{number}: a .rtl file begins with HEADER::")
+            problems.append(f"{path}:{at}: a .rtl file begins with HEADER::")
             break
         elif line:
-            out[name].append((number, line))
+            out[name].append((at, line))
     missing = [s for s in ("TARGET DATA", "DEVIATIONS") if s not in out]
     problems += [f"{path}:1: the section {s}:: is missing" for s in missing if name]
     if problems or missing:
@@ -103,7 +103,7 @@ def _targets(path: Path, lines: Lines) -> Array:
             count = _whole(path, number, rest) if key == "target-count" else count
             at, line = (number, rest) if reading else (at, "")
         elif not reading:
-            raise DataError(f"{path}:{number}: not understood: {line}")
+            raise DataError(f"{path}:{number}: not understood: {brief(line)}")
         numbers += _numbers(path, number, line.split())
     if not numbers or (count and len(numbers) != count):
         raise DataError(f"{path}:{at}: {len(numbers)} targets, where Target-count says {count}")
@@ -117,8 +117,8 @@ def _deviations(path: Path, sections: dict[str, Lines], k: int) -> tuple[Array, 
         if line.lower().startswith("run target"):
             continue
         cells = line.split()
-        if len(cells) != 3 or not (cells[0] + cells[1]).isdigit():
-            problems.append(f'{path}:{number}: "{line}" is not a row of run, target, deviation')
+        if len(cells) != 3 or not (line.isascii() and (cells[0] + cells[1]).isdigit()):
+            problems.append(f'{path}:{number}: "{brief(line)}" is not a row of run, target, deviation')
             continue
         if not 1 <= int(cells[1]) <= k:
             problems.append(f"{path}:{number}: target {cells[1]} does not exist; there are {k}")
@@ -157,19 +157,19 @@ def _environment(path: Path, lines: Lines, n: int) -> dict[str, Array]:
     return {name: np.full(n, np.mean(values)) for name, values in out.items() if values}
 
 
-def _numbers(path: Path, number: int, cells: list[str]) -> list[float]:
+def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
     try:
-        values = [float(cell) for cell in cells]
+        values = [to_number(cell) for cell in cells]
     except ValueError:
         values = [np.nan]
-    if not np.isfinite(values).all():
+    if not all(map(is_usual, values)):
         raise DataError(
-            f'{path}:{number}: "{" ".join(cells)}" holds no finite numbers; decimals take a point'
+            f'{path}:{line}: "{brief(" ".join(cells))}" holds no finite numbers; decimals take a point'
         )
     return values
 
 
-def _whole(path: Path, number: int, text: str) -> int:
-    if not text.strip().isdigit():
-        raise DataError(f'{path}:{number}: "{text.strip()}" is not a whole number')
+def _whole(path: Path, line: int, text: str) -> int:
+    if not (text.isascii() and text.strip().isdigit()):
+        raise DataError(f'{path}:{line}: "{brief(text.strip())}" is not a whole number')
     return int(text)

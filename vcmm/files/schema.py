@@ -16,7 +16,8 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, WithJsonSchema
 
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.core.units import quantity, shown, vector
+from vcmm.core.text import LARGEST
+from vcmm.core.units import quantity, shown, usual, vector
 from vcmm.files.problems import Problems
 from vcmm.files.toml import Document, Location
 
@@ -47,7 +48,9 @@ def _as_value_error(convert: Callable[[object], Any], value: object) -> Any:
 def _checked(number: float, text: object, dimension: str, bound: str) -> float:
     """Refuse a sign that makes no sense; bound: "" any, "positive", "not negative"."""
     if (bound == "positive" and not number > 0) or (bound == "not negative" and number < 0):
-        raise UsageError(f'{NAME} = "{text}" must be {bound}')
+        raise UsageError(f"{NAME} = {shown(text)} must be {bound}")
+    if bound == "positive" and number < usual(dimension) / LARGEST:
+        raise UsageError(f"{NAME} = {shown(text)} is as good as zero and must be {bound}")
     return number
 
 

@@ -19,13 +19,14 @@ from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.core.history import path_history
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.core.text import read_text
+from vcmm.core.text import LARGEST, brief, lines_of, read_text, to_number
 from vcmm.files.observations import axis_direction
 from vcmm.files.recording_tables import ScopeTable
 from vcmm.response.recording import Recording
 
 LENGTH = {"mm": 1.0, "um": 1e-3, "m": 1e3, "in": 25.4}
 ANGLE = {"deg": np.pi / 180.0, "rad": 1.0}
+FILETIME = 1e18  # above every time in steps of 100 ns since 1601, and not infinite
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "filetime": 1e-7}  # filetime: steps of 100 ns
 
 
@@ -61,6 +62,9 @@ def read_scope(path: str | Path, table: ScopeTable) -> Scope:
     if len(back):
         raise DataError(f"{path}:{first + int(back[0]) + 1}: the time does not increase")
     both = {a: [column(n) * _factor(path, a, n, table.unit) for n in names] for a, names in axes.items()}
+    far = np.flatnonzero(np.max([np.abs(p) for pair in both.values() for p in pair], axis=0) > LARGEST)
+    if len(far):
+        raise DataError(f"{path}:{first + int(far[0])}: a position is beyond {LARGEST:g} mm; repair the row")
     return Scope(time, {a: pair[0] for a, pair in both.items()}, {a: pair[1] for a, pair in both.items()})
 
 
@@ -108,7 +112,7 @@ def _default_axes(header: list[str]) -> dict[str, list[str]]:
 
 def _numbers(path: Path) -> tuple[list[str], Array, int]:
     """Column names, numbers (n, columns) and the line of the first row. Raises DataError for a later row that is none."""
-    lines = read_text(path).splitlines()
+    lines = lines_of(read_text(path))
     delimiter = max(",;\t", key="\n".join(lines[:200]).count)
     cells = [[c.strip() for c in line.split(delimiter)] for line in lines]
     first = next((i for i, row in enumerate(cells) if len(row) > 1 and all(map(_is_number, row))), None)
@@ -123,9 +127,11 @@ def _numbers(path: Path) -> tuple[list[str], Array, int]:
         if lines[i].strip() in ("", "EOF"):  # TwinCAT ends its exports with the word
             continue
         if len(cells[i]) != len(header) or not all(map(_is_number, cells[i])):
-            problems.append(f"{path}:{i + 1}: {len(header)} finite numbers are due: {lines[i].strip()[:60]}")
+            problems.append(
+                f"{path}:{i + 1}: {len(header)} finite numbers are due: {brief(lines[i].strip())}"
+            )
             continue
-        rows.append([float(c) for c in cells[i]])
+        rows.append([to_number(c) for c in cells[i]])
     if problems:
         raise DataError(problems)
     return header, np.array(rows), first + 1
@@ -133,7 +139,7 @@ def _numbers(path: Path) -> tuple[list[str], Array, int]:
 
 def _is_number(cell: str) -> bool:
     try:
-        return bool(np.isfinite(float(cell)))
+        return abs(to_number(cell)) <= FILETIME
     except ValueError:
         return False
 

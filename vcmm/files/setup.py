@@ -10,7 +10,7 @@ from pydantic import Field
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.cutting.force import KIENZLE, LINEAR_EDGE
-from vcmm.files.problems import Problems
+from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.scenario import Temperatures, columns_of
 from vcmm.files.schema import Angle, Point, Size, Table, checked_model
 from vcmm.files.schema import Deviation as Offset
@@ -20,6 +20,13 @@ from vcmm.nc.limits import control_from
 from vcmm.nc.setup import ZERO, Bar, Setup, Tool
 
 _OFFSET = re.compile(r"G5[4-9]|G59\.[123]|G54\.1 P[1-9]\d*|G505|G5[1-9]\d")
+
+
+NEGATIVE_LENGTH = (
+    'length = "{0:g} mm" is negative; it counts from the gauge line of the spindle to the tip. An offset H that was touched off '
+    "from machine zero becomes length = H - Z, with Z the machine position of the work zero, which then stands in [offsets]: "
+    'H = -212.4 mm and Z = -362.4 mm give length = "150 mm"'
+)
 
 
 class ToolTable(Table):
@@ -169,8 +176,10 @@ def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:
 
 def _tool(key: str, t: ToolTable) -> Tool:
     """One tool, its shape and sizes checked against each other."""
-    if not key.isdigit() or int(key) < 1:
+    if not (key.isascii() and key.isdigit()) or int(key) < 1:
         raise UsageError(f'"{key}" is no tool number; write for example [tools.1]')
+    if t.length < 0 and t.shape != "turning":
+        raise TableProblems([("length", NEGATIVE_LENGTH.format(t.length))])
     if t.shape == "bull" and t.corner_radius is None:
         raise UsageError('a bull-nosed cutter needs corner_radius, for example corner_radius = "1 mm"')
     if t.corner_radius is not None and t.shape != "bull":

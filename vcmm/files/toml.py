@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from vcmm.core.errors import DataError
-from vcmm.core.text import read_text
+from vcmm.core.text import brief, lines_of, read_text
 from vcmm.files.toml_lines import Location, key_lines
 
 __all__ = ["Document", "Location", "check_version", "key_lines", "read_toml"]
+
+
+DEEPEST = 64  # brackets in brackets, and parts of a key
+_QUOTED = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}' r"|'''.*?'{3,5}" r'|"(?:\\.|[^"\\\n])*"' r"|'[^'\n]*'", re.DOTALL
+)
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:[A-Za-z0-9_-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 
 
 @dataclass(frozen=True)
@@ -55,26 +63,64 @@ def _holds(place: Any, part: str | int) -> bool:
 def read_toml(path: str | Path) -> Document:
     """Parse a file. Raises DataError: missing, a folder, not text, or a TOML syntax error with its line."""
     path = Path(path)
-    if path.is_dir():
-        raise DataError(f"{path} is a folder; name the TOML file in it")
     text = read_text(path)
+    _check_depth(path, text)
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # also of a whole number with thousands of digits
         raise DataError(_syntax(path, text, str(error))) from None
-    return Document(path, data, key_lines(text))
+    except RecursionError:  # brackets that a comment with three quotation marks hid from the count
+        raise DataError(f"{path}:1: brackets are nested more than {DEEPEST} deep; correct them") from None
+    document = Document(path, data, key_lines(text))
+    for location, value in whole_numbers(data, ()):
+        if not -(2**63) <= value < 2**63:
+            raise DataError(
+                f"{document.where(location)}: {brief(str(value))} is beyond 64 bits; write a smaller number"
+            )
+    return document
+
+
+def whole_numbers(value: Any, location: Location) -> Iterator[tuple[Location, int]]:
+    """Every whole number of a document with its place."""
+    if isinstance(value, int):
+        yield location, value
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in inside:
+        yield from whole_numbers(inner, (*location, key))
+
+
+def _check_depth(path: Path, text: str) -> None:
+    """Refuse what no file means and what would take the reader's stack: brackets in brackets, keys of many parts.
+
+    Texts in quotes are left out first; one that is not closed is found by the reader.
+    """
+    open_brackets = 0
+    for number, line in enumerate(lines_of(_QUOTED.sub(_blanked, text)), 1):
+        if _LONG_KEY.search(line):
+            raise DataError(f"{path}:{number}: a key of more than {DEEPEST} parts; correct the line")
+        for character in line.partition("#")[0]:
+            open_brackets += (character in "[{") - (character in "]}")
+            if open_brackets > DEEPEST:
+                raise DataError(
+                    f"{path}:{number}: brackets are nested more than {DEEPEST} deep; correct the line"
+                )
+
+
+def _blanked(match: re.Match[str]) -> str:
+    """A text in quotes as a word of its own, with its line ends."""
+    return "t" + "\n" * match.group().count("\n")
 
 
 def _syntax(path: Path, text: str, message: str) -> str:
     """The complaint of tomllib with the line it is about, and what is usually wrong."""
     found = re.search(r"line (\d+)", message)
-    lines = text.splitlines()
+    lines = lines_of(text)
     number = int(found[1]) if found else len(lines)
     line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     fix = "texts need quotes, keys need ="
     if "verwrite" in message or "twice" in message or "more than once" in message:
         fix = "each key and each table is written once"
-    return f"{path}:{number}: not valid TOML: {message}: {line}\n    {fix}"
+    return f"{path}:{number}: not valid TOML: {brief(message, 120)}: {brief(line)}\n    {fix}"
 
 
 def file_named(text: str, folder: Path) -> Path | None:

@@ -32,6 +32,8 @@ from vcmm.nc.moves import Program
 from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import turns_with
 
+FAR = 100.0  # times the travel
+
 
 def set_up(scenario: CutScenario) -> PreparedCut:
     """Read, time and sweep the program; place the part. Raises DataError, UsageError and ModelLimit."""
@@ -40,6 +42,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     _check_lengths(scenario, program)
     _check_forces(scenario, program)
+    _check_ends(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
     job = _placed(scenario, program, path)
@@ -102,6 +105,19 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
             f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "
             "computed; leave out the effect, or stick_out and compliance of the tools where these bend them"
         )
+
+
+def _check_ends(scenario: CutScenario, program: Program) -> None:
+    """No move ends a hundred travels away: a length in a wrong unit, found before the motion there is calculated."""
+    for move in program.moves[1:]:
+        for i, letter in enumerate("XYZ"):
+            axis = scenario.machine.axes.get(letter)
+            q = move.end[i] + move.tool_offset[i]
+            if axis is not None and abs(q) > FAR * max(map(abs, axis.travel)):
+                raise ModelLimit(
+                    f"line {move.source.line} of the program leaves the machine: axis {letter} = {q:.6g} mm, its travel is "
+                    f"{axis.travel[0]:.6g} to {axis.travel[1]:.6g} mm; check work offset and tool length"
+                )
 
 
 def _check_travels(scenario: CutScenario, path: Toolpath) -> None:

@@ -8,6 +8,8 @@ from vcmm.core.errors import UsageError
 from vcmm.gps.decision import RULES
 
 ENGINES = ("auto", "montecarlo", "exact")
+MOST_TRIALS = 100_000_000_000  # five hours of two cores for a task of 28 inputs
+LARGEST_P = 0.999999  # beyond it no law of an Input is known
 REPORTED, CORRECTED = "reported", "corrected"
 
 
@@ -35,13 +37,19 @@ class Settings:
             raise UsageError(
                 f"{self.trials} trials are too few for a coverage interval; use at least 1000 (10^6 is usual)"
             )
+        if self.trials > MOST_TRIALS:
+            raise UsageError(
+                f"{self.trials:,} trials would take days, and at most {MOST_TRIALS:,} are run; 10^6 give U to three digits"
+            )
+        if not 0 <= self.seed < 2**63:
+            raise UsageError(f"seed = {self.seed}; a seed is a whole number from 0 to 2^63 - 1")
         if self.known_bias not in (REPORTED, CORRECTED):
             raise UsageError(f'known_bias = "{self.known_bias}"; allowed: {REPORTED}, {CORRECTED}')
         if self.digits not in (0, 1, 2, 3):
             raise UsageError(
                 f"{self.digits} digits cannot be reached by Monte Carlo in sensible time; use 1, 2 or 3"
             )
-        if not 0.5 <= self.p < 1:
+        if not 0.5 <= self.p <= LARGEST_P:
             raise UsageError(
-                f"coverage probability p = {self.p:g} must lie between 0.5 and 1, for example 0.95"
+                f"coverage probability p = {self.p:g} must lie between 0.5 and {LARGEST_P}, for example 0.95"
             )

@@ -27,6 +27,7 @@ from vcmm.part.part import Feature, normal, signed_distance, surface_point
 
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 FULL = 2.0 * math.pi
+MOST_POINTS = 1_000_000  # of one feature
 
 
 def _length(default: Any = 0.0) -> Any:
@@ -263,10 +264,18 @@ def _check_enough(feature: Feature, n: int) -> None:
 
 
 def _check_counts(feature: Feature, pattern: Pattern) -> None:
+    total = len(getattr(pattern, "at", (0.0,)))
     for key in ("n", "rings", "levels", "lines", "per_line"):
         counts = np.atleast_1d(getattr(pattern, key, 1))
         if not np.issubdtype(counts.dtype, np.integer) or np.any(counts < 1):
             raise UsageError(f"{_name(feature)}: {key} must be 1 or more, without a fraction.")
+        total *= math.prod(int(c) for c in counts)
+    if isinstance(pattern, Birdcage):
+        total = pattern.levels * pattern.n + pattern.lines * pattern.per_line
+    if total > MOST_POINTS:
+        raise UsageError(
+            f"{_name(feature)}: {total:,} points, at most {MOST_POINTS:,} are planned; reduce n."
+        )
 
 
 def _inner(feature: Feature, size: float, margin: float) -> float:
@@ -305,15 +314,11 @@ def _polar(f: Feature, p: Polar) -> Array:
 
 def _spread(f: Feature, p: Spread) -> Array:
     a, b = (_inner(f, size, p.margin) for size in f.extent)
-    index = np.arange(p.n)
+    index, bits = np.arange(p.n), (p.n - 1).bit_length()
     digits = np.zeros(p.n)
-    for k in range(max(1, (p.n - 1).bit_length())):  # van der Corput: the binary digits mirrored at the point
+    for k in range(max(1, bits)):  # van der Corput: the binary digits mirrored at the point
         digits += ((index >> k) & 1) * 0.5 ** (k + 1)
-    return surface_point(f, a * ((index + 0.5) / p.n - 0.5), b * (digits + 0.5 / _power_of_two(p.n) - 0.5))
-
-
-def _power_of_two(n: int) -> int:
-    return 1 << max(0, (n - 1).bit_length())
+    return surface_point(f, a * ((index + 0.5) / p.n - 0.5), b * (digits + 0.5 / 2**bits - 0.5))
 
 
 def _even(f: Feature, p: Even) -> Array:

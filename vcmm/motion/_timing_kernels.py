@@ -1,7 +1,7 @@
 """Numba twin of vcmm.motion.profile, and the recursion of the servo lag. Private; imported inside the calling functions.
 
 Same formulas in the same order; the slowest element and the largest needs of a stretch come from a tree of minima and
-maxima instead of slices. Keep all kernels in this one file, since numba's cache does not see changes in imports.
+maxima instead of slices.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vcmm.core._compile_kernels import njit
 
 Array = NDArray[Any]
 SAME = 1e-9

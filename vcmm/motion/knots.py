@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.motion.curves import Curves, Ints, largest_derivatives
 from vcmm.motion.timing import Timing
 
 Bools = np.typing.NDArray[np.bool_]
 NEAR = 1e-9  # s and mm: knots closer than this are one
+MOST_KNOTS = 10_000_000  # rows of a path: about 4 GB with their columns
 HALVINGS = 50
 LOOKS = 8  # parts of a rounding that are searched for a change of sign, one in each
 
@@ -49,6 +51,11 @@ def _divisions(timing: Timing, step: float, chord: float) -> Ints:
     bend = np.linalg.norm(largest_derivatives(timing.curves)[1][:, :3], axis=1)[e.curve]
     length = np.diff(e.edge)
     parts = np.maximum(length / step, length * np.sqrt(bend / (8 * chord)))
+    if parts.sum() > MOST_KNOTS:
+        raise ModelLimit(
+            f"the path is {length.sum():.3g} mm long: {parts.sum():.3g} rows at every {step:g} mm, at most {MOST_KNOTS:g} "
+            "are calculated; check units, tool lengths and repeats, or split the program"
+        )
     rounded = (timing.curves.arc[e.curve] < 0) & (bend > 0)
     least = np.where(rounded, 2, 1)  # the acceleration peaks amid a rounding
     out: Ints = np.maximum(np.ceil(parts * (1 - 1e-12)), least).astype(np.intp)

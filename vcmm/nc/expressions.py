@@ -134,6 +134,9 @@ def away_from_zero(x: float) -> float:
     return math.copysign(math.ceil(abs(x)), x)
 
 
+DEEPEST, MOST_TERMS = 64, 200  # of one block; controls allow fewer
+
+
 # -- reading ------------------------------------------------------------------------------------------------------------
 class Cursor:
     """Reads the tokens of one block from left to right. `at` is the index of the next token; end: column behind the last."""
@@ -193,6 +196,8 @@ class ExpressionReader(Cursor):
     """Reads values by precedence. A language says what a number and a variable look like (`atom`)."""
 
     grammar: Grammar
+    depth = 0  # brackets and signs that are open
+    terms = 0  # operators read so far
 
     def expression(self, lowest: int = 0) -> Value:
         """Values and the operators between them that bind tighter than `lowest`."""
@@ -200,6 +205,9 @@ class ExpressionReader(Cursor):
         levels = self.grammar.levels
         while (operator := self.upper()) in levels and levels[operator] > lowest:
             column = self.next().column
+            self.terms += 1
+            if self.terms > MOST_TERMS:
+                raise self.fault(f"more than {MOST_TERMS} operators in one block; split it", column)
             right = self.expression(levels[operator])
             left = self.kept(self.joined(operator, left, right, column))
         return left
@@ -210,6 +218,14 @@ class ExpressionReader(Cursor):
 
     def operand(self) -> Value:
         """A value with what stands before it."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise self.fault(f"brackets and signs are nested more than {DEEPEST} deep; simplify the block")
+        value = self._operand()
+        self.depth -= 1
+        return value
+
+    def _operand(self) -> Value:
         prefix = self.upper()
         if prefix in self.grammar.prefixes:
             self.at += 1

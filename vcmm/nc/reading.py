@@ -5,20 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from vcmm.core.errors import DataError
+from vcmm.core.text import raw_bytes
 from vcmm.nc.dialects import names
 from vcmm.nc.recognition import HERE, Candidate, candidates, told, unsure
 
 
 def read_bytes(path: Path) -> str:
     """The text of a program, line ends as they are. UTF-8, else Latin-1 (comments of old posts). Raises DataError."""
-    try:
-        raw = path.read_bytes()
-    except FileNotFoundError:
-        from vcmm.core.text import read_text
-
-        return read_text(path)  # says what lies beside it
-    except OSError as error:
-        raise DataError(f"{path}:1:1: the program cannot be read: {error.strerror}; check the name") from None
+    raw = raw_bytes(path)
     if b"\0" in raw:
         line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
         column = raw.index(b"\0") - (raw.rfind(b"\n", 0, raw.index(b"\0")) + 1) + 1

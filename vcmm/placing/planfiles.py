@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from vcmm.core.text import csv_of, quoted
 from vcmm.gps import characteristics as gps
 from vcmm.measuring.plan import Plan, Step
 from vcmm.measuring.qualification import Qualification
@@ -30,8 +31,8 @@ def plan_files(plan: Plan, qualifications: Mapping[str, Qualification] | None = 
     for i, step in enumerate(plan.steps, 1):
         file = f"plan-{i:02d}-{''.join(c if c.isalnum() else '_' for c in step.feature)}.csv"
         texts[file] = _points(step)
-        lines += ["", "[[steps]]", f"feature = {_text(step.feature)}", f"stylus = {_text(step.stylus)}"]
-        lines.append(f"points = {_text(file)}")
+        lines += ["", "[[steps]]", f"feature = {quoted(step.feature)}", f"stylus = {quoted(step.stylus)}"]
+        lines.append(f"points = {quoted(file)}")
         if step.approach is not None:
             lines.append(f"approach = [{', '.join(repr(float(v)) for v in step.approach[0])}]")
     return {"plan.toml": "\n".join(lines) + "\n", **texts}
@@ -40,9 +41,13 @@ def plan_files(plan: Plan, qualifications: Mapping[str, Qualification] | None = 
 def _stylus(plan: Plan, name: str, known: Qualification | None) -> list[str]:
     s = plan.styli[name]
     offset = " ".join(repr(float(v)) for v in s.offset)
-    out = [f"[styli.{_text(name)}]", f'offset = "{offset} mm"', f'tip_diameter = "{2.0 * s.tip_radius!r} mm"']
+    out = [
+        f"[styli.{quoted(name)}]",
+        f'offset = "{offset} mm"',
+        f'tip_diameter = "{2.0 * s.tip_radius!r} mm"',
+    ]
     out += [f'length = "{float(s.length)!r} mm"'] if s.length > 0.0 else []
-    out += [f"event = {_text(s.event)}"] if s.event else []
+    out += [f"event = {quoted(s.event)}"] if s.event else []
     if known is not None:
         sizes = (known.diameter, known.u_diameter, known.form)
         named = zip(("sphere_diameter", "u_diameter", "form"), sizes)
@@ -51,18 +56,12 @@ def _stylus(plan: Plan, name: str, known: Qualification | None) -> list[str]:
 
 
 def _points(step: Step) -> str:
-    rows = ["x_mm,y_mm,z_mm,nx,ny,nz"]
-    for p, n in zip(step.points, step.normals):
-        rows.append(",".join([*(f"{v:.9f}" for v in p), *(f"{v:.12f}" for v in n)]))
-    return "\n".join(rows) + "\n"
-
-
-def _text(value: str) -> str:
-    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    rows = [[*(f"{v:.9f}" for v in p), *(f"{v:.12f}" for v in n)] for p, n in zip(step.points, step.normals)]
+    return csv_of([["x_mm", "y_mm", "z_mm", "nx", "ny", "nz"], *rows])
 
 
 def _names(value: str | tuple[str, ...]) -> str:
-    return _text(value) if isinstance(value, str) else "[" + ", ".join(_text(v) for v in value) + "]"
+    return quoted(value) if isinstance(value, str) else "[" + ", ".join(quoted(v) for v in value) + "]"
 
 
 def plan_json(scenario: Scenario, result: PlanResult) -> dict[str, Any]:

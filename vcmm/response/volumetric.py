@@ -16,6 +16,7 @@ from vcmm.core.run import T0_DEG_C, Array, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+MOST_NODES = 10_000_000  # of a grid: 2 GB with their columns
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,11 @@ def grid(machine: Machine, nodes: int) -> Run:
     if nodes < 2:
         raise UsageError(f"a grid of {nodes} nodes per axis has no extent; use at least 2")
     letters = linear_axes(machine)
+    if nodes ** len(letters) > MOST_NODES:
+        raise UsageError(
+            f"{nodes} nodes per axis are {nodes ** len(letters):,} points, and at most {MOST_NODES:,} are mapped; "
+            f"use {int(MOST_NODES ** (1 / len(letters)))} or fewer"
+        )
     mesh = np.meshgrid(*(np.linspace(*machine.axes[a].travel, nodes) for a in letters), indexing="ij")
     n = mesh[0].size
     position = {a: m.ravel() for a, m in zip(letters, mesh)}

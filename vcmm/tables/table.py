@@ -6,13 +6,13 @@ finite, and shown as a dash. A row with an attribute `unit` ("rad") is written i
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Generic, Literal, TypeVar
+
+from vcmm.core.text import csv_of
 
 R = TypeVar("R")
 Unit = str  # "mm" or "rad": the unit of a row
@@ -163,11 +163,8 @@ def text(table: ResultTable[R]) -> str:
 def csv_text(table: ResultTable[R]) -> str:
     """The columns that have a CSV heading, one line per row."""
     columns = [c for c in table.columns if c.csv]
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(c.csv for c in columns)
-    writer.writerows([c.file(c.cell(row), unit_of(row)) for c in columns] for row in table.rows)
-    return out.getvalue()
+    rows = ([c.file(c.cell(row), unit_of(row)) for c in columns] for row in table.rows)
+    return csv_of([[c.csv for c in columns], *rows])
 
 
 def records(columns: Sequence[Column[R]], rows: Iterable[R]) -> list[dict[str, Any]]:

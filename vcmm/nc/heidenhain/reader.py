@@ -29,7 +29,7 @@ from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
 from vcmm.nc.tracer import Tracer, lines_with_ends
 
 __all__ = ["read", "tokenize"]
-LONGEST = 5_000_000  # blocks executed before a program counts as endless
+LONGEST = 500_000  # blocks executed again before a program counts as endless
 DEEPEST = 19  # nested subprograms, as on the control
 PARAXIAL = tuple(f"{i}{a}" for a in "XYZABCUVW" for i in ("", "I"))
 FREE = ("FL", "FC", "FLT", "FCT", "FPOL", "FSELECT")
@@ -81,9 +81,9 @@ class _Runner:
             line = self.lines[self.at]
             self.recorder.source = Source(line.number, line.first, line.last)
             self.executed += 1
-            if self.executed > LONGEST:
+            if self.executed > LONGEST + len(self.lines):
                 self.recorder.fault(
-                    f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its jumps"
+                    f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its jumps"
                 )
             self.at += 1
             try:

@@ -16,7 +16,7 @@ from vcmm.nc.search import find_file
 
 DEEPEST = 50
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
-MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
+MOST_REPEATED = 500_000  # blocks executed again, in loops and subprograms
 
 
 class Unfinished(Exception):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from vcmm.core.errors import did_you_mean
@@ -21,7 +22,7 @@ from vcmm.nc.sinumerik.text import VariableValue
 from vcmm.nc.sinumerik.traces import cuts_of
 from vcmm.nc.trace import ExecutedBlock, Tracing
 
-LONGEST = 5_000_000  # blocks executed before a program counts as endless
+LONGEST = 500_000  # blocks executed again before a program counts as endless
 UNSURE = 100_000  # the same where loops hang on values that are not known
 DEEPEST = 16  # nested subprograms, as on the control
 
@@ -49,6 +50,11 @@ class SinumerikRunner:
 
     def __post_init__(self) -> None:
         self.memory = SinumerikMemory(self.recorder)
+
+    @cached_property
+    def written(self) -> int:
+        """Blocks of the program as it stands."""
+        return sum(len(s.blocks) for s in self.sections.values())
 
     # -- environment --
     @property
@@ -127,15 +133,10 @@ class SinumerikRunner:
 
     def _count(self) -> None:
         self.executed += 1
-        if self.executed > UNSURE and not self.memory.sure:
+        if self.executed > LONGEST + self.written:
             self.recorder.assume(
-                "the end of a loop, which hangs on values that only the caller or the machine knows",
-                "the program is read no further",
-            )
-            self.ended = True
-        if self.executed > LONGEST:
             self.recorder.fault(
-                f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its loops and jumps"
+                f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its loops and jumps"
             )
 
     def _step(self, section: Section, at: int, block: SinumerikBlock) -> tuple[int, bool]:

@@ -1,0 +1,60 @@
+"""njit for the kernels of vcmm: compiled code is kept in the user's cache, under a key of all kernel sources.
+
+numba keeps what it compiled beside the source, which an installed package may not let it, and looks at the time of that
+one file only: a kernel that calls one of another file would keep the old one. NUMBA_CACHE_DIR names another place.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+
+PACKAGE = Path(__file__).parent.parent
+
+
+def sources_key(package: Path = PACKAGE) -> str:
+    """A key of all kernel sources and of what compiles them, 16 hexadecimal digits."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    for file in sorted(package.rglob("*_kernels.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder() -> tuple[Path, bool]:
+    """(folder for compiled code, whether it outlives this process): the user's cache, else a folder for the moment."""
+    home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    named = vars(numba.config)["CACHE_DIR"]
+    try:
+        base = Path(named) if named else (Path(home) if home else Path.home() / ".cache") / "vcmm" / "numba"
+        folder = base / sources_key()
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder, True
+    except (OSError, RuntimeError):  # RuntimeError: there is no home
+        pass
+    return Path(tempfile.mkdtemp(prefix="vcmm-kernels-")), False
+
+
+FOLDER, KEPT = cache_folder()
+
+
+def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """numba.njit whose cache is FOLDER; the settings of other users of numba in this process stay as they are."""
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        settings = vars(numba.config)
+        before = settings["CACHE_DIR"]
+        settings["CACHE_DIR"] = str(FOLDER)  # read when a function is decorated
+        try:
+            return numba.njit(**options)(function)
+        finally:
+            settings["CACHE_DIR"] = before
+
+    return compiled
