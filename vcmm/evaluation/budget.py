@@ -36,6 +36,9 @@ def budget_line(
 
 def unit_of(world: World, one: Input) -> str:
     """The unit of the parameter or column, as files write it; degC for temperatures."""
+    if one.members:
+        units = {unit_of(world, m) for m in one.members}
+        return units.pop() if len(units) == 1 else ""
     if one.is_channel:
         unit = channel_unit(one.parameter)
         return "degC" if unit == "K" else unit
@@ -48,6 +51,8 @@ def unit_of(world: World, one: Input) -> str:
 
 def estimate(world: World, one: Input) -> float | None:
     """The number in the machine file or the run, canonical unit; None for arrays."""
+    if one.members:
+        return None
     if one.is_channel:
         return float(np.mean(world.machine_of(one)[1].column(one.parameter)))
     effect = targets(world.machine_of(one)[0], one)[0]
@@ -57,6 +62,8 @@ def estimate(world: World, one: Input) -> float | None:
 
 def words(world: World, one: Input) -> str:
     """The Input in plain words: "expansion coefficient of the part", "temperature part"."""
+    if one.members:
+        return one.evidence if one.shares is not None else "known together, correlated"
     if one.is_channel:
         name = one.parameter.rsplit("_", 1)[0].replace("temp_", "temperature ").replace("_", " ")
         return f"{name}, true minus reading" if name.startswith("temperature") else name
