@@ -41,6 +41,7 @@ PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share o
 CURVATURE = (
     0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
 )
+NOTHING = 1e-6  # mm or rad: of a U below a nanometre, where nothing uncertain acts, no share is told
 ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
 SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
@@ -229,8 +230,9 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
     if outcome.tier == EXACT or not np.isfinite(outcome.linear_error):
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
-    too_large = outcome.linear_error > ERROR_SHARE * max((high - low) / 2, 1e-12)
-    return "the linear model errs by more than a tenth of U" if too_large else ""
+    half = (high - low) / 2
+    most = ERROR_SHARE * half if half > NOTHING else NOTED
+    return "the linear model errs by more than a tenth of U" if outcome.linear_error > most else ""
 
 
 def _perfect(task: Task) -> Array:
