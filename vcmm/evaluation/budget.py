@@ -11,6 +11,7 @@ from vcmm.core.units import channel_unit, in_unit
 from vcmm.evaluation.montecarlo import Term
 from vcmm.evaluation.result import BudgetLine
 from vcmm.evaluation.world import World
+from vcmm.part.part import Characteristic
 from vcmm.response.influence import Influence
 
 
@@ -31,6 +32,16 @@ def budget_line(
         redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
         sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
         evidence=one.evidence,
+    )  # fmt: skip
+
+
+def form_line(c: Characteristic, u_i: float, u: float) -> BudgetLine:
+    """What the points do not meet of the form: from part to part of a family of forms."""
+    name = ", ".join(c.of)
+    return BudgetLine(
+        input=f"form[{name}].between points", what=f"form of {name} between the points", distribution="family of forms",
+        dof=float("inf"), redraw="part", estimate=None, u_input=None, unit="", sensitivity=None, u=u_i,
+        share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"), evidence="default family of forms",
     )  # fmt: skip
 
 
