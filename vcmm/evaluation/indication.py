@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from vcmm.evaluation.result import CharacteristicResult
-from vcmm.evaluation.truth import Statement
+from vcmm.evaluation.result import CharacteristicResult, TrueValue
+from vcmm.evaluation.summary import Summary
+from vcmm.evaluation.truth import Additive, Predicted, Statement
 from vcmm.gps.decision import GUARD_BAND, Decision, decide, undecided
 
 
@@ -19,9 +20,14 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     said = result.truth.given(y, result.p, result.interval_kind, limits)
     half = (said.interval[1] - said.interval[0]) / 2
     known = math.isfinite(result.u) and result.u > 0
+    half = result.half_width or half
+    true = None
+    if result.extreme and not isinstance(result.truth, Predicted):
+        true = TrueValue(said.estimate, said.interval, result.coverage_shown)
+    law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
-        result, value=said.estimate, interval=said.interval, k=half / result.u if known else math.nan,
-        decision=_decision(result, said, rule),
+        result, summary=law if isinstance(law, Summary) else None, value=y if result.extreme else said.estimate, interval=said.interval,
+        k=half / result.u if known else math.nan, decision=_decision(result, said, rule), true_value=true,
     )  # fmt: skip
 
 

@@ -42,6 +42,15 @@ class BudgetLine:
     evidence: str
 
 
+@dataclass(frozen=True)
+class TrueValue:
+    """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it."""
+
+    estimate: float
+    interval: tuple[float, float]
+    claimed: bool
+
+
 @dataclass(frozen=True, eq=False)
 class CharacteristicResult:
     """Result of one characteristic; lengths in mm, angles in rad (`unit`).
@@ -80,10 +89,16 @@ class CharacteristicResult:
     one_sided: bool = False  # the lower limit is a bound of nature
     why_not_shown: str = ""  # why the coverage is not shown; empty where it is
     truth: Truth | None = None
+    half_width: float | None = (
+        None  # U of a part that is off as far as it may be, where U depends on the true value
+    )
+    true_value: TrueValue | None = None  # of extreme values
 
     @property
     def expanded(self) -> float:
-        """U: half the width of the coverage interval."""
+        """U: half the width of the coverage interval; of an extreme value that of parts off as far as the zone allows."""
+        if self.half_width is not None:
+            return self.half_width
         return (self.interval[1] - self.interval[0]) / 2
 
     def plot(self, ax: Axes | None = None) -> Axes:

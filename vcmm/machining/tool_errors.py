@@ -20,7 +20,7 @@ import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import targets
+from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.machining.zero_setting import Ints, ZeroRows
@@ -131,4 +131,4 @@ class ToolSide:
 
 
 def _acts(machine: Machine, one: Input) -> bool:
-    return any(e.name == one.effect for e in machine.effects) and bool(targets(machine, one))
+    return any(acted_on(machine, single) for single, _ in one.scalars)

@@ -133,8 +133,13 @@ class SinumerikRunner:
 
     def _count(self) -> None:
         self.executed += 1
-        if self.executed > LONGEST + self.written:
+        if self.executed > UNSURE + self.written and not self.memory.sure:
             self.recorder.assume(
+                "the end of a loop, which hangs on values that only the caller or the machine knows",
+                "the program is read no further",
+            )
+            self.ended = True
+        if self.executed > LONGEST + self.written:
             self.recorder.fault(
                 f"more than {LONGEST} blocks have been executed again; the program seems to be endless, check its loops and jumps"
             )
