@@ -131,7 +131,8 @@ class Declared:
     holds_table_edits  every edit of a stored table of one axis is a special case of it
     simple             its one number is the same wherever it is looked at; a curve that is mostly that is called so
     free_curve         a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
-    as_one             the one number that stands for an array: "rms", "sd", or "amplitude" and "arm" for the length
+    as_one             the one number that stands for an array: "rms", "sd", or for the length "amplitude", "arm" and, where
+                       its elements are named too, the parameter itself
     several            it moves several directions at once: its forms are tried from the first, and the first counts of which
                        every number shows
     taken_up           parameter that is a way lost at a reversal: nearer to it rows may stand on either side

@@ -103,6 +103,43 @@ def _checked(
     return replace(recording, missing=missing_columns(recording.run, machine)), machine
 
 
+def recording_file(path: str | Path) -> Path:
+    """The recording file of some data: the file itself, or the one beside a table that names it. Raises DataError for none."""
+    path = Path(path)
+    if path.suffix.lower() == ".toml":
+        return path
+    beside = [p for p in sorted(path.parent.glob("*.toml")) if _names_data(p, path.name)]
+    if len(beside) == 1:
+        return beside[0]
+    said = (
+        f"{' and '.join(p.name for p in beside)} name it; give one of them"
+        if beside
+        else "no file beside it names it"
+    )
+    raise DataError(
+        f'{path}: these are the data of a recording, and {said}. A recording file says what they are: vcmm = "recording/1", '
+        f'data = "{path.name}", machine = "machine.toml", kind = "probe"'
+    )
+
+
+def _names_data(path: Path, name: str) -> bool:
+    try:
+        data = read_toml(path).data
+    except DataError:
+        return False
+    return str(data.get("vcmm", "")).startswith("recording/") and data.get("data") == name
+
+
+def machine_of(path: str | Path) -> tuple[Path | None, str]:
+    """The machine file that a recording names (None where it holds the machine itself), and what is in it."""
+    document = read_toml(path)
+    value = document.data.get("machine")
+    if not isinstance(value, str):
+        return None, repr(value)
+    file = document.path.parent / value
+    return file, file.read_text(encoding="utf-8-sig") if file.exists() else value
+
+
 def _machine(document: Document, problems: Problems) -> Machine | None:
     """The machine that the file names or holds; None where there is none, which is noted."""
     value = document.data.get("machine")
@@ -295,4 +332,4 @@ def missing_columns(run: Run, machine: Machine) -> tuple[str, ...]:
     return (*columns, *(label for label in LABELS if label not in run.labels))
 
 
-__all__ = ["RecordingFile", "load_recording", "missing_columns"]
+__all__ = ["RecordingFile", "load_recording", "machine_of", "missing_columns", "recording_file"]

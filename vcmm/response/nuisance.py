@@ -33,6 +33,7 @@ from vcmm.response.recording import Ints, Recording
 
 # Air near 20 degC, 1013.25 hPa, 50 %: d(index)/d(...) from Ciddor, Applied Optics 35 (1996) 1566, 633 nm
 INDEX_PER = {"temp_air_C": -0.93e-6, "pressure_hPa": 0.27e-6, "humidity_pct": -0.0085e-6}
+NO_COPY = "-"  # value of a label in whose rows there is no such nuisance
 NOTHING = 1e-10  # a column below this, in units of its arm, changes nothing
 
 
@@ -79,6 +80,8 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
     for word, label in recording.nuisance.items():
         values, codes = recording.groups(label)
         for code, value in enumerate(values):
+            if value == NO_COPY:
+                continue
             group = _LabelGroup(recording, run, np.flatnonzero(codes == code), machine)
             where = f"[{label}={value}]" if value else ""
             for part, values_here in _columns(word, group):
