@@ -1,8 +1,8 @@
 """Recording files: recording/1 TOML and its data to a Recording and the Machine it was made on.
 
 `format` says how the data are written: "table" (columns of a recording, the default), "points" (nominal and measured
-points of a CMM), "iso230" (positioning runs), "rtl" (laser), "scope" (trace of a controller). All give the same thing;
-what follows (logs, history of the axes, nuisance, noise) does not know which it was.
+points of a CMM), "iso230" (positioning runs), "rtl" (laser), "scope" (trace of a controller), "tpoint" and "altaz" (pointing
+lists), "klipper" (thermal logs). All give the same thing; what follows (logs, history of the axes, nuisance, noise) does not know which it was.
 """
 
 from __future__ import annotations
@@ -16,31 +16,23 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.axes import LETTERS, is_rotary
+from vcmm.core.axes import LETTERS
 from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.core.machine import Machine
-from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import LABELS, read_csv, run_columns
-from vcmm.files.iso230 import read_iso230, recording_of_runs
 from vcmm.files.logs import interpolated, read_logs, with_readings
 from vcmm.files.machine import machine_from
-from vcmm.files.observations import OBSERVED, Sense, read_observations
-from vcmm.files.point_table import read_points
+from vcmm.files.observations import OBSERVED
 from vcmm.files.problems import Problems
+from vcmm.files.recording_data import read_data
 from vcmm.files.recording_tables import (
-    LineTable,
     RecordingFile,
-    ScopeTable,
-    StylusTable,
     check_words,
     noise_law,
-    other_positions,
 )
-from vcmm.files.rtl import read_rtl
 from vcmm.files.schema import checked_model
-from vcmm.files.scope import read_scope, recording_of_scope
 from vcmm.files.toml import Document, check_version, read_toml
 from vcmm.response.indexing import settled
 from vcmm.response.logs import with_logs
@@ -80,7 +72,7 @@ def _checked(
         noise = problems.attempt(("noise",), partial(noise_law, model.noise, model.kind == "angle"))
     folder = document.path.parent
     logs = problems.attempt(("series",), lambda: read_logs([folder / s.data for s in model.series]))
-    recording = problems.attempt(("data",), lambda: _read(model, folder / model.data, machine, problems))
+    recording = problems.attempt(("data",), lambda: read_data(model, folder / model.data, machine, problems))
     if recording is None or machine is None or logs is None or problems.found:
         return None
     name, data = model.name or document.path.stem, folder / model.data
@@ -158,50 +150,6 @@ def _machine_file(path: Path) -> Machine:
     other = read_toml(path)
     check_version(other, "machine")
     return machine_from(other, other.data, ())
-
-
-def _read(model: RecordingFile, path: Path, machine: Machine | None, problems: Problems) -> Recording | None:
-    """The data in their format; None where the machine is not known."""
-    if model.shape == "table":
-        fixed = bool({"station", "centre"} & set(model.nuisance))
-        return read_observations(path, machine, Sense(model.kind, model.measuring, fixed), model.name)
-    if machine is None:
-        return None
-    if model.shape == "points":
-        stylus = model.stylus or StylusTable()
-        pose = model.pose and Pose.from_turns(np.array(model.pose.shift), np.array(model.pose.turn))
-        radius = stylus.tip_diameter / 2
-        return read_points(path, machine, pose or Pose.identity(), offset=np.array(stylus.offset), tip_radius=radius, kind=model.kind, measuring=model.measuring)  # fmt: skip
-    if model.shape == "scope":
-        return _read_scope(model, path, machine, problems)
-    runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)
-    line = model.line or LineTable()
-    axis = line.axis or runs.axis
-    if not axis:
-        raise UsageError(f'{path.name} does not name its axis; add [line] with axis = "X"')
-    _check_kind(model, "angle" if is_rotary(axis) else "displacement")
-    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, (axis,)))
-    return (
-        None
-        if at is None
-        else recording_of_runs(runs, machine, axis, at, np.array(line.offset), model.measuring)
-    )
-
-
-def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
-    scope = read_scope(path, model.scope or ScopeTable())
-    axes = tuple(scope.commanded)
-    _check_kind(model, "angle" if is_rotary(axes[0]) else "path")
-    line = model.line or LineTable()
-    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, axes))
-    return (
-        None if at is None else recording_of_scope(scope, machine, at, np.array(line.offset), model.measuring)
-    )
-
-
-def _check_kind(model: RecordingFile, due: str) -> None:
-    if model.kind != due:
-        raise UsageError(f'{model.data} holds a recording of kind "{due}"; write kind = "{due}"')
 
 
 def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool) -> Recording:
