@@ -134,7 +134,7 @@ def _stars(
     star = lifted(direction_of(sidereal - ra, dec), latitude, conditions[6], conditions[7])
     first = np.mod(np.pi - sidereal + read_ra, 2 * np.pi) - np.pi
     down = np.array([-np.cos(latitude), 0.0, -np.sin(latitude)])
-    return Pointings(first, -read_dec, star, down, {}, {}, lines)
+    return Pointings(first, -read_dec, seen=star, down=down, columns={}, labels={}, lines=lines)
 
 
 def _numbers(line: str) -> list[float]:
@@ -225,9 +225,9 @@ def read_altaz(path: str | Path) -> Pointings:
     return Pointings(
         first,
         -read[1],
-        direction_of(*true),
-        np.array([0.0, 0.0, -1.0]),
-        columns,
-        labels,
-        np.array(sheet.lines),
+        seen=direction_of(*true),
+        down=np.array([0.0, 0.0, -1.0]),
+        columns=columns,
+        labels=labels,
+        lines=np.array(sheet.lines),
     )

@@ -21,7 +21,7 @@ from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.files.columns import LABELS, read_csv, run_columns
+from vcmm.files.columns import LABELS, run_columns
 from vcmm.files.logs import interpolated, read_logs, with_readings
 from vcmm.files.machine import machine_from
 from vcmm.files.observations import OBSERVED
@@ -78,7 +78,7 @@ def _checked(
     name, data = model.name or document.path.stem, folder / model.data
     recording = replace(recording, name=name, nuisance=model.nuisance, noise=noise)
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
-        ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
+        ("data", partial(_on_machine, machine=machine, data=data)),
         ("series", lambda r: replace(r, run=with_readings(with_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
         ("nuisance", _with_labels),
@@ -152,20 +152,17 @@ def _machine_file(path: Path) -> Machine:
     return machine_from(other, other.data, ())
 
 
-def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool) -> Recording:
-    """Unchanged, after all rows were found within the travels. Raises DataError with the line of the data.
-
-    sheet: the data are a table with one line per row.
-    """
+def _on_machine(recording: Recording, machine: Machine, data: Path) -> Recording:
+    """Unchanged, after all rows were found within the travels. Raises DataError, with the line of the data where it is known."""
     try:
         machine.prepare(recording.run)
     except ModelLimit as error:
-        if error.row is None or not sheet:
+        if error.row is None or recording.lines is None:
             raise DataError(f"{data}: {error}") from None
-        table, end = read_csv(data), ""
-        if error.row >= len(table.rows):
+        lines, end = recording.lines, ""
+        if error.row >= len(lines):
             end = '; this is the second end, from_x_mm ...: for a fixed station write [nuisance] station = ""'
-        raise DataError(f"{table.at(error.row % len(table.rows))}: {_without_row(error)}{end}") from None
+        raise DataError(f"{data}:{lines[error.row % len(lines)]}: {_without_row(error)}{end}") from None
     return recording
 
 
