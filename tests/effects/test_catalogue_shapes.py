@@ -68,14 +68,14 @@ def test_a_plate_that_was_held_convex():
 
 
 def test_play_along_a_ramp():
-    # gap 20 um, taken up over 0.4 mm, moving up: at the reversal still +10 um, half way 0, after 0.4 mm -10 um
-    effect = BacklashRamp("X", 20e-3, 0.4)
-    for since, expected in ((0.0, 10e-3), (0.2, 0.0), (0.4, -10e-3), (5.0, -10e-3)):
+    # gap 20 um, 12 um of it made up over 0.4 mm, moving up: -10 um at the reversal, half way -7 um, from 0.4 mm on -4 um
+    effect = BacklashRamp("X", 20e-3, 12e-3, 0.4)
+    for since, expected in ((0.0, -10e-3), (0.2, -7e-3), (0.4, -4e-3), (5.0, -4e-3)):
         run = one_row(sense_X=1.0, since_reversal_X_mm=since)
         assert effect.error_motion(run)[0, 0] == pytest.approx(expected, abs=1e-15)
     assert BacklashRamp("C").required() == ("sense_C", "since_reversal_C_rad")
     with pytest.raises(UsageError, match="distance must be positive"):
-        BacklashRamp("X", 1e-3, 0.0)
+        BacklashRamp("X", 1e-3, distance=0.0)
 
 
 def test_play_that_grows_with_the_load():

@@ -1,4 +1,4 @@
-"""Play that is no step: taken up along a ramp after the reversal, or growing with what the axis carries."""
+"""Play that is no step: partly made up along a way after the reversal, or growing with what the axis carries."""
 
 from __future__ import annotations
 
@@ -17,25 +17,23 @@ LONGEST = 3.0  # mm or rad: of the ways that are tried
 
 @dataclass(frozen=True, eq=False)
 class BacklashRamp(Effect):
-    """-1/2 gap d_a (2 s / distance - 1) e_a up to s = distance, then backlash: the gap is taken up along a way of its own.
+    """-1/2 (gap - ramp s / distance) d_a e_a up to s = distance, then -1/2 (gap - ramp) d_a: play partly made up on the way.
 
-    The second shape of backlash, and reported as such. s is the distance since the last reversal. For a distance as long as
-    the gap this is the play itself, looked at while it is crossed; a longer one is the yield of a drive under friction.
+    The second shape of backlash, and reported as such. s is the distance since the last reversal. A slide that hangs back by
+    the whole gap at first and creeps after it, because friction lets go or a counterweight takes over.
     """
 
     name = "backlash_ramp"
     family: ClassVar[str] = "backlash"
     per = "axis"
     needs = ("sense_{axis}", "since_reversal_{axis}_mm")
-    cites = "play operator of Krasnosel'skii & Pokrovskii (1989) with a compliant flank; ISO 230-2:2014, 2.16"
+    cites = "ISO 230-2:2014, 2.16; friction that falls after a reversal: Armstrong et al., Automatica 30 (1994) 1083"
     prior = Prior(share=0.3)  # most recordings have no row on the ramp
     axis: str = at("X", "linear or rotary axis")
-    gap: float = param(0.0, "um", "lost motion far from the reversal", typical=Typical(1 * UM, "as backlash"))
+    gap: float = param(0.0, "um", "lost motion at the reversal", typical=Typical(1 * UM, "as backlash"))
+    ramp: float = param(0.0, "um", "what of it is made up on the way", typical=Typical(1 * UM, "as backlash"))
     distance: float = param(
-        0.1,
-        "mm",
-        "way after a reversal along which the gap is taken up",
-        scan=(0.01, 0.03, 0.1, 0.3, 1.0, 3.0),
+        0.3, "mm", "way after a reversal on which it is made up", scan=(0.03, 0.1, 0.3, 1.0, 3.0)
     )
 
     def __post_init__(self) -> None:
@@ -52,14 +50,14 @@ class BacklashRamp(Effect):
         return columns if self.axis in "XYZ" else tuple(c.replace("_mm", "_rad") for c in columns)
 
     def told_by(self, run: Run) -> bool:
-        """Some row stands on the shortest ramp that is tried, or between two of them."""
+        """Rows stand on the ways that are tried, and not at their ends only."""
         since = run.columns.get(self.required()[1])
         return since is not None and len(np.unique(since[since < LONGEST])) > 2
 
     def error_motion(self, run: Run) -> Array:
         sense, since = (run.column(c) for c in self.required())
-        ramp = np.minimum(2.0 * since / self.distance, 2.0) - 1.0
-        return motion(run, **{self.axis: -0.5 * self.gap * sense * ramp})
+        gap = self.gap - self.ramp * np.minimum(since / self.distance, 1.0)
+        return motion(run, **{self.axis: -0.5 * gap * sense})
 
 
 @dataclass(frozen=True, eq=False)
