@@ -135,6 +135,7 @@ class Declared:
                        its elements are named too, the parameter itself
     several            it moves several directions at once: its forms are tried from the first, and the first counts of which
                        every number shows
+    one_sided          its one linear number is never negative: a square, a length
     taken_up           parameter that is a way lost at a reversal: nearer to it rows may stand on either side
     over_raw_scale     periodic over the raw reading of the scale where that was recorded
     stored             parameter that holds the numbers of a stored error table
@@ -160,6 +161,7 @@ class Declared:
     free_curve: ClassVar[bool] = False
     as_one: ClassVar[str] = "rms"
     several: ClassVar[bool] = False
+    one_sided: ClassVar[bool] = False
     taken_up: ClassVar[str] = ""
     over_raw_scale: ClassVar[bool] = False
     stored: ClassVar[str] = ""
