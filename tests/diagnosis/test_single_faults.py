@@ -23,6 +23,7 @@ from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.scans import trials
 from vcmm.diagnosis.select import Setting, _simplest, joint
+from vcmm.effects.flexure import CrossAxisFlexure
 from vcmm.effects.probe import ProbeLobing
 from vcmm.effects.squareness import RotaryLocation
 from vcmm.pages.diagnosis import _said
@@ -205,3 +206,14 @@ def test_a_number_that_would_have_to_be_negative_is_no_answer():
     assert scores["cosine_error"][0] < -600
     assert scores["cosine_error"][1] > 10
     assert min(scores["scale_factor"]) > 10
+
+
+def test_a_ram_does_not_droop_along_its_own_way():
+    # on a laser along X a flexure over X^2 or X^3 with a long wave beside it stood for any change of the map EXX
+    powers = [c["power"] for c, _ in trials(CrossAxisFlexure("Y", "X", "x"), Run({}, np.zeros((1, 3))))]
+    assert powers == [1]
+    assert [c["power"] for c, _ in trials(CrossAxisFlexure("Y", "X", "z"), Run({}, np.zeros((1, 3))))] == [
+        1,
+        2,
+        3,
+    ]
