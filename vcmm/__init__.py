@@ -34,6 +34,7 @@ _HOME = {
     "field": "vcmm.response.volumetric",
     "place": "vcmm.api",
     "diagnose": "vcmm.diagnosis.job",
+    "diagnose_several": "vcmm.diagnosis.several",
     "cut": "vcmm.machining.job",
     "compensate": "vcmm.compensating.job",
     "calibrate": "vcmm.calibrating.job",

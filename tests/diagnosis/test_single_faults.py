@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from tests.diagnosis import generator as make
+from tests.diagnosis.test_kinds import laser
 from vcmm.core.history import row_history
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
@@ -22,6 +23,7 @@ from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.scans import trials
 from vcmm.diagnosis.select import Setting, _simplest, joint
+from vcmm.effects.flexure import CrossAxisFlexure
 from vcmm.effects.probe import ProbeLobing
 from vcmm.effects.squareness import RotaryLocation
 from vcmm.pages.diagnosis import _said
@@ -190,3 +192,28 @@ def test_of_two_names_with_one_column_the_one_without_a_free_distance_stands():
     assert _simplest(memory, scores, options, state, setting) == play
     scores[memory] = 2.5
     assert _simplest(memory, scores, options, state, setting) == memory
+
+
+def test_a_number_that_would_have_to_be_negative_is_no_answer():
+    # a beam askew reads too much, so the machine appears too short: of an axis that goes too far it is no cause
+    problem = make_problem(laser(lambda q, s: 8e-6 * q), make.machine())
+    known = [f for f in catalogue(problem).families if f.name in ("cosine_error", "scale_factor")]
+    found = dictionary(known, problem.whitener())
+    y = problem.whitener().apply(problem.residual)
+    scores = {
+        f.name: scorer(found).scores(np.stack([y, -y], axis=1))[i] for i, f in enumerate(found.families)
+    }
+    assert scores["cosine_error"][0] < -600
+    assert scores["cosine_error"][1] > 10
+    assert min(scores["scale_factor"]) > 10
+
+
+def test_a_ram_does_not_droop_along_its_own_way():
+    # on a laser along X a flexure over X^2 or X^3 with a long wave beside it stood for any change of the map EXX
+    powers = [c["power"] for c, _ in trials(CrossAxisFlexure("Y", "X", "x"), Run({}, np.zeros((1, 3))))]
+    assert powers == [1]
+    assert [c["power"] for c, _ in trials(CrossAxisFlexure("Y", "X", "z"), Run({}, np.zeros((1, 3))))] == [
+        1,
+        2,
+        3,
+    ]

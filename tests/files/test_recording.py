@@ -10,6 +10,7 @@ import pytest
 
 from tests import build
 from tests.conftest import data_file
+from tests.recordings.convert import plug_plate
 from vcmm.core.errors import DataError
 from vcmm.core.laws import Normal, StudentT
 from vcmm.effects.scale import ScaleFactor
@@ -445,9 +446,16 @@ def test_centres_of_holes_are_known_in_x_and_y(tmp_path):
         ("x,y,mx,my,mz\n1,2,1,2,3\n", "its nominal column z is missing"),
         ("x,y,z,i,j,mx,my,mz\n1,2,3,1,0,1,2,3\n", "found i j"),
         ("x,y,z,i,j,k,mx,my,mz\n1,2,3,1,1,1,1,2,3\n", "data.csv:2: i j k has the length 1.732"),
-        ("x,y,z,mx,my,mz,dx\n1,2,3,1,2,3,0\n", "measured x and deviation x"),
+        (
+            "x,y,z,mx,my,mz,dx\n1,2,3,1,2,3,0.01\n",
+            "data.csv:2: deviation x = 0.01, but measured - nominal is 0",
+        ),
         ("x,nom_x,y,z,mx,my,mz\n1,1,2,3,1,2,3\n", '"nom_x" means x, which is there already'),
-        ("x,y,z,mx,my,mz,form\n1,2,3,1,2,3,0\n", 'unknown column "form"'),
+        ("x,y,z,mx,my,mz,shape\n1,2,3,1,2,3,0\n", 'unknown column "shape"'),
+        (
+            "Plate\n\n  Meas X   Meas Y   Nom X   Nom Y\n 1.0 2.0 1.0 2.0\n 1.0 2.0 1.0\n",
+            "data.csv:5: 3 cells where line 3 names 4",
+        ),
         ("x,y,z,mx,my,mz\n900,2,3,900,2,-\n", '"-" in column mz'),
         ("x,y,z,mx,my,mz\n10,900,0,10,900,0\n", "data.csv:2: axis X = -800 mm"),
     ],
@@ -567,3 +575,30 @@ def test_a_direction_that_no_column_of_the_run_holds_is_written(tmp_path):
     save_recording(bare, tmp_path / "again" / "copy.toml", machine="../machine.toml")
     again, _ = load_recording(tmp_path / "again" / "copy.toml")
     assert again.direction == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, 0.6, 0.8]]))
+
+
+def test_a_printed_list_of_a_measuring_machine(tmp_path):
+    # head, names two blanks apart, a deviation that is measured - nominal once more, diameters and roundness of the holes
+    data = (
+        "Plug Plate: 1597A\r\nDate: 2003-10-17\r\n\r\n"
+        "    Meas X    Meas Y     Nom X     Nom Y     Err X     Err Y  Meas D   Nom D   Round\r\n"
+        "   -73.126    21.717   -73.140    21.705     0.014     0.012   2.174   2.167   0.007\r\n"
+        "    31.288    24.188    31.279    24.187     0.009     0.001   2.171   2.167   0.018\r\n"
+    )
+    found = read(tmp_path, POINTS, data)
+    assert found.value * 1e3 == pytest.approx([14.0, 12.0, 9.0, 1.0])
+    assert found.run.n == 2
+
+
+def test_a_published_plate_is_read_as_it_was_converted(tmp_path):
+    source = data_file("data/recordings/sdss_plugplate_cmm/D1597A_orig_meas_2003.txt")
+    known, _ = load_recording(plug_plate(source, tmp_path / "known"))
+    (tmp_path / "plate.txt").write_bytes(source.read_bytes())
+    (tmp_path / "recording.toml").write_text(
+        'vcmm = "recording/1"\ndata = "plate.txt"\nmachine = "known/machine.toml"\nkind = "path"\nformat = "points"\n'
+        'history = "none"\n[nuisance]\nrigid = ""\n'
+    )
+    found, _ = load_recording(tmp_path / "recording.toml")
+    assert found.m == known.m == 1300
+    assert np.abs(found.value - known.value).max() < 6e-5  # the converter writes 0.1 um
+    assert found.run.q("X") == pytest.approx(known.run.q("X"))

@@ -12,7 +12,7 @@ import pytest
 from tests.house.other_effects import PACKAGE, files, in_a_child, names_of, without
 from tests.house.test_layers import inner_imports, sources, tree, within
 from vcmm.core.declaration import OWNERS, ROLES
-from vcmm.core.effect import Effect, parameter_fields
+from vcmm.core.effect import Effect, parameter_fields, place_fields
 from vcmm.effects import ALL, BY_NAME, has_role, made_for, of_role
 
 MADE_OF_EFFECTS = ("effects", "papers", "cases")  # a paper's twin is made of certain effects
@@ -124,14 +124,22 @@ def test_declarations_mean_something(kind: type[Effect]):
     """Words of a declaration that nobody reads would be a fact that is lost."""
     assert kind.belongs_to in OWNERS
     assert kind.on_cut_part in ("", "turned", "stated")
-    assert kind.as_one in ("rms", "sd", "amplitude", "arm")
-    assert not kind.family or not kind.words, "it is reported in the words of its family"
     parameters = {f.name for f in parameter_fields(kind)}
+    assert kind.as_one in ("rms", "sd", "amplitude", "arm") or (kind.several and kind.as_one in parameters)
+    first = BY_NAME.get(kind.family)
+    assert not kind.words or first is None or places(kind) != places(first), (
+        "it is reported in the words of its family"
+    )
     assert {kind.stored, kind.taken_up} <= {"", *parameters}
     if kind.words:
         shown = {*parameters, *kind.aliases, "amplitude", kind.as_one}
         opposite = () if kind.words.opposite is None else (kind.words.opposite.parameter,)
         assert {*kind.words.signed, *opposite} <= shown
+
+
+def places(kind: type[Effect]) -> set[str]:
+    """What an answer says of where it sits."""
+    return {f.name for f in place_fields(kind) if not f.metadata["quiet"]}
 
 
 @pytest.mark.parametrize(

@@ -114,3 +114,20 @@ def test_a_radius_needs_normals():
     bare = replace(rec, run=replace(rec.run, columns={}))
     with pytest.raises(ModelLimit, match="radius needs the normal"):
         nuisance(bare, radius="")
+
+
+def test_a_profile_leaves_the_reversal():
+    """Three places from both sides: one free value each. A wave of 20 um of the sensor goes, a reversal of 2 um stays."""
+    rec = recording([[0, 0, 0], [50, 0, 0], [100, 0, 0], [100, 0, 0], [50, 0, 0], [0.004, 0, 0]], [X] * 6)
+    found = nuisance(rec, profile="")
+    assert found == {
+        "profile.place_1": [1.0, 0, 0, 0, 0, 1.0],  # 4 um apart is one target
+        "profile.place_2": [0, 1.0, 0, 0, 1.0, 0],
+        "profile.place_3": [0, 0, 1.0, 1.0, 0, 0],
+    }
+    columns = np.array(list(found.values())).T
+    seen = np.array([20.0, -7.0, 11.0, 11.0, -7.0, 20.0]) + np.array([1.0, 1, 1, -1, -1, -1])
+    rest = seen - columns @ np.linalg.lstsq(columns, seen, rcond=None)[0]
+    assert rest == pytest.approx([1.0, 1, 1, -1, -1, -1])
+    with pytest.raises(ModelLimit, match="visited twice"):
+        nuisance(recording([[0, 0, 0], [50, 0, 0]], [X, X]), profile="")

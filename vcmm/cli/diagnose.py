@@ -11,7 +11,7 @@ from vcmm.cli.options import Seed
 
 
 def diagnose_command(
-    recording: Path,
+    recordings: list[Path],
     *,
     machine: Path | None = None,
     seed: Seed = 0,
@@ -24,8 +24,8 @@ def diagnose_command(
 
     Parameters
     ----------
-    recording
-        Recording file (recording/1).
+    recordings
+        Recording files (recording/1), or the tables that they name. Several are of one machine, and diagnosed together: what is common, what each one's own.
     machine
         Machine file to use instead of the one that the recording names.
     seed
@@ -39,6 +39,19 @@ def diagnose_command(
     out
         Folder for report.html, diagnosis.json and, when something was found, machine.toml.
     """
+    from vcmm.cli.diagnose_several import Wanted, diagnose_files
+    from vcmm.files.recording import recording_file
+
+    extra = [_own_class(word) for word in effect or ()]
+    files, wanted = (
+        [recording_file(path) for path in recordings],
+        Wanted(machine, seed, extra, report, json, out),
+    )
+    return _diagnose_file(files[0], wanted) if len(files) == 1 else diagnose_files(files, wanted, _show)
+
+
+def _diagnose_file(recording: Path, wanted: Any) -> int:
+    """Diagnose one recording, print and write what was asked for."""
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.files import output_folder
@@ -48,11 +61,11 @@ def diagnose_command(
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording
 
-    folder = output_folder(out) if out else None
-    extra = [_own_class(word) for word in effect or ()]
+    machine, seed = wanted.machine, wanted.seed
+    folder = output_folder(wanted.out) if wanted.out else None
     found, known = load_recording(recording, load_machine(machine) if machine else None)
     with progress() as show_progress, about(recording):
-        diagnosis = diagnose(found, known, seed=seed, extra_effects=extra, progress=show_progress)
+        diagnosis = diagnose(found, known, seed=seed, extra_effects=wanted.effects, progress=show_progress)
     diagnosis = _fitted_before(diagnosis, known, recording.name)
     improved = _improved(folder, recording, machine, known, diagnosis) if folder else {}
     if folder and improved:
@@ -61,9 +74,9 @@ def diagnose_command(
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
     content = document("vcmm.diagnosis/1", body, seed=seed, files=files, warnings=diagnosis.warnings)
-    if folder or report:
-        _write(folder, report, _page(found, known, diagnosis), content, improved)
-    if json:
+    if folder or wanted.report:
+        _write(folder, wanted.report, _page(found, known, diagnosis), content, improved)
+    if wanted.json:
         print_json(content)
     else:
         _show(diagnosis)
@@ -173,6 +186,7 @@ def _write(
 
 
 def _show(d: Any) -> None:
+    """The diagnosis on the terminal."""
     from vcmm.console.terminal import say, show_table
     from vcmm.diagnosis.accepted import notes
     from vcmm.pages.diagnosis import least_seen, sentences

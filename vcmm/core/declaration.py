@@ -133,9 +133,11 @@ class Declared:
     holds_table_edits  every edit of a stored table of one axis is a special case of it
     simple             its one number is the same wherever it is looked at; a curve that is mostly that is called so
     free_curve         a freely shaped curve over its axis, which says nothing beyond the rows it was fitted to
-    as_one             the one number that stands for an array: "rms", "sd", or "amplitude" and "arm" for the length
+    as_one             the one number that stands for an array: "rms", "sd", or for the length "amplitude", "arm" and, where
+                       its elements are named too, the parameter itself
     several            it moves several directions at once: its forms are tried from the first, and the first counts of which
                        every number shows
+    one_sided          its one linear number is never negative: a square, a length
     taken_up           parameter that is a way lost at a reversal: nearer to it rows may stand on either side
     over_raw_scale     periodic over the raw reading of the scale where that was recorded
     stored             parameter that holds the numbers of a stored error table
@@ -161,6 +163,7 @@ class Declared:
     free_curve: ClassVar[bool] = False
     as_one: ClassVar[str] = "rms"
     several: ClassVar[bool] = False
+    one_sided: ClassVar[bool] = False
     taken_up: ClassVar[str] = ""
     over_raw_scale: ClassVar[bool] = False
     stored: ClassVar[str] = ""

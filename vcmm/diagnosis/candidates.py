@@ -159,7 +159,9 @@ def _everything(family: Family) -> bool:
 
 def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[str], list[Family]]:
     """Families of one effect class, the columns that kept some from being tested, and places where nothing moves."""
-    out, missing, still = [], set(), []
+    out: list[Family] = []
+    missing: set[str] = set()
+    still: list[Family] = []
     dead = dead_sensors(problem.recording)
     name = kind.reported_as()
     known = {effect.id for effect in problem.machine.effects}

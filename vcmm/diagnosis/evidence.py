@@ -23,6 +23,7 @@ from vcmm.evaluation.gaussian import (
 )
 
 BATCH = 256
+IMPOSSIBLE = -700.0  # nats of a number that would have to be negative; exp of it is still a number
 VANISHED = 1e-3  # share of a signal that must survive nuisance and calibration
 
 
@@ -122,7 +123,11 @@ class Scorer:
         parts = [
             log_evidence(self.rotated, r[:, i : i + BATCH], self.dof) for i in range(0, r.shape[1], BATCH)
         ]
-        return np.concatenate(parts, axis=1)
+        out = np.concatenate(parts, axis=1)
+        square = [k for k, o in enumerate(self.found.options) if o.effect is not None and o.effect.one_sided]
+        against = self.found.white[:, self.found.start[square]].T @ r < 0
+        out[square] = np.where(against, IMPOSSIBLE, out[square])
+        return np.asarray(out)
 
     def families(self, options: Array) -> Array:
         """Scores (families, M) from the options' (options, M)."""

@@ -10,8 +10,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from vcmm.core.effect import Effect, with_parameter
+from vcmm.core.effect import Effect, parameter_fields, with_parameter
 from vcmm.core.inputs import Input
+from vcmm.core.knowledge import addable
 from vcmm.core.laws import MultivariateNormal, Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -100,3 +101,12 @@ def improved(machine: Machine, found: tuple[tuple[Effect | None, tuple[Input, ..
         known = tuple(i for i in machine.inputs if i.id not in names)
         machine = replace(machine, effects=(*kept, effect), inputs=(*known, *inputs))
     return machine
+
+
+def departure(effect: Effect, machine: Machine) -> Effect:
+    """A fitted effect less what the machine has of it."""
+    own = next((e for e in machine.effects if e.id == effect.id), None)
+    if own is None or not addable(own, effect):
+        return effect
+    linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
+    return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})

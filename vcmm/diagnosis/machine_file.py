@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
 from vcmm.core.units import in_unit
 from vcmm.diagnosis.accepted import notes, written
+from vcmm.diagnosis.improve import departure
 from vcmm.diagnosis.mistakes import Mistake
 from vcmm.diagnosis.repair import repaired_effects
 from vcmm.diagnosis.result import Answer
@@ -50,7 +50,7 @@ def improved_machine(
         said = f"found in {source}, probability {answer.probability:.3f}"
         remark = answer.fitted.said_in_file()
         told = f"# {remark}\n" if remark else ""
-        blocks.append(told + effect_toml(_departure(answer.fitted, machine), said))
+        blocks.append(told + effect_toml(departure(answer.fitted, machine), said))
         # an Input names its effect by place: with a second effect of that place (another period) it would be ambiguous
         alone = all(e.id != answer.fitted.id or addable(e, answer.fitted) for e in machine.effects)
         wanted = [one for one in answer.inputs if alone and one.id not in known]
@@ -88,15 +88,6 @@ def with_table(text: str) -> str:
     document: Any = tomlkit.parse(text)
     document["errors"]["table"] = TABLE
     return str(document.as_string())
-
-
-def _departure(effect: Effect, machine: Machine) -> Effect:
-    """The effect less what the machine has of it."""
-    own = next((e for e in machine.effects if e.id == effect.id), None)
-    if own is None or not addable(own, effect):
-        return effect
-    linear = [f.name for f in parameter_fields(effect) if not f.metadata["scan"]]
-    return replace(effect, **{n: getattr(effect, n) - getattr(own, n) for n in linear})
 
 
 def effect_toml(effect: Effect, comment: str = "") -> str:

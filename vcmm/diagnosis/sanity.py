@@ -17,7 +17,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.inches import inches
 from vcmm.diagnosis.signs import sign_warnings
-from vcmm.response.recording import ALL_ROWS, Ints, Recording
+from vcmm.response.recording import ALL_ROWS, WHICH, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
 FEWEST = 10  # observations below which nothing is said about a sensor
@@ -329,7 +329,10 @@ def gaps(recording: Recording) -> list[str]:
     order = np.argsort(time, kind="stable")
     step = np.diff(time[order])
     usual = float(np.quantile(step[step > 0], 0.9)) if (step > 0).any() else 0.0
-    long = np.flatnonzero((step > GAP * usual) & (step > GAP_SHARE * float(np.ptp(time))))
+    of = recording.run.labels.get(WHICH, np.zeros(recording.run.n, dtype=np.str_))[recording.row][order]
+    within = of[1:] == of[:-1]
+    whole = float(step[within].sum())  # several recordings lie apart by nobody knows how much
+    long = np.flatnonzero((step > GAP * usual) & (step > GAP_SHARE * whole) & within)
     if usual <= 0 or not len(long):
         return []
     told = []

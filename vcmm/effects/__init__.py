@@ -20,6 +20,7 @@ from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDr
 from vcmm.effects.drift_vector import DriftVector, StepVector, ThermalVector
 from vcmm.effects.dynamics import DynamicPitch, StructuralVibration
 from vcmm.effects.encoder import EncoderInterpolation
+from vcmm.effects.encoder_harmonics import EncoderHarmonics
 from vcmm.effects.expansion import PartExpansion, ScaleExpansion
 from vcmm.effects.flexure import CrossAxisFlexure, GradientBending, PartLoad
 from vcmm.effects.geometric_change import GeometricChange
@@ -29,6 +30,8 @@ from vcmm.effects.lag import ReadoutDelay, RotaryReadoutDelay, ServoLag
 from vcmm.effects.laser import AirIndex, CosineError, DeadPath
 from vcmm.effects.map_interpolation import MapInterpolation
 from vcmm.effects.pitch import ScrewPitch
+from vcmm.effects.plate_bow import PlateBow
+from vcmm.effects.play import BacklashRamp, LoadedPlay
 from vcmm.effects.probe import ProbeLobing, StylusBending, TipOffset, TipRadius, TriggerDelay
 from vcmm.effects.qualification import StylusQualification
 from vcmm.effects.residual import CorrelatedField, ResidualField
@@ -42,6 +45,7 @@ from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.tilt import AxisLean, CentreLineOffset, CentreLineTilt
 from vcmm.effects.tip_form import TipForm
+from vcmm.effects.uniform_scale import UniformScale
 from vcmm.effects.workpiece import WorkpieceHeating
 
 ALL: tuple[type[Effect], ...] = (
@@ -50,6 +54,7 @@ ALL: tuple[type[Effect], ...] = (
     ComponentPolynomial,
     CalibrationModes,
     ScaleFactor,
+    UniformScale,
     Squareness,
     GeometricChange,
     AbbeCountedTwice,
@@ -73,13 +78,16 @@ ALL: tuple[type[Effect], ...] = (
     SpindleGrowth,
     ScrewHeating,
     Backlash,
+    BacklashRamp,
     LostMotion,
     LostMotionCurve,
+    LoadedPlay,
     LostMotionTable,
     Hysteresis,
     ReversalSpike,
     ScrewPitch,
     EncoderInterpolation,
+    EncoderHarmonics,
     ServoLag,
     ReadoutDelay,
     RotaryReadoutDelay,
@@ -93,6 +101,7 @@ ALL: tuple[type[Effect], ...] = (
     StylusBending,
     TipForm,
     Clamping,
+    PlateBow,
     CosineError,
     AirIndex,
     DeadPath,

@@ -72,6 +72,11 @@ class CrossAxisFlexure(_Flexure):
     def __post_init__(self) -> None:
         _check_direction(self, self.direction)
 
+    def weighted_trials(self, name: str) -> list[tuple[dict[str, Any], float]] | None:
+        """What reaches out droops across its way; along it a power of its own position is a change of its scale."""
+        along = name == "power" and self.direction.upper() == self.other
+        return [({"power": 1}, 0.0)] if along else None
+
     def error_motion(self, run: Run) -> Array:
         b = run.q(self.other) - self.other_origin
         shape = (

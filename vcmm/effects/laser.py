@@ -69,6 +69,7 @@ class CosineError(_Laser):
     """
 
     name = "cosine_error"
+    one_sided = True  # theta^2
     cites = "Steinmetz, Precision Engineering 12 (1990) 12: sub-micron position measurement with laser interferometry"
     words = Words(
         seen="the instrument stands askew ({theta})",

@@ -19,6 +19,7 @@ from vcmm.core.errors import DataError, did_you_mean
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
+from vcmm.core.text import read_text
 from vcmm.files.columns import LABELS, Sheet, file_columns, read_csv
 from vcmm.files.observations import with_lateral_share
 from vcmm.measuring.plan import axis_positions
@@ -27,6 +28,8 @@ from vcmm.response.recording import Recording
 MEASURED = ("m", "meas", "measured", "act", "actual", "ist")
 NOMINAL = ("", "n", "nom", "nominal", "soll")
 DEVIATION = ("d", "dev", "err", "error")
+OF_FEATURE = ("d", "dia", "diam", "diameter", "r", "radius", "round", "roundness", "form", "cylindricity")
+ROUNDED = 2.1e-3  # mm: three numbers, each rounded to 1 um, and one printed step
 NORMAL = {"i": 0, "j": 1, "k": 2, "nx": 0, "ny": 1, "nz": 2}
 _NAME = re.compile(r"(?P<before>[a-z]*?)_?(?P<axis>[xyz])_?(?P<after>[a-z]*)")
 
@@ -46,6 +49,55 @@ def canonical(name: str) -> str:
     return ""
 
 
+def of_feature(name: str) -> bool:
+    """Whether a column tells of the feature itself and not of its place: 'Meas D', 'Nom D', 'Round', 'form'."""
+    words = re.split(r"[\s_]+", re.sub(r"[\[(].*[\])]", "", name.strip().lower()))
+    prefixes = {*MEASURED, *NOMINAL, *DEVIATION} - {"d"}
+    rest = [w for w in words if w and w not in prefixes]
+    return len(rest) == 1 and rest[0] in OF_FEATURE
+
+
+def read_list(path: Path) -> Sheet:
+    """A table, or a printed list: lines of head, names two blanks apart, numbers in columns.
+
+    Raises DataError with the line of a ragged row.
+    """
+    lines = read_text(path).splitlines()
+    cells = [re.split(r"\s{2,}|\t", line.strip()) for line in lines]
+    head = next((i for i, row in enumerate(cells) if sum(bool(canonical(c)) for c in row) >= 2), None)
+    if head is None or any(d in lines[head] for d in ",;\t"):
+        return read_csv(path)
+    header, rows, numbers, problems = cells[head], [], [], []
+    for i, line in enumerate(lines[head + 1 :], head + 2):
+        words = line.split()
+        if words and len(words) != len(header):
+            problems.append(f"{path}:{i}: {len(words)} cells where line {head + 1} names {len(header)}")
+        elif words:
+            rows.append(words)
+            numbers.append(i)
+    if not rows and not problems:
+        problems.append(f"{path}:{head + 1}: there are no rows below the names; add one row per point")
+    if problems:
+        raise DataError(problems)
+    return Sheet(path, header, rows, head + 1, numbers)
+
+
+def _drop_same(sheet: Sheet, table: dict[str, Array], problems: list[str]) -> None:
+    """Of measured and deviation the deviation goes where both are there and say the same, to rounding."""
+    for c in "xyz":
+        if not {c, f"m{c}", f"d{c}"} <= set(table):
+            continue
+        stated = table.pop(f"d{c}")
+        apart = np.abs(table[f"m{c}"] - table[c] - stated)
+        wrong = np.flatnonzero(apart > ROUNDED)
+        if len(wrong):
+            i = int(wrong[0])
+            problems.append(
+                f"{sheet.at(i)}: deviation {c} = {stated[i]:g}, but measured - nominal is {table[f'm{c}'][i] - table[c][i]:.4g}; "
+                f"correct one of them or remove the column ({len(wrong)} rows)"
+            )
+
+
 def read_points(
     path: str | Path,
     machine: Machine,
@@ -61,9 +113,10 @@ def read_points(
     believed and the machine that made the part is examined (actual - commanded).
     Raises DataError with every problem: column, line and fix.
     """
-    sheet = read_csv(Path(path))
+    sheet = read_list(Path(path))
     problems: list[str] = []
     table, columns, labels = _columns(sheet, problems)
+    _drop_same(sheet, table, problems)
     _check_complete(sheet, table, problems)
     if problems:
         raise DataError(problems)
@@ -91,6 +144,7 @@ def read_points(
         row=row,
         direction=direction,
         other=np.full(len(value), -1, dtype=np.intp),
+        lines=np.array(sheet.lines, dtype=np.intp),
     )
 
 
@@ -107,6 +161,8 @@ def _columns(
         short = canonical(name)
         if name.lower() in LABELS:
             labels[name.lower()] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
+            continue
+        if not short and of_feature(name):
             continue
         if not short and name not in known:
             hint = did_you_mean(name, ["feature", "mx", "my", "mz", *known, *LABELS])
@@ -128,8 +184,6 @@ def _check_complete(sheet: Sheet, table: dict[str, Array], problems: list[str]) 
     have_normal = [c for c in "ijk" if c in table]
     seen = [c for c in "xyz" if f"m{c}" in table or f"d{c}" in table]
     for c in "xyz":
-        if f"m{c}" in table and f"d{c}" in table:
-            problems.append(f"{at}: measured {c} and deviation {c} are both there; keep one of them")
         if c in seen and c not in table:
             problems.append(f"{at}: {c} is measured, but its nominal column {c} is missing")
     if not seen:

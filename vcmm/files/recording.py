@@ -1,8 +1,8 @@
 """Recording files: recording/1 TOML and its data to a Recording and the Machine it was made on.
 
 `format` says how the data are written: "table" (columns of a recording, the default), "points" (nominal and measured
-points of a CMM), "iso230" (positioning runs), "rtl" (laser), "scope" (trace of a controller). All give the same thing;
-what follows (logs, history of the axes, nuisance, noise) does not know which it was.
+points of a CMM), "iso230" (positioning runs), "rtl" (laser), "scope" (trace of a controller), "tpoint" and "altaz" (pointing
+lists), "klipper" (thermal logs). All give the same thing; what follows (logs, history of the axes, nuisance, noise) does not know which it was.
 """
 
 from __future__ import annotations
@@ -16,31 +16,23 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.axes import LETTERS, is_rotary
+from vcmm.core.axes import LETTERS
 from vcmm.core.errors import DataError, ModelLimit, UsageError, did_you_mean
 from vcmm.core.history import axis_unit, path_history, row_history, time_since_acceleration, travel
 from vcmm.core.machine import Machine
-from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
-from vcmm.files.columns import LABELS, read_csv, run_columns
-from vcmm.files.iso230 import read_iso230, recording_of_runs
+from vcmm.files.columns import LABELS, run_columns
 from vcmm.files.logs import interpolated, read_logs, with_readings
 from vcmm.files.machine import machine_from
-from vcmm.files.observations import OBSERVED, Sense, read_observations
-from vcmm.files.point_table import read_points
+from vcmm.files.observations import OBSERVED
 from vcmm.files.problems import Problems
+from vcmm.files.recording_data import read_data
 from vcmm.files.recording_tables import (
-    LineTable,
     RecordingFile,
-    ScopeTable,
-    StylusTable,
     check_words,
     noise_law,
-    other_positions,
 )
-from vcmm.files.rtl import read_rtl
 from vcmm.files.schema import checked_model
-from vcmm.files.scope import read_scope, recording_of_scope
 from vcmm.files.toml import Document, check_version, read_toml
 from vcmm.response.indexing import settled
 from vcmm.response.logs import with_logs
@@ -80,13 +72,13 @@ def _checked(
         noise = problems.attempt(("noise",), partial(noise_law, model.noise, model.kind == "angle"))
     folder = document.path.parent
     logs = problems.attempt(("series",), lambda: read_logs([folder / s.data for s in model.series]))
-    recording = problems.attempt(("data",), lambda: _read(model, folder / model.data, machine, problems))
+    recording = problems.attempt(("data",), lambda: read_data(model, folder / model.data, machine, problems))
     if recording is None or machine is None or logs is None or problems.found:
         return None
     name, data = model.name or document.path.stem, folder / model.data
     recording = replace(recording, name=name, nuisance=model.nuisance, noise=noise)
     steps: list[tuple[str, Callable[[Recording], Recording]]] = [
-        ("data", partial(_on_machine, machine=machine, data=data, sheet=model.shape in ("table", "points"))),
+        ("data", partial(_on_machine, machine=machine, data=data)),
         ("series", lambda r: replace(r, run=with_readings(with_logs(interpolated(r.run, logs))))),
         ("history", lambda r: replace(r, run=_with_history(r, model.memory))),
         ("nuisance", _with_labels),
@@ -101,6 +93,43 @@ def _checked(
             return None
         recording = following
     return replace(recording, missing=missing_columns(recording.run, machine)), machine
+
+
+def recording_file(path: str | Path) -> Path:
+    """The recording file of some data: the file itself, or the one beside a table that names it. Raises DataError for none."""
+    path = Path(path)
+    if path.suffix.lower() == ".toml":
+        return path
+    beside = [p for p in sorted(path.parent.glob("*.toml")) if _names_data(p, path.name)]
+    if len(beside) == 1:
+        return beside[0]
+    said = (
+        f"{' and '.join(p.name for p in beside)} name it; give one of them"
+        if beside
+        else "no file beside it names it"
+    )
+    raise DataError(
+        f'{path}: these are the data of a recording, and {said}. A recording file says what they are: vcmm = "recording/1", '
+        f'data = "{path.name}", machine = "machine.toml", kind = "probe"'
+    )
+
+
+def _names_data(path: Path, name: str) -> bool:
+    try:
+        data = read_toml(path).data
+    except DataError:
+        return False
+    return str(data.get("vcmm", "")).startswith("recording/") and data.get("data") == name
+
+
+def machine_of(path: str | Path) -> tuple[Path | None, str]:
+    """The machine file that a recording names (None where it holds the machine itself), and what is in it."""
+    document = read_toml(path)
+    value = document.data.get("machine")
+    if not isinstance(value, str):
+        return None, repr(value)
+    file = document.path.parent / value
+    return file, file.read_text(encoding="utf-8-sig") if file.exists() else value
 
 
 def _machine(document: Document, problems: Problems) -> Machine | None:
@@ -123,64 +152,17 @@ def _machine_file(path: Path) -> Machine:
     return machine_from(other, other.data, ())
 
 
-def _read(model: RecordingFile, path: Path, machine: Machine | None, problems: Problems) -> Recording | None:
-    """The data in their format; None where the machine is not known."""
-    if model.shape == "table":
-        fixed = bool({"station", "centre"} & set(model.nuisance))
-        return read_observations(path, machine, Sense(model.kind, model.measuring, fixed), model.name)
-    if machine is None:
-        return None
-    if model.shape == "points":
-        stylus = model.stylus or StylusTable()
-        pose = model.pose and Pose.from_turns(np.array(model.pose.shift), np.array(model.pose.turn))
-        radius = stylus.tip_diameter / 2
-        return read_points(path, machine, pose or Pose.identity(), offset=np.array(stylus.offset), tip_radius=radius, kind=model.kind, measuring=model.measuring)  # fmt: skip
-    if model.shape == "scope":
-        return _read_scope(model, path, machine, problems)
-    runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)
-    line = model.line or LineTable()
-    axis = line.axis or runs.axis
-    if not axis:
-        raise UsageError(f'{path.name} does not name its axis; add [line] with axis = "X"')
-    _check_kind(model, "angle" if is_rotary(axis) else "displacement")
-    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, (axis,)))
-    return (
-        None
-        if at is None
-        else recording_of_runs(runs, machine, axis, at, np.array(line.offset), model.measuring)
-    )
-
-
-def _read_scope(model: RecordingFile, path: Path, machine: Machine, problems: Problems) -> Recording | None:
-    scope = read_scope(path, model.scope or ScopeTable())
-    axes = tuple(scope.commanded)
-    _check_kind(model, "angle" if is_rotary(axes[0]) else "path")
-    line = model.line or LineTable()
-    at = problems.attempt(("line",), lambda: other_positions(line, machine.chain.letters, axes))
-    return (
-        None if at is None else recording_of_scope(scope, machine, at, np.array(line.offset), model.measuring)
-    )
-
-
-def _check_kind(model: RecordingFile, due: str) -> None:
-    if model.kind != due:
-        raise UsageError(f'{model.data} holds a recording of kind "{due}"; write kind = "{due}"')
-
-
-def _on_machine(recording: Recording, machine: Machine, data: Path, sheet: bool) -> Recording:
-    """Unchanged, after all rows were found within the travels. Raises DataError with the line of the data.
-
-    sheet: the data are a table with one line per row.
-    """
+def _on_machine(recording: Recording, machine: Machine, data: Path) -> Recording:
+    """Unchanged, after all rows were found within the travels. Raises DataError, with the line of the data where it is known."""
     try:
         machine.prepare(recording.run)
     except ModelLimit as error:
-        if error.row is None or not sheet:
+        if error.row is None or recording.lines is None:
             raise DataError(f"{data}: {error}") from None
-        table, end = read_csv(data), ""
-        if error.row >= len(table.rows):
+        lines, end = recording.lines, ""
+        if error.row >= len(lines):
             end = '; this is the second end, from_x_mm ...: for a fixed station write [nuisance] station = ""'
-        raise DataError(f"{table.at(error.row % len(table.rows))}: {_without_row(error)}{end}") from None
+        raise DataError(f"{data}:{lines[error.row % len(lines)]}: {_without_row(error)}{end}") from None
     return recording
 
 
@@ -295,4 +277,4 @@ def missing_columns(run: Run, machine: Machine) -> tuple[str, ...]:
     return (*columns, *(label for label in LABELS if label not in run.labels))
 
 
-__all__ = ["RecordingFile", "load_recording", "missing_columns"]
+__all__ = ["RecordingFile", "load_recording", "machine_of", "missing_columns", "recording_file"]

@@ -35,7 +35,7 @@ class SeriesTable(Table):
 class LineTable(Table):
     """Where an axis was measured (formats iso230, rtl, scope): the axis, the other axes, the reflector."""
 
-    axis: Literal["", "X", "Y", "Z", "A", "B", "C"] = ""
+    axis: str = ""
     at: dict[str, str] = Field(default_factory=dict, examples=['{ Y = "250 mm", Z = "-100 mm" }'])
     offset: Point = _POINT
 
@@ -56,6 +56,12 @@ class ScopeTable(Table):
     axes: dict[str, list[str]] = Field(default_factory=dict, examples=['{ X = ["SetPos", "ActPos"] }'])
 
 
+class CounterTable(Table):
+    """What one count of a log is worth (format klipper)."""
+
+    step: Distance
+
+
 class InstrumentTable(Table):
     """With what it was observed: name, standard uncertainties of its own errors, and for which rows these are the same.
 
@@ -74,7 +80,8 @@ class RecordingFile(Table):
     vcmm: str
     name: str = ""
     data: str = Field(examples=['"touches.csv"'])
-    format: Literal["", "table", "points", "iso230", "rtl", "scope"] = ""
+    format: Literal["", "table", "points", "iso230", "rtl", "scope", "tpoint", "altaz", "klipper"] = ""
+    equinox: Literal["", "date", "J2000"] = ""
     machine: str | dict[str, Any] | None = Field(default=None, examples=['"machine.toml"'])
     kind: Literal["probe", "displacement", "length", "angle", "path"] = Field(examples=['"probe"'])
     observed: Literal["", "indicated - true", "actual - commanded"] = ""
@@ -87,6 +94,7 @@ class RecordingFile(Table):
     pose: PoseTable | None = None
     stylus: StylusTable | None = None
     scope: ScopeTable | None = None
+    counter: CounterTable | None = None
     instrument: InstrumentTable | None = None
 
     @property
@@ -106,7 +114,8 @@ class RecordingFile(Table):
 
 
 TABLES_OF = {
-    "line": ("iso230", "rtl", "scope"),
+    "line": ("iso230", "rtl", "scope", "klipper"),
+    "counter": ("klipper",),
     "pose": ("points",),
     "stylus": ("points",),
     "scope": ("scope",),

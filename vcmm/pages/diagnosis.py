@@ -14,6 +14,7 @@ from vcmm.diagnosis.accepted import written
 from vcmm.diagnosis.comparison import left_by
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Answer, Diagnosis
+from vcmm.diagnosis.several import Several
 from vcmm.diagnosis.verdict import LEAST_TOLD
 from vcmm.diagnosis.written_fit import handed_over
 from vcmm.effects import BY_NAME
@@ -29,6 +30,7 @@ from vcmm.tables.diagnosed import (
     seen,
     values_text,
 )
+from vcmm.tables.several import by_itself, sizes
 from vcmm.tables.table import ResultTable, html
 
 VERDICT = {
@@ -103,8 +105,10 @@ def least_seen(d: Diagnosis) -> str:
     return ", ".join(shown)
 
 
-def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
-    """One self-contained HTML file."""
+def diagnosis_page(
+    recording: Recording, machine: Machine, d: Diagnosis, several: Several | None = None
+) -> str:
+    """One self-contained HTML file. several: where d was found from several recordings together."""
     blocks = [
         r.heading("Verdict"),
         *(r.paragraph(s) for s in sentences(d)),
@@ -112,6 +116,9 @@ def diagnosis_page(recording: Recording, machine: Machine, d: Diagnosis) -> str:
     ]
     for table in answers(d):
         blocks += [r.heading(table.title[:1].upper() + table.title[1:]), *_answers(table)]
+    if several is not None:
+        blocks += [r.heading("What is common and what is each one's own"), html(sizes(several))]
+        blocks += [r.heading("Each recording by itself"), html(by_itself(several))]
     if d.unknown is not None and d.unknown.shape is not None:
         blocks += [r.heading("What is not in the catalogue"), r.columns(*unknown_picture(d))]
     blocks += [r.heading("Residual before and after"), *_residuals(recording, machine, d)]

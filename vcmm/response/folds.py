@@ -1,6 +1,6 @@
 """Folds of a recording: rows where the conditions go beyond those of the others. One home for whoever holds rows out.
 
-Another pose, the later time, the warmer rows, a higher speed, the far end of an axis.
+Another recording of the machine, another pose, the later time, the warmer rows, a higher speed, the far end of an axis.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vcmm.core.run import Array, Run
-from vcmm.response.recording import Ints
+from vcmm.response.recording import WHICH, Ints
 
 Mask = npt.NDArray[np.bool_]
 SHARE = 0.3  # of the rows held out
@@ -18,7 +18,10 @@ MOST_POSES = 4
 
 def fold_masks(run: Run, row: Ints) -> list[tuple[str, Mask]]:
     """(name, rows held out (m,)) of every fold that the columns allow; row (m,): run row of each observation."""
-    out = []
+    out: list[tuple[str, Mask]] = []
+    if WHICH in run.labels:
+        of = run.labels[WHICH][row]
+        out += [(f"recording {name}", of == name) for name in np.unique(of)]
     if "pose" in run.labels:
         label = run.labels["pose"][row]
         poses = np.unique(label)

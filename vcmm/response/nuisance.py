@@ -11,6 +11,8 @@
     centre, station   3 per value   where the centre cup of a ball bar, the tracker or another fixed end stands
     dead_path         1 per value   change of the air's index times an unknown dead path; with dead_path_mm times an
                                     unknown share of it; with dead_path_mm alone in proportion to it
+    profile           1 per place   what the reference itself has at every place, the same from both sides: scale of a sensor, shape of
+                                    a surface. What is left are reversals, time and temperature
 
 One set of columns per value of the label. Columns that change no observation (the artefact's shift, for a length on it)
 are left out. Coefficients are in mm and rad; for slope mm/mm or mm/s.
@@ -33,6 +35,8 @@ from vcmm.response.recording import Ints, Recording
 
 # Air near 20 degC, 1013.25 hPa, 50 %: d(index)/d(...) from Ciddor, Applied Optics 35 (1996) 1566, 633 nm
 INDEX_PER = {"temp_air_C": -0.93e-6, "pressure_hPa": 0.27e-6, "humidity_pct": -0.0085e-6}
+NO_COPY = "-"  # value of a label in whose rows there is no such nuisance
+SAME_PLACE = 1e-2  # mm: targets are repeated to a few um
 NOTHING = 1e-10  # a column below this, in units of its arm, changes nothing
 
 
@@ -79,6 +83,8 @@ def nuisance_columns(recording: Recording, machine: Machine) -> tuple[Array, tup
     for word, label in recording.nuisance.items():
         values, codes = recording.groups(label)
         for code, value in enumerate(values):
+            if value == NO_COPY:
+                continue
             group = _LabelGroup(recording, run, np.flatnonzero(codes == code), machine)
             where = f"[{label}={value}]" if value else ""
             for part, values_here in _columns(word, group):
@@ -94,6 +100,8 @@ def _columns(word: str, group: _LabelGroup) -> Columns:
     """(name ending, (g,)) of one nuisance for one group."""
     if word in ("rigid", "alignment"):
         return _rigid(group)
+    if word == "profile":
+        return _profile(group)
     if word == "index":
         return _moved(group, {f".{a}": (a, COLUMN[a[0]]) for a in group.machine.chain.letters})
     heads = any(is_rotary(a) for a in group.machine.chain.tool)
@@ -141,6 +149,23 @@ def _rigid(group: _LabelGroup) -> Columns:
         seen, reach = group.across_ends(turned), float(np.abs(arm[group.row]).max())
     kept = [i for i in range(3) if np.abs(seen[:, i]).max() > NOTHING * max(reach, 1.0)]
     return _shift(group) + [(f".turn_{'xyz'[i]}", seen[:, i]) for i in kept]
+
+
+def _profile(group: _LabelGroup) -> Columns:
+    """A free value per place of the tip and direction, of those that were visited twice; a place of its own tells nothing.
+
+    Places nearer than SAME_PLACE are one. Raises ModelLimit where no place was visited twice.
+    """
+    there = np.round(np.column_stack([group.run.tip[group.row] / SAME_PLACE, group.direction * 1e3])).astype(
+        int
+    )
+    _, place, count = np.unique(there, axis=0, return_inverse=True, return_counts=True)
+    if not (count > 1).any():
+        raise ModelLimit(
+            "the nuisance profile needs places that were visited twice, from both sides or in two runs; there are none, and it "
+            "would take up every reading: remove profile"
+        )
+    return [(f".place_{k + 1}", (place.ravel() == k).astype(float)) for k in range(len(count))]
 
 
 def _radius(group: _LabelGroup) -> Array:

@@ -34,7 +34,9 @@ Ints = npt.NDArray[np.intp]
 KINDS = ("probe", "displacement", "length", "angle", "path")
 NUISANCES = (
     "rigid", "offset", "radius", "zero", "slope", "centre", "station", "dead_path", "alignment", "index",
+    "profile",
 )  # fmt: skip
+WHICH = "recording"  # the label that says of several which recording a row is of
 ALL_ROWS = ("", "run")  # label words for one value in all rows
 
 

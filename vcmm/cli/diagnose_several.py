@@ -1,0 +1,130 @@
+"""vcmm diagnose A B ...: several recordings of one machine, what is common and what is each one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the command line asks for."""
+
+    machine: Path | None
+    seed: int
+    effects: Sequence[Any]
+    report: Path | None
+    json: bool
+    out: Path | None
+
+
+def diagnose_files(files: Sequence[Path], wanted: Wanted, show: Callable[[Any], None]) -> int:
+    """Diagnose recordings together, print and write what was asked for. Raises UsageError where they name two machines.
+
+    show: prints a diagnosis.
+    """
+    from vcmm.console.complaints import about
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.terminal import progress
+    from vcmm.diagnosis.several import diagnose_several
+
+    recordings, known, original = read_all(files, wanted.machine)
+    with progress() as show_progress, about(files[0]):
+        found = diagnose_several(
+            recordings, known, seed=wanted.seed, extra_effects=wanted.effects, progress=show_progress
+        )
+    texts = _improved(found, known, original, wanted.out)
+    inputs = [p for f in files for p in sources(f)] + ([wanted.machine] if wanted.machine else [])
+    body = _body(found, wanted.out if texts else None)
+    warnings = (*found.together.warnings, *left_out(found))
+    content = document(
+        "vcmm.diagnosis/1", body, seed=wanted.seed, files=list(dict.fromkeys(inputs)), warnings=warnings
+    )
+    _write(found, known, content, texts, wanted)
+    if wanted.json:
+        print_json(content)
+    else:
+        show(found.together)
+        _show_each(found)
+    return 0
+
+
+def read_all(files: Sequence[Path], machine: Path | None) -> tuple[list[Any], Any, Path | None]:
+    """The recordings with names of their own, their machine, and its file where it has one."""
+    from vcmm.core.errors import UsageError
+    from vcmm.files.machine import load_machine
+    from vcmm.files.recording import load_recording, machine_of
+
+    if machine is None:
+        named = {machine_of(f)[1] for f in files}
+        if len(named) > 1:
+            who = ", ".join(f"{f}: {machine_of(f)[0] or 'within the file'}" for f in files)
+            raise UsageError(
+                f"the recordings name machines that differ ({who}); one machine is diagnosed at a time: say which with --machine"
+            )
+    first, known = load_recording(files[0], load_machine(machine) if machine else None)
+    rest = [load_recording(f, known)[0] for f in files[1:]]
+    recordings = [first, *rest]
+    if len({r.name for r in recordings}) < len(recordings):
+        recordings = [replace(r, name=str(f)) for r, f in zip(recordings, files)]
+    return recordings, known, machine or machine_of(files[0])[0]
+
+
+def left_out(found: Any) -> list[str]:
+    """Columns that not all recordings have, in words."""
+    return [
+        f"the column {column} is missing in {', '.join(who)}, so all recordings are looked at without it"
+        for column, who in found.left_out.items()
+    ]
+
+
+def _body(found: Any, folder: Path | None) -> dict[str, Any]:
+    from vcmm.diagnosis.result import diagnosis_json
+    from vcmm.diagnosis.several import several_json
+
+    body = {k: v for k, v in diagnosis_json(found.together).items() if k != "schema"}
+    return body | several_json(found) | {"improved_machine": str(folder / "machine.toml") if folder else None}
+
+
+def _improved(found: Any, known: Any, original: Path | None, out: Path | None) -> dict[str, str]:
+    """machine.toml with what is common; empty where there is nothing to write."""
+    from vcmm.diagnosis.accepted import written
+    from vcmm.diagnosis.machine_file import improved_machine
+
+    answers = found.together.answer
+    if out is None or original is None or not written(answers):
+        return {}
+    return {
+        "machine.toml": improved_machine(original, out / "machine.toml", known, answers, found.recording.name)
+    }
+
+
+def _write(found: Any, known: Any, content: dict[str, Any], texts: dict[str, str], wanted: Wanted) -> None:
+    from vcmm.console.documents import json_text
+    from vcmm.console.files import output_folder, write_files, write_text
+    from vcmm.console.terminal import say
+    from vcmm.pages.diagnosis import diagnosis_page
+
+    if wanted.report is None and wanted.out is None:
+        return
+    page = diagnosis_page(found.recording, known, found.together, found)
+    if wanted.report:
+        write_text(wanted.report, page)
+        say(f"wrote {wanted.report}")
+    if wanted.out:
+        all_texts = {"diagnosis.json": json_text(content), "report.html": page, **texts}
+        write_files(output_folder(wanted.out), all_texts)
+        say(f"wrote {wanted.out}/" + ", ".join(all_texts))
+
+
+def _show_each(found: Any) -> None:
+    from vcmm.console.terminal import say, show_table
+    from vcmm.tables.several import by_itself, sizes
+
+    if found.shared:
+        show_table(sizes(found))
+    show_table(by_itself(found))
+    for text in left_out(found):
+        say(f"note: {text}")
