@@ -62,15 +62,24 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
     alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
     exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != own)
-    twins = tuple(j for j in exact if _name(setting, j) == _name(setting, own))
+    same = [j for j in exact if _name(setting, j) == _name(setting, own)]
+    again = [j for j in same if _same_place(setting, j, own)]
+    twins = tuple(j for j in same if j not in again)
     probable = np.exp(scores - _total(setting, scores, larger, unknown))
     of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, own), *names}]
+    mine = float(probable[[own, *again]].sum())
     alias[own] = True
     return Standing(
-        float(scores[own]), float(probable[own]), names, families, freer,
-        float(probable[of_name].sum() - probable[own]), _elsewhere(setting, scores, own),
+        float(scores[own]), mine, names, families, freer,
+        float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own),
         float(probable[alias].sum()), exact, twins, tuple(float(probable[j]) for j in twins),
     )  # fmt: skip
+
+
+def _same_place(setting: Setting, one: int, other: int) -> bool:
+    """Is it one place said in another order? A bend in proportion to X and Y is one in proportion to Y and X."""
+    a, b = (sorted(setting.found.families[k].where.values()) for k in (one, other))
+    return a == b
 
 
 def _name(setting: Setting, family: int) -> str:

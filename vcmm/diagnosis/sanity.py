@@ -7,7 +7,8 @@ with their lines; what makes the whole recording rubbish is refused. `doubtful` 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +18,14 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.inches import inches
 from vcmm.diagnosis.signs import sign_warnings
+from vcmm.response.observe import noise_u
 from vcmm.response.recording import ALL_ROWS, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
 FEWEST = 10  # observations below which nothing is said about a sensor
 LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no recording
 CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
+OTHER_LOGS = ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg")  # that are no temperatures
 SPREAD = 0.3  # K that another sensor must vary before a constant one is called dead
 READINGS = 10  # different readings of that other sensor: a coarse display that stands still proves nothing
 GAP = 20.0  # times the usual distance in time
@@ -54,20 +57,21 @@ class Checked:
 def checked(recording: Recording, machine: Machine) -> Checked:
     """Look at the numbers before any physics. Raises ModelLimit where there is nothing to diagnose."""
     _not_dead(recording)
+    recording, warnings = _without_dead_sensors(recording)
     _no_impossible_log(recording)
-    warnings: list[str] = []
+    copied = partial(copies, u=_usual_u(recording, machine))
     out = np.zeros(recording.m, dtype=bool)
-    for find in (copies, frozen, saturated, impossible):
+    for find in (copied, frozen, saturated, impossible):
         mask, text = find(recording)
         fresh = mask & ~out
         if fresh.any():
             warnings.append(f"{recording.places(fresh)} left out: {text}")
             out |= mask
-    if out.mean() > LARGEST_SHARE and not _only_copies(recording, out):
+    if out.mean() > LARGEST_SHARE and not _only_copies(recording, copied, out):
         raise ModelLimit(
             f"{int(out.sum())} of {recording.m} observations cannot be used. " + ". ".join(warnings)
         )
-    doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, out)
+    doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, copied, out)
     kept = recording.take(~out) if out.any() else recording
     warnings += [
         *unlabelled(kept),
@@ -79,8 +83,43 @@ def checked(recording: Recording, machine: Machine) -> Checked:
     return Checked(kept, tuple(warnings), doubtful)
 
 
-def _only_copies(recording: Recording, out: Mask) -> bool:
-    return bool((out == copies(recording)[0]).all())
+def _only_copies(recording: Recording, copied: Callable[[Recording], tuple[Mask, str]], out: Mask) -> bool:
+    return bool((out == copied(recording)[0]).all())
+
+
+def _usual_u(recording: Recording, machine: Machine) -> float:
+    """Stated noise of one observation, mm; 0 where none is known (which is refused later, by name)."""
+    try:
+        return float(np.median(noise_u(recording, machine)))
+    except ModelLimit:
+        return 0.0
+
+
+def _without_dead_sensors(recording: Recording) -> tuple[Recording, list[str]]:
+    """Without logs and columns of temperatures that are impossible and the same all the time: no row is at fault."""
+    run, said = recording.run, []
+    columns = {c: v for c, v in run.columns.items() if c.startswith("temp_")}
+    logs = {n: s.value for n, s in run.series.items() if not n.startswith("accel_") and n not in OTHER_LOGS}
+    dead = [c for c, v in columns.items() if _dead(v, *_temperatures(c))]
+    still = [n for n, v in logs.items() if _dead(v, *_temperatures(f"temp_{n}_C"))]
+    for name, value in [*((c, columns[c]) for c in dead), *((f"the log of {n}", logs[n]) for n in still)]:
+        said.append(
+            f"{name} is {float(value[0]):g} degC all the time: a dead sensor; it is left out, and no row with it"
+        )
+    if not said:
+        return recording, said
+    kept = {c: v for c, v in run.columns.items() if c not in dead}
+    series = {n: s for n, s in run.series.items() if n not in still}
+    return replace(recording, run=replace(run, columns=kept, series=series)), said
+
+
+def _temperatures(column: str) -> tuple[float, float]:
+    """Least and largest temperature of a column that may be true, degC."""
+    return next((low, high) for fits, low, high, _ in LIMITS if fits(column))
+
+
+def _dead(values: Array, low: float, high: float) -> bool:
+    return bool(len(values) and np.ptp(values) == 0 and not low <= float(values[0]) <= high)
 
 
 def _not_dead(recording: Recording) -> None:
@@ -91,22 +130,42 @@ def _not_dead(recording: Recording) -> None:
         )
 
 
-def copies(recording: Recording) -> tuple[Mask, str]:
+def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
     """Observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
 
-    Without time stamps only where the readings are so fine that chance cannot repeat them.
+    Without time stamps repeats of one place may agree to the last digit of a coarse display: two of them do so with
+    probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Copies are more than that.
     """
     none = np.zeros(recording.m, dtype=bool)
-    time = recording.run.columns.get("time_s")
-    if time is None and len(np.unique(recording.value)) < 0.5 * recording.m:
-        return none, ""
-    table = np.column_stack([recording.value, recording.direction, *_of_rows(recording)])
+    rows = np.column_stack([recording.direction, *_of_rows(recording)])
+    table = np.column_stack([recording.value, rows])
     _, first = np.unique(table, axis=0, return_index=True)
     copy = ~none
     copy[first] = False
+    timed = "time_s" in recording.run.columns
+    if not timed and _by_chance(recording.value, rows, u):
+        return none, ""
     return copy, "copies of other rows, with the same reading to the last digit" + (
-        "" if time is not None else " (if they are repeats, add time_s)"
+        "" if timed else " (if they are repeats, add time_s)"
     )
+
+
+def _by_chance(value: Array, rows: Array, u: float) -> bool:
+    """May the equal readings of rows that agree in all else be those of a coarse display?"""
+    from scipy.special import pdtrc
+
+    _, place, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    place = np.ravel(place)
+    same = np.unique(np.column_stack([place, value]), axis=0, return_counts=True)[1]
+    pairs, equal = (int(np.sum(n * (n - 1) // 2)) for n in (count, same))
+    steps = np.diff(np.unique(value))
+    if not equal or not len(steps):
+        return True
+    mean = np.bincount(place, value) / count
+    free = len(value) - len(count)
+    scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
+    chance = min(float(steps.min()) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
+    return bool(pdtrc(equal - 1, pairs * chance) > CHANCE)
 
 
 def _of_rows(recording: Recording) -> list[Array]:
@@ -184,7 +243,7 @@ def _no_impossible_log(recording: Recording) -> None:
     for name, log in ((n, s) for n, s in recording.run.series.items() if not n.startswith("accel_")):
         gradient = name == "gradient"
         wrong = np.flatnonzero(np.abs(log.value - (0.0 if gradient else 55.0)) > (50.0 if gradient else 95.0))
-        if name not in ("pressure_hPa", "humidity_pct", "spindle_rpm", "load_kg") and len(wrong):
+        if name not in OTHER_LOGS and len(wrong):
             at = int(wrong[0])
             raise ModelLimit(
                 f"the log of {name} is {log.value[at]:g} degC at time_s = {log.time[at]:g} ({len(wrong)} such values):"
