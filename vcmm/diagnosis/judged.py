@@ -77,13 +77,23 @@ def beside_field(
     if field is None or not field.stands:
         return first
     beside = first.problem.with_statement(FIELD, field.columns)
-    stage = staged(beside, known, generics, first.stage.noise, seed, nulls)
+    axes = set(field.unknown.covariates)
+    stage = staged(beside, _without_curves(known, axes), generics, first.stage.noise, seed, nulls)
     chosen = search(beside, stage)
     second = judged(chosen, chosen.stage, seed)
     if not second.selection.terms or _lost(first, second) or not _told_before(first, second):
         return first
     what = described(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
     return replace(second, mistake=first.mistake, field=None, rest=what)
+
+
+def _without_curves(known: Catalogue, axes: set[str]) -> Catalogue:
+    """The catalogue without free curves over axes that a field lies over: they say the same once more."""
+    kept = [
+        f for f in known.families
+        if not (is_free_curve(f.name) and str(f.where.get("component", ""))[2:] in axes)
+    ]  # fmt: skip
+    return replace(known, families=tuple(kept))
 
 
 def _told_before(first: Judged, second: Judged) -> bool:
