@@ -15,7 +15,7 @@ from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.answers import of_the_machine
 from vcmm.diagnosis.candidates import Catalogue, Family
 from vcmm.diagnosis.confusion import Standing, standing
-from vcmm.diagnosis.field import Field, kept_terms, rival_field
+from vcmm.diagnosis.field import Field, is_simple, kept_terms, rival_field
 from vcmm.diagnosis.holdout import Fold, folds, is_free_curve, wins_everywhere
 from vcmm.diagnosis.kept_terms import that_hold
 from vcmm.diagnosis.mistakes import Mistake
@@ -56,8 +56,8 @@ def judged(chosen: Chosen, stage: Stage, seed: int) -> Judged:
     parts = folds(used, stage.u, stage.noise.rho)
     held_by = partial(that_hold, generic=stage.generic)
     selection, failed = best_road(used, parts, selection, setting, held_by)
-    selection = of_the_machine(selection, _standings(selection, setting, stage), setting)
-    places = _standings(selection, setting, stage)
+    selection = of_the_machine(selection, _standings(used, parts, selection, setting, stage), setting)
+    places = _standings(used, parts, selection, setting, stage)
     field = rival_field(used, selection, setting, stage.sample) if selection.terms else None
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     return Judged(
@@ -129,8 +129,17 @@ def _found(one: Judged) -> set[str]:
     return {t.family.id for t, p in pairs if p.with_aliases >= EVEN_ODDS}
 
 
-def _standings(selection: Selection, setting: Setting, stage: Stage) -> list[Standing]:
-    return [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
+def _standings(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, stage: Stage
+) -> list[Standing]:
+    """Every term among its rivals. A shape without physics is none of a simple name that wins all its folds: it has no linear
+    part, no wave and no step of its own.
+    """
+    shapes = [
+        None if is_simple(t) and wins_everywhere(problem, parts, selection, i) else stage.generic
+        for i, t in enumerate(selection.terms)
+    ]
+    return [standing(selection, setting, i, shape) for i, shape in enumerate(shapes)]
 
 
 def _rest(
