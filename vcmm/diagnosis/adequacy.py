@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.diagnosis.confusion import own_arguments
+from vcmm.diagnosis.confusion import THIRD, own_arguments
 from vcmm.diagnosis.discrepancy import shape_of
 from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.diagnosis.formula import propose
@@ -20,9 +20,6 @@ from vcmm.diagnosis.select import Selection, Setting, best_option, mismatch
 from vcmm.evaluation.gaussian import Whitener, best_width
 
 CLEARLY = 5.0  # nats
-THIRD = (
-    1 / 3
-)  # of its evidence: with less left beside a shape, which is on a coarse grid, a term was its shadow
 
 
 def unknown_rest(

@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family
-from vcmm.diagnosis.evidence import Dictionary, Scorer, orthonormal, scorer
-from vcmm.diagnosis.select import MISMATCH, Selection, Setting, Term
+from vcmm.diagnosis.evidence import Dictionary, Scorer, only, orthonormal, scorer
+from vcmm.diagnosis.select import MISMATCH, Selection, Setting, Term, best_option
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import thin_svd, without_span
 
@@ -29,6 +29,10 @@ RESOLVED = 2.45  # delta s from which 3 nats separate two names
 EXACT = (
     0.01  # of the length of a signal: what a name leaves of it that is an exact alias (1e-4 of its energy)
 )
+MOST_SHAPES = 10  # without physics that are looked at one by one
+THIRD = (
+    1 / 3
+)  # of its evidence: with less left beside a shape, which is on a coarse grid, a name was its shadow
 SEEN = 1e-6  # of the energy of an option, below which a direction of it is not seen
 
 
@@ -59,18 +63,27 @@ def standing(selection: Selection, setting: Setting, i: int, generic: Dictionary
     gap = separability(given, selection.signal(i))
     best, larger, freer = _rivals(selection, setting, i, scores, gap, own, ranks(given))
     names, families = tuple(best), tuple(best.values())
-    unknown = _unknown(generic, given, selection, own_arguments(selection.terms[i].family))
+    unknown = _unknown(generic, given, selection, i, _Own(setting, own, float(scores[own])))
     alias = _repeats(setting, gap, ranks(given), selection.terms[i], given.basis)
     exact = tuple(int(j) for j in np.argsort(-scores, kind="stable") if alias[j] and j != own)
-    twins = tuple(j for j in exact if _name(setting, j) == _name(setting, own))
+    same = [j for j in exact if _name(setting, j) == _name(setting, own)]
+    again = [j for j in same if _same_place(setting, j, own)]
+    twins = tuple(j for j in same if j not in again)
     probable = np.exp(scores - _total(setting, scores, larger, unknown))
     of_name = [j for j, f in enumerate(setting.found.families) if f.name in {_name(setting, own), *names}]
+    mine = float(probable[[own, *again]].sum())
     alias[own] = True
     return Standing(
-        float(scores[own]), float(probable[own]), names, families, freer,
-        float(probable[of_name].sum() - probable[own]), _elsewhere(setting, scores, own),
+        float(scores[own]), mine, names, families, freer,
+        float(probable[of_name].sum() - mine), _elsewhere(setting, scores, own),
         float(probable[alias].sum()), exact, twins, tuple(float(probable[j]) for j in twins),
     )  # fmt: skip
+
+
+def _same_place(setting: Setting, one: int, other: int) -> bool:
+    """Is it one place said in another order? A bend in proportion to X and Y is one in proportion to Y and X."""
+    a, b = (sorted(setting.found.families[k].where.values()) for k in (one, other))
+    return a == b
 
 
 def _name(setting: Setting, family: int) -> str:
@@ -105,14 +118,49 @@ def own_arguments(family: Family) -> set[str]:
     return {axis, f"{axis} (periodic)"} if free else set()
 
 
-def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, own_axis: set[str]) -> float:
-    """Nats of all shapes without physics together, but those over the term's own axis; they share the prior of one name."""
+@dataclass(frozen=True, eq=False)
+class _Own:
+    """The family of an answer, its nats given the other terms, and what of it is left beside further columns."""
+
+    setting: Setting
+    family: int
+    nats: float
+
+    def beside(self, columns: Array, y: Array) -> float:
+        """Nats of the family given white columns (m, k)."""
+        found = only(self.setting.found, self.family)
+        return float(scorer(found, columns).scores(y[:, None])[0, 0])
+
+
+def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, i: int, own: _Own) -> float:
+    """Nats of all shapes without physics together, but those over the term's own axis; they share the prior of one name.
+
+    A shape beside which the name explains as much as before explains something else, and is no rival.
+    """
     if generic is None or not generic.families:
         return -np.inf
-    own = scorer(generic, given.basis)
-    scores = own.families(own.options(selection.y[:, None]))[:, 0]
-    foreign = [s for s, f in zip(scores, generic.families) if f.name not in own_axis]
-    return float(np.logaddexp.reduce(np.array([-np.inf, *foreign])))
+    shapes = scorer(generic, given.basis)
+    options = shapes.options(selection.y[:, None])
+    scores = shapes.families(options)[:, 0]
+    mine = own_arguments(selection.terms[i].family)
+    foreign = [int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in mine]
+    near = [k for k in foreign if scores[k] > own.nats - NATS][:MOST_SHAPES]
+    others = [t.white for j, t in enumerate(selection.terms) if j != i]
+    left = max(own.setting.threshold, THIRD * own.nats)
+    beside = {
+        k
+        for k in near
+        if own.beside(
+            np.concatenate([*others, generic.columns(best_option(generic, options[:, 0], k))], axis=1),
+            selection.y,
+        )
+        >= left
+    }
+    beyond = (
+        foreign[MOST_SHAPES:] if len(near) == MOST_SHAPES else []
+    )  # weaker shapes of the same kind as the first
+    rivals = [k for k in foreign if k not in beside and not (len(beside) == MOST_SHAPES and k in beyond)]
+    return float(np.logaddexp.reduce(np.array([-np.inf, *(scores[k] for k in rivals)])))
 
 
 def separability(given: Scorer, signal: Array) -> Array:

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.aliases import unresolved, with_aliases
-from vcmm.diagnosis.answers import Named, answers, of_the_machine
+from vcmm.diagnosis.answers import Named, answers
 from vcmm.diagnosis.candidates import Catalogue, Family, catalogue
-from vcmm.diagnosis.confusion import Standing, standing
+from vcmm.diagnosis.confusion import Standing
 from vcmm.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls, with_contradicted
 from vcmm.diagnosis.delivered import delivered, rms_left
 from vcmm.diagnosis.evidence import scorer
-from vcmm.diagnosis.field import Field, kept_terms, rival_field
-from vcmm.diagnosis.holdout import Fold, folds, is_free_curve, judge, wins_everywhere
-from vcmm.diagnosis.kept_terms import that_hold
+from vcmm.diagnosis.holdout import judge
+from vcmm.diagnosis.judged import Judged, beside_field, judged
 from vcmm.diagnosis.locate import generic_families, locate, score_map
 from vcmm.diagnosis.machine_match import check_belonging, wild
-from vcmm.diagnosis.mistakes import MISTAKE, Mistake, tables_of
-from vcmm.diagnosis.modulated import modulated
-from vcmm.diagnosis.neighbours import departure
+from vcmm.diagnosis.mistakes import MISTAKE, tables_of
 from vcmm.diagnosis.nextstep import closer, next_steps
 from vcmm.diagnosis.noise import Audit, audit
 from vcmm.diagnosis.null import clipped
@@ -34,12 +29,11 @@ from vcmm.diagnosis.order import in_order
 from vcmm.diagnosis.power import power
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.qualify import qualified
-from vcmm.diagnosis.result import EVEN_ODDS, Diagnosis, Fit, Unknown
+from vcmm.diagnosis.result import Diagnosis, Fit
 from vcmm.diagnosis.sanity import Checked, checked
-from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
-from vcmm.diagnosis.select import Selection, Setting, joint, mismatch
-from vcmm.diagnosis.shortfall import failing_fold, of_fold, scatter_excess
-from vcmm.diagnosis.two_searches import best_road
+from vcmm.diagnosis.search import Chosen, Stage, search, staged
+from vcmm.diagnosis.select import Selection, mismatch
+from vcmm.diagnosis.shortfall import scatter_excess
 from vcmm.diagnosis.verdict import beyond, curves, doubts, reasons, seen, verdict
 from vcmm.diagnosis.written_fit import with_written_fit
 from vcmm.evaluation.gaussian import Whitener
@@ -47,7 +41,6 @@ from vcmm.response.indexing import told
 from vcmm.response.recording import Recording
 
 NULLS = 2000
-FIELD = "field"  # a covariance beside those of the machine's Inputs
 PASSES = 3  # noise audit and selection look at each other's result
 Progress = Callable[[str, float], None]
 
@@ -76,8 +69,8 @@ def diagnose_recording(
     generics = generic_families(problem)
     stage, chosen = _passes(problem, known, generics, plain, seed, nulls, tell)
     tell("predicting rows held out, and weighing the names against physics without a name", 0.75)
-    judged = _beside_field(_judged(chosen, stage, seed), known, generics, seed, nulls)
-    found = _result(problem, known, judged, seed, tell)
+    held = beside_field(judged(chosen, stage, seed), known, generics, seed, nulls)
+    found = _result(problem, known, held, seed, tell)
     found = replace(found, warnings=warnings)
     found = qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
     return with_written_fit(found, recording, machine)
@@ -137,84 +130,12 @@ def _left(problem: Problem, plain: Whitener, selection: Selection) -> Array:
     return plain.apply(rest)
 
 
-@dataclass(frozen=True, eq=False)
-class _Judged:
-    """Terms that hold, and what they compete with. failed: terms were held back; tied: see Chosen."""
-
-    problem: Problem
-    stage: Stage
-    setting: Setting
-    parts: Sequence[Fold]
-    selection: Selection
-    places: Sequence[Standing]
-    mistake: Mistake | None
-    tied: tuple[str, ...]
-    failed: bool
-    field: Field | None = None
-    rest: Unknown | None = None
-
-
-def _judged(chosen: Chosen, stage: Stage, seed: int) -> _Judged:
-    """The better of the two roads, what its terms are worth, and a field that may stand for them."""
-    used, selection = chosen.problem, chosen.selection
-    setting = replace(setting_of(used, stage), start=selection.y)
-    parts = folds(used, stage.u, stage.noise.rho)
-    held_by = partial(that_hold, generic=stage.generic)
-    selection, failed = best_road(used, parts, selection, setting, held_by)
-    selection = of_the_machine(selection, _standings(selection, setting, stage), setting)
-    places = _standings(selection, setting, stage)
-    field = rival_field(used, selection, setting, stage.sample) if selection.terms else None
-    rest = _rest(used, stage, selection, setting, parts, seed, field)
-    return _Judged(
-        used, stage, setting, parts, selection, places, chosen.mistake, chosen.tied, failed, field, rest
-    )
-
-
-def _beside_field(
-    first: _Judged, known: Catalogue, generics: Sequence[Family], seed: int, nulls: int
-) -> _Judged:
-    """The search again beside a field that stands, which then is one more covariance; as it was where nothing is found so, or
-    where nothing is left without a name.
-    """
-    if first.rest is None:
-        return first
-    field = first.field or rival_field(first.problem, first.selection, first.setting, first.stage.sample)
-    if field is None or not field.stands:
-        return first
-    beside = first.problem.with_statement(FIELD, field.columns)
-    stage = staged(beside, known, generics, first.stage.noise, seed, nulls)
-    chosen = search(beside, stage)
-    second = _judged(chosen, chosen.stage, seed)
-    if not second.selection.terms or _lost(first, second):
-        return first
-    what = described(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
-    return replace(second, mistake=first.mistake, field=None, rest=what)
-
-
-def _lost(first: _Judged, second: _Judged) -> bool:
-    """Is a name gone that was found and wins all its folds? A free curve may be: it is as free as the field."""
-    kept = _found(second)
-    own = first.selection
-    gone = [i for i, t in enumerate(own.terms) if t.family.id in _found(first) - kept]
-    return any(
-        wins_everywhere(first.problem, first.parts, own, i)
-        for i in gone
-        if not is_free_curve(own.terms[i].family.name)
-    )
-
-
-def _found(judged: _Judged) -> set[str]:
-    """Ids of the names that are more probable than not, with what repeats them exactly."""
-    pairs = zip(judged.selection.terms, judged.places)
-    return {t.family.id for t, p in pairs if p.with_aliases >= EVEN_ODDS}
-
-
-def _result(problem: Problem, known: Catalogue, judged: _Judged, seed: int, tell: Progress) -> Diagnosis:
-    selection, mistake, used = judged.selection, judged.mistake, judged.problem
-    stage, setting, field, rest = judged.stage, judged.setting, judged.field, judged.rest
+def _result(problem: Problem, known: Catalogue, one: Judged, seed: int, tell: Progress) -> Diagnosis:
+    selection, mistake, used = one.selection, one.mistake, one.problem
+    stage, setting, field, rest = one.stage, one.setting, one.field, one.rest
     excess = "" if rest else scatter_excess(selection, stage.white, stage.noise, stage.sample)
     sigma = _sigma(selection, stage)
-    places = _with_other_rivals(judged.places, used, stage, selection, judged.tied)
+    places = _with_other_rivals(one.places, used, stage, selection, one.tied)
     named = with_contradicted(Named(used, stage, selection, places, field))
     found = [i for i, a in enumerate(named.probabilities()) if not a.doubtful]
     given = delivered(used, stage, named.selection.terms, found)
@@ -230,14 +151,16 @@ def _result(problem: Problem, known: Catalogue, judged: _Judged, seed: int, tell
     is_named = any(not a.doubtful for a in every) or mistake is not None
     forgiven = 2.0 * mismatch(selection) * left**2 / stage.white.dof
     against = reasons(
-        is_named, rest, judged.failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left
+        is_named, rest, one.failed, excess or beyond(stage.noise, left, forgiven), stage.noise, left
     )
     against = (*against, *curves(every), *doubts(every))
     pulls = pulls_of(given, stage)
     against = (*against, *unexplained_pulls(pulls, given))
     places_of, unnamed = seen(locate(scorer(stage.generic), y, stage.chance), is_named or bool(against))
     against = (*against, *unnamed)
-    held = tuple(judge(given.problem, part, given.selection, given.selection.terms) for part in given.parts)
+    predicted = tuple(
+        judge(given.problem, part, given.selection, given.selection.terms) for part in given.parts
+    )
     return Diagnosis(
         verdict(is_named, against),
         every,
@@ -250,7 +173,7 @@ def _result(problem: Problem, known: Catalogue, judged: _Judged, seed: int, tell
             0.0,
             0.0,
             sigma * float(np.sqrt(np.mean(stage.u**2))),
-            held if given.selection.terms else (),
+            predicted if given.selection.terms else (),
             rms_left(named.problem, named.selection),
         ),
         known.not_testable,
@@ -265,10 +188,6 @@ def _result(problem: Problem, known: Catalogue, judged: _Judged, seed: int, tell
         reasons=(*against, *told_pulls(pulls, given)),
         pulls=pulls,
     )
-
-
-def _standings(selection: Selection, setting: Setting, stage: Stage) -> list[Standing]:
-    return [standing(selection, setting, i, stage.generic) for i in range(len(selection.terms))]
 
 
 def _sigma(selection: Selection, stage: Stage) -> float:
@@ -287,28 +206,6 @@ def _with_other_rivals(
     hidden = unresolved(problem, stage.white)
     named = [_with_mistake(p, selection, i, tied) for i, p in enumerate(places)]
     return [with_aliases(p, selection, i, hidden) for i, p in enumerate(named)]
-
-
-def _rest(
-    problem: Problem,
-    stage: Stage,
-    selection: Selection,
-    setting: Setting,
-    parts: Sequence[Fold],
-    seed: int,
-    field: Field | None,
-) -> Unknown | None:
-    """What has no name: a field that beats the names, a shape in the residual, neighbours that agree, else a fold that
-    falls short of what the names promise.
-    """
-    if field is not None and field.wins:
-        return described(field.unknown, problem, setting, joint(kept_terms(selection, field), setting), parts)
-    rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
-    rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
-    rest = rest or departure(problem, selection, stage.white, stage.sample)
-    rest = described(rest, problem, setting, selection, parts)
-    short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
-    return of_fold(short) if short and rest is None else rest
 
 
 def _once(gone: Sequence[str]) -> tuple[str, ...]:

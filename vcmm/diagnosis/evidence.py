@@ -6,7 +6,7 @@ score of a family = ln mean over options of BF(option) + ln prior(family)     (n
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -88,6 +88,17 @@ def dictionary(families: Sequence[Family], white: Whitener) -> Dictionary:
         white.dof,
         invisible,
     )
+
+
+def only(found: Dictionary, family: int) -> Dictionary:
+    """The dictionary of one family."""
+    last = family + 1 == len(found.first)
+    a, b = int(found.first[family]), len(found.options) if last else int(found.first[family + 1])
+    low, high = int(found.start[a]), int(found.start[b]) if b < len(found.start) else found.white.shape[1]
+    return replace(
+        found, families=(found.families[family],), options=found.options[a:b], white=found.white[:, low:high],
+        start=found.start[a:b] - low, first=np.zeros(1, dtype=np.intp), weight=found.weight[a:b],
+    )  # fmt: skip
 
 
 def visible(columns: Array, white: Whitener) -> Array | None:

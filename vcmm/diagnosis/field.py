@@ -95,7 +95,7 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
     price = own + UNNAMED + mismatch(selection)
-    simple = _columns([t.option for t in selection.terms if _is_simple(t)], setting)
+    simple = _columns([t.option for t in selection.terms if is_simple(t)], setting)
     tried = _tried(problem, selection, white, null)
     weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
     weighing = heapq.nlargest(
@@ -116,7 +116,7 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
     return Field(w.evidence(kept) - price, what, refused, w.covariance(kept, sigma, setting))
 
 
-def _is_simple(term: Term) -> bool:
+def is_simple(term: Term) -> bool:
     """One number in proportion to what was recorded, a wave and its harmonics, or a step; not a course with a time constant."""
     effect = term.option.effect
     waves = term.white.shape[1] <= WAVE or (effect is not None and effect.as_one == "amplitude")

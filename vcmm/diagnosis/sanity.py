@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.inches import inches
 from vcmm.diagnosis.signs import sign_warnings
+from vcmm.response.observe import noise_u
 from vcmm.response.recording import ALL_ROWS, WHICH, Ints, Recording
 
 Mask = npt.NDArray[np.bool_]
@@ -25,7 +27,6 @@ LARGEST_SHARE = 0.3  # of the observations that may be left out; more is no reco
 CHANCE = 1e-4  # of a run of equal readings, or of readings at the stop, in a healthy sensor
 SPREAD = 0.3  # K that another sensor must vary before a constant one is called dead
 SENSORS = ("temp_", "pressure_", "humidity_")  # columns of sensors, which may be dead
-REPEATED = 0.01  # repeats that chance may be expected to make where a repeat is called a copy
 READINGS = 10  # different readings of that other sensor: a coarse display that stands still proves nothing
 GAP = 20.0  # times the usual distance in time
 GAP_SHARE = 0.05  # of the whole time
@@ -58,18 +59,19 @@ def checked(recording: Recording, machine: Machine) -> Checked:
     _not_dead(recording)
     recording, warnings = without_dead_columns(recording)
     _no_impossible_log(recording)
+    copied = partial(copies, u=_usual_u(recording, machine))
     out = np.zeros(recording.m, dtype=bool)
-    for find in (copies, frozen, saturated, impossible):
+    for find in (copied, frozen, saturated, impossible):
         mask, text = find(recording)
         fresh = mask & ~out
         if fresh.any():
             warnings.append(f"{recording.places(fresh)} left out: {text}")
             out |= mask
-    if out.mean() > LARGEST_SHARE and not _only_copies(recording, out):
+    if out.mean() > LARGEST_SHARE and not _only_copies(recording, copied, out):
         raise ModelLimit(
             f"{int(out.sum())} of {recording.m} observations cannot be used. " + ". ".join(warnings)
         )
-    doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, out)
+    doubtful = bool(out.mean() > 0.1) and not _only_copies(recording, copied, out)
     kept = recording.take(~out) if out.any() else recording
     warnings += [
         *unlabelled(kept),
@@ -81,8 +83,16 @@ def checked(recording: Recording, machine: Machine) -> Checked:
     return Checked(kept, tuple(warnings), doubtful)
 
 
-def _only_copies(recording: Recording, out: Mask) -> bool:
-    return bool((out == copies(recording)[0]).all())
+def _only_copies(recording: Recording, copied: Callable[[Recording], tuple[Mask, str]], out: Mask) -> bool:
+    return bool((out == copied(recording)[0]).all())
+
+
+def _usual_u(recording: Recording, machine: Machine) -> float:
+    """Stated noise of one observation, mm; 0 where none is known (which is refused later, by name)."""
+    try:
+        return float(np.median(noise_u(recording, machine)))
+    except ModelLimit:
+        return 0.0
 
 
 def _not_dead(recording: Recording) -> None:
@@ -93,20 +103,23 @@ def _not_dead(recording: Recording) -> None:
         )
 
 
-def copies(recording: Recording) -> tuple[Mask, str]:
+def copies(recording: Recording, u: float = 0.0) -> tuple[Mask, str]:
     """Observations that repeat an earlier one in every number: copied rows, which would count as further evidence.
 
-    A clock that gives every row its own time tells them; without one the readings must be so fine that chance cannot repeat
-    them: a dial of 1 um shows the same number again and again.
+    Without time stamps repeats of one place may agree to the last digit of a coarse display: two of them do so with
+    probability q / (2 sqrt(pi) s), q its step, s the scatter of repeats (u, mm, where none differ). Copies are more than that.
     """
-    table = np.column_stack([recording.direction, *_of_rows(recording)])
-    _, alike = np.unique(table, axis=0, return_inverse=True)
-    _, first = np.unique(np.column_stack([alike, recording.value]), axis=0, return_index=True)
-    copy = np.ones(recording.m, dtype=bool)
+    none = np.zeros(recording.m, dtype=bool)
+    rows = np.column_stack([recording.direction, *_of_rows(recording)])
+    table = np.column_stack([recording.value, rows])
+    _, first = np.unique(table, axis=0, return_index=True)
+    copy = ~none
     copy[first] = False
     timed = _has_own_times(recording, ~copy)
-    if not copy.any() or not (timed or _fine(recording.value, alike.ravel())):
-        return np.zeros(recording.m, dtype=bool), ""
+    if not copy.any():
+        return none, ""
+    if not timed and _by_chance(recording.value, rows, u):
+        return none, ""
     return copy, "copies of other rows, with the same reading to the last digit" + (
         "" if timed else " (if they are repeats, add time_s)"
     )
@@ -119,25 +132,22 @@ def _has_own_times(recording: Recording, kept: Mask) -> bool:
     return time is not None and len(np.unique(time[rows])) == len(rows)
 
 
-def _fine(value: Array, alike: Ints) -> bool:
-    """Are the readings so fine that chance repeats none? alike (m,): number of the conditions of each.
+def _by_chance(value: Array, rows: Array, u: float) -> bool:
+    """May the equal readings of rows that agree in all else be those of a coarse display?"""
+    from scipy.special import pdtrc
 
-    Half of them must stand once. Two readings of spread s in steps of r agree with probability r / (2 s sqrt(pi)), and the
-    median of their difference is 0.954 s: 0.27 r / median for every pair of readings under the same conditions.
-    """
-    order = np.argsort(alike, kind="stable")
-    apart = np.abs(np.diff(value[order]))[np.diff(alike[order]) == 0]
-    if len(np.unique(value)) < 0.5 * len(value) or not np.any(apart > 0):
-        return len(np.unique(value)) >= 0.5 * len(value)
-    count = np.bincount(alike)
-    pairs = float((count * (count - 1.0) / 2).sum())
-    return pairs * 0.27 * _step(value) / float(np.median(apart[apart > 0])) < REPEATED
-
-
-def _step(value: Array) -> float:
-    """The largest decimal step of which all values (m,) are multiples, mm or rad; 0 for none above 1e-9."""
-    steps = (m * 10.0**k for k in range(0, -10, -1) for m in (1.0, 0.5, 0.2))
-    return next((s for s in steps if np.abs(value / s - np.round(value / s)).max() < 1e-3), 0.0)
+    _, place, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    place = np.ravel(place)
+    same = np.unique(np.column_stack([place, value]), axis=0, return_counts=True)[1]
+    pairs, equal = (int(np.sum(n * (n - 1) // 2)) for n in (count, same))
+    steps = np.diff(np.unique(value))
+    if not equal or not len(steps):
+        return True
+    mean = np.bincount(place, value) / count
+    free = len(value) - len(count)
+    scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
+    chance = min(float(steps.min()) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
+    return bool(pdtrc(equal - 1, pairs * chance) > CHANCE)
 
 
 def _of_rows(recording: Recording) -> list[Array]:

@@ -1,0 +1,164 @@
+"""Which of the chosen terms hold, what they compete with, and what is left without a name.
+
+A field without a name that stands is put beside the calibration, as one more covariance, and the search is made again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from vcmm.diagnosis.adequacy import described, unknown_rest
+from vcmm.diagnosis.answers import of_the_machine
+from vcmm.diagnosis.candidates import Catalogue, Family
+from vcmm.diagnosis.confusion import Standing, standing
+from vcmm.diagnosis.field import Field, is_simple, kept_terms, rival_field
+from vcmm.diagnosis.holdout import Fold, folds, is_free_curve, wins_everywhere
+from vcmm.diagnosis.kept_terms import that_hold
+from vcmm.diagnosis.mistakes import Mistake
+from vcmm.diagnosis.modulated import modulated
+from vcmm.diagnosis.neighbours import departure
+from vcmm.diagnosis.problem import Problem
+from vcmm.diagnosis.result import EVEN_ODDS, Unknown
+from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
+from vcmm.diagnosis.select import Selection, Setting, basis_of, joint
+from vcmm.diagnosis.shortfall import failing_fold, of_fold
+from vcmm.diagnosis.simple_part import MOSTLY
+from vcmm.diagnosis.two_searches import best_road
+
+FIELD = "field"  # a covariance beside those of the machine's Inputs
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """Terms that hold, and what they compete with. failed: terms were held back; tied: see Chosen."""
+
+    problem: Problem
+    stage: Stage
+    setting: Setting
+    parts: Sequence[Fold]
+    selection: Selection
+    places: Sequence[Standing]
+    mistake: Mistake | None
+    tied: tuple[str, ...]
+    failed: bool
+    field: Field | None = None
+    rest: Unknown | None = None
+
+
+def judged(chosen: Chosen, stage: Stage, seed: int) -> Judged:
+    """The better of the two roads, what its terms are worth, and a field that may stand for them."""
+    used, selection = chosen.problem, chosen.selection
+    setting = replace(setting_of(used, stage), start=selection.y)
+    parts = folds(used, stage.u, stage.noise.rho)
+    held_by = partial(that_hold, generic=stage.generic)
+    selection, failed = best_road(used, parts, selection, setting, held_by)
+    selection = of_the_machine(selection, _standings(used, parts, selection, setting, stage), setting)
+    places = _standings(used, parts, selection, setting, stage)
+    field = rival_field(used, selection, setting, stage.sample) if selection.terms else None
+    rest = _rest(used, stage, selection, setting, parts, seed, field)
+    return Judged(
+        used, stage, setting, parts, selection, places, chosen.mistake, chosen.tied, failed, field, rest
+    )
+
+
+def beside_field(
+    first: Judged, known: Catalogue, generics: Sequence[Family], seed: int, nulls: int
+) -> Judged:
+    """The search again beside a field that stands, which then is one more covariance; as it was where nothing is found so, or
+    where nothing is left without a name.
+    """
+    if first.rest is None or not first.selection.terms:
+        return first
+    field = first.field or rival_field(first.problem, first.selection, first.setting, first.stage.sample)
+    if field is None or not field.stands:
+        return first
+    beside = first.problem.with_statement(FIELD, field.columns)
+    axes = set(field.unknown.covariates)
+    stage = staged(beside, _without_curves(known, axes), generics, first.stage.noise, seed, nulls)
+    chosen = search(beside, stage)
+    second = judged(chosen, chosen.stage, seed)
+    if not second.selection.terms or _lost(first, second) or not _told_before(first, second):
+        return first
+    what = described(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
+    return replace(second, mistake=first.mistake, field=None, rest=what)
+
+
+def _without_curves(known: Catalogue, axes: set[str]) -> Catalogue:
+    """The catalogue without free curves over axes that a field lies over: they say the same once more."""
+    kept = [
+        f for f in known.families
+        if not (is_free_curve(f.name) and str(f.where.get("component", ""))[2:] in axes)
+    ]  # fmt: skip
+    return replace(known, families=tuple(kept))
+
+
+def _told_before(first: Judged, second: Judged) -> bool:
+    """Is most of what the second search names what the first one named, perhaps as a curve? A field takes the place of what
+    a name has too much; what is new beside it is a shadow of what it leaves out.
+    """
+    white = first.stage.white
+    basis = basis_of(first.selection.terms, first.problem.m)
+    fit = second.selection.fit
+    assert fit is not None
+    for i, term in enumerate(second.selection.terms):
+        signal = white.apply(term.option.columns @ fit.mean[second.selection.span(i)])
+        if float(np.sum((basis.T @ signal) ** 2)) < MOSTLY * float(signal @ signal):
+            return False
+    return True
+
+
+def _lost(first: Judged, second: Judged) -> bool:
+    """Is a name gone that was found and wins all its folds? A free curve may be: it is as free as the field."""
+    kept = _found(second)
+    own = first.selection
+    gone = [i for i, t in enumerate(own.terms) if t.family.id in _found(first) - kept]
+    return any(
+        wins_everywhere(first.problem, first.parts, own, i)
+        for i in gone
+        if not is_free_curve(own.terms[i].family.name)
+    )
+
+
+def _found(one: Judged) -> set[str]:
+    """Ids of the names that are more probable than not, with what repeats them exactly."""
+    pairs = zip(one.selection.terms, one.places)
+    return {t.family.id for t, p in pairs if p.with_aliases >= EVEN_ODDS}
+
+
+def _standings(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, stage: Stage
+) -> list[Standing]:
+    """Every term among its rivals. A shape without physics is none of a simple name that wins all its folds: it has no linear
+    part, no wave and no step of its own.
+    """
+    shapes = [
+        None if is_simple(t) and wins_everywhere(problem, parts, selection, i) else stage.generic
+        for i, t in enumerate(selection.terms)
+    ]
+    return [standing(selection, setting, i, shape) for i, shape in enumerate(shapes)]
+
+
+def _rest(
+    problem: Problem,
+    stage: Stage,
+    selection: Selection,
+    setting: Setting,
+    parts: Sequence[Fold],
+    seed: int,
+    field: Field | None,
+) -> Unknown | None:
+    """What has no name: a field that beats the names, a shape in the residual, neighbours that agree, else a fold that
+    falls short of what the names promise.
+    """
+    if field is not None and field.wins:
+        return described(field.unknown, problem, setting, joint(kept_terms(selection, field), setting), parts)
+    rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
+    rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
+    rest = rest or departure(problem, selection, stage.white, stage.sample)
+    rest = described(rest, problem, setting, selection, parts)
+    short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
+    return of_fold(short) if short and rest is None else rest
