@@ -140,14 +140,19 @@ def _by_chance(value: Array, rows: Array, u: float) -> bool:
     place = np.ravel(place)
     same = np.unique(np.column_stack([place, value]), axis=0, return_counts=True)[1]
     pairs, equal = (int(np.sum(n * (n - 1) // 2)) for n in (count, same))
-    steps = np.diff(np.unique(value))
-    if not equal or not len(steps):
+    if not equal or not np.ptp(value):
         return True
     mean = np.bincount(place, value) / count
     free = len(value) - len(count)
     scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
-    chance = min(float(steps.min()) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
+    chance = min(_step(value) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
     return bool(pdtrc(equal - 1, pairs * chance) > CHANCE)
+
+
+def _step(value: Array) -> float:
+    """The largest decimal step of which all values (m,) are multiples, mm or rad; 0 for none above 1e-9."""
+    steps = (m * 10.0**k for k in range(0, -10, -1) for m in (1.0, 0.5, 0.2))
+    return next((s for s in steps if np.abs(value / s - np.round(value / s)).max() < 1e-3), 0.0)
 
 
 def _of_rows(recording: Recording) -> list[Array]:
