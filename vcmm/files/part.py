@@ -310,11 +310,16 @@ class _Drawing:
     tables: list[CharacteristicTable]
     general: GeneralTolerances
 
-    def limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
-        """Stated or general limits, with what reciprocity adds."""
+    def own_limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
+        """Stated limits, else general ones."""
         found = stated_limits(t, self.features)
         if found is None and t.zone is None:
             found = general_of(t, self.features, self.general)[0]
+        return found
+
+    def limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
+        """With what reciprocity adds."""
+        found = self.own_limits(t)
         return reciprocal(t, self.tables, self.features, found) if found and t.type == "size" else found
 
 
@@ -337,7 +342,7 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
     if t.limits is None and t.zone is None and not found:
         zone = read("zone", lambda: general_of(t, drawing.features, drawing.general)[1])
     along = read("projected", lambda: t.projected and quantity(t.projected, "length", "projected", "20 mm"))
-    sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.limits))
+    sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.own_limits))
     if found:
         raise TableProblems(found)
     return Characteristic(

@@ -41,7 +41,7 @@ from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
 from vcmm.gps.pointwise import POINTWISE, PROFILE, RUNOUT, check_pointwise, profile, runout
 from vcmm.part.alignment import datum_system
-from vcmm.part.part import Characteristic, Feature, frame, members
+from vcmm.part.part import Characteristic, Feature, frame
 
 FORM = {
     "straightness": ("line",),
@@ -108,8 +108,7 @@ def check(characteristic: Characteristic) -> None:
 
 def needs(characteristic: Characteristic) -> tuple[str, ...]:
     """Names of the features that must be measured, without repetition."""
-    c = characteristic
-    return tuple(dict.fromkeys((*c.of, *c.between, *(m for d in c.datums for m in members(c, d)))))
+    return characteristic.features
 
 
 def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | None = None) -> bool:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Array, dot, length
@@ -19,6 +20,7 @@ from vcmm.gps.elements import AXES, MeasuredElement
 from vcmm.gps.freedom import free_motions, largest_left, rows_for
 from vcmm.part.part import Characteristic, Feature, centre, normal, signed_distance
 
+Ints = npt.NDArray[np.intp]
 RUNOUT, PROFILE = ("circular_runout", "total_runout"), ("line_profile", "surface_profile")
 POINTWISE = (*RUNOUT, *PROFILE)
 TOGETHER = 0.5  # mm: points whose heights (radii of a face) differ by less lie in one section
@@ -69,7 +71,7 @@ def runout(c: Characteristic, e: MeasuredElement, datum: MeasuredElement) -> Arr
         return np.asarray(np.ptp(seen, axis=-1))
     groups = [g for g in _together(_first(radius if face else height)) if len(g) > 1]
     if e.feature.kind in ("circle", "sphere", "torus"):
-        groups = [np.arange(seen.shape[-1])]
+        groups = [np.arange(seen.shape[-1], dtype=np.intp)]
     if not groups:
         raise ModelLimit(
             f'"{c.name}": no section of "{e.feature.name}" has two points; measure several on each section.'
@@ -93,7 +95,7 @@ def _first(values: Array, tail: int = 1) -> Array:
     return values.reshape(-1, *values.shape[-tail:])[0]
 
 
-def _together(values: Array) -> list[Array]:
+def _together(values: Array) -> list[Ints]:
     order = np.argsort(values, kind="stable")
     breaks = np.flatnonzero(np.diff(values[order]) > TOGETHER) + 1
     return list(np.split(order, breaks))

@@ -193,6 +193,12 @@ class Characteristic:
         if problems:
             raise DataError(f'Characteristic "{self.name}": {problem}' for problem in problems)
 
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Names of all features that must be measured, those of common datums among them, without repetition."""
+        datums = (m for d in self.datums for m in members(self, d))
+        return tuple(dict.fromkeys((*self.of, *self.between, *datums)))
+
 
 def _characteristic_problems(c: Characteristic) -> Iterable[str]:
     if c.type not in TYPES:
@@ -279,7 +285,7 @@ def _part_problems(part: Part) -> Iterable[str]:
         if c.name in seen:
             yield f'Two characteristics are named "{c.name}"; rename one.'
         seen.add(c.name)
-        for name in (*c.of, *c.between, *(m for d in c.datums for m in members(c, d))):
+        for name in c.features:
             if name not in part.features:
                 known = f"Known features: {', '.join(part.features) or 'none'}."
                 hint = did_you_mean(name, part.features)
