@@ -9,6 +9,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.knowledge import targets
 from vcmm.core.units import channel_unit, in_unit
 from vcmm.evaluation.montecarlo import Term
+from vcmm.evaluation.part_forms import FORM
 from vcmm.evaluation.result import BudgetLine
 from vcmm.evaluation.world import World
 from vcmm.part.part import Characteristic
@@ -47,6 +48,8 @@ def form_line(c: Characteristic, u_i: float, u: float) -> BudgetLine:
 
 def unit_of(world: World, one: Input) -> str:
     """The unit of the parameter or column, as files write it; degC for temperatures."""
+    if one.effect == FORM:
+        return "um"
     if one.members:
         units = {unit_of(world, m) for m in one.members}
         return units.pop() if len(units) == 1 else ""
@@ -62,7 +65,7 @@ def unit_of(world: World, one: Input) -> str:
 
 def estimate(world: World, one: Input) -> float | None:
     """The number in the machine file or the run, canonical unit; None for arrays."""
-    if one.members:
+    if one.members or one.effect == FORM:
         return None
     if one.is_channel:
         return float(np.mean(world.machine_of(one)[1].column(one.parameter)))
@@ -73,6 +76,8 @@ def estimate(world: World, one: Input) -> float | None:
 
 def words(world: World, one: Input) -> str:
     """The Input in plain words: "expansion coefficient of the part", "temperature part"."""
+    if one.effect == FORM:
+        return f"form of {one.where}, {one.parameter} not known"
     if one.members:
         return one.evidence if one.shares is not None else "known together, correlated"
     if one.is_channel:

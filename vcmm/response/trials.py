@@ -31,6 +31,10 @@ class Draws:
         """The first trials."""
         return Draws(self.influence, self.raw[:count], self.departures[:count])
 
+    def moves(self) -> Array:
+        """(m, n, 3): what the draws move every row by, first order."""
+        return np.einsum("nik,mnk->mni", self.influence.response, self.departures[:, self.influence.codes])
+
     def on_rows(self, trial: int) -> Array:
         """(n, k): the departure that acts on each row."""
         return np.asarray(self.departures[trial][self.influence.codes])
