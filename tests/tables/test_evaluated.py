@@ -69,6 +69,7 @@ def test_the_document_has_every_key_of_the_contract():
         "name", "type", "nominal_mm", "value_mm", "mean_mm", "bias_mm", "bias_corrected", "u_mm", "U_mm", "k", "p",
         "interval_mm", "interval_kind", "coverage_shown", "tolerance_mm", "decision", "decision_rule", "p_conform",
         "budget", "interaction_share", "tier", "trials", "linear_error_mm", "true_value", "why_not_shown",
+        "common_causes",
     }  # fmt: skip
     assert c["true_value"] is None
     form = result(true_value=TrueValue(0.001, (0.0, 0.002), True))

@@ -8,10 +8,12 @@ from vcmm.core.effect import parameter
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import targets
 from vcmm.core.units import channel_unit, in_unit
+from vcmm.effects import has_role
 from vcmm.evaluation.montecarlo import Term
 from vcmm.evaluation.part_forms import FORM
 from vcmm.evaluation.result import BudgetLine
 from vcmm.evaluation.world import World
+from vcmm.measuring.qualification import REPEATABILITY
 from vcmm.part.part import Characteristic
 from vcmm.response.influence import Influence
 
@@ -32,7 +34,7 @@ def budget_line(
         input=one.id, what=words(world, one), distribution=one.law.name, dof=float(getattr(law, "dof", np.inf)),
         redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
         sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
-        evidence=one.evidence,
+        evidence=one.evidence, cause=REPEATABILITY if has_role(one.effect, REPEATABILITY) else one.cause,
     )  # fmt: skip
 
 
@@ -85,7 +87,8 @@ def words(world: World, one: Input) -> str:
         return f"{name}, true minus reading" if name.startswith("temperature") else name
     effect = targets(world.machine_of(one)[0], one)[0]
     doc = str(parameter(effect, one.parameter).metadata["doc"])
-    return f"{one.effect.replace('_', ' ')}{f' {one.where}' if one.where else ''}: {doc}"
+    by = f", by the {one.cause}" if one.cause else ""
+    return f"{one.effect.replace('_', ' ')}{f' {one.where}' if one.where else ''}: {doc}{by}"
 
 
 def _scale(unit: str) -> float:

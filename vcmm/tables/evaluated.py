@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.tables.quantities import (
     DASH,
     DEVIATION,
@@ -64,6 +64,12 @@ def from_nominal(ends: tuple[float, float] | None, c: CharacteristicResult) -> l
     return None if ends is None else [x - c.nominal for x in ends]
 
 
+def _causes(c: CharacteristicResult) -> list[dict[str, Any]]:
+    """Physical causes that several lines of the budget have in common, with their share together."""
+    found = common_causes(c.budget)
+    return [{"cause": k, "share": share, "inputs": list(names)} for k, (share, names) in found.items()]
+
+
 def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
     """The true value beside the indicated one, of form, orientation and location."""
     t = c.true_value
@@ -100,6 +106,7 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
     entry("decision_rule", lambda c: None if c.decision is None else c.decision.rule),
     entry("p_conform", p_conform),
     entry("budget", lambda c: records(BUDGET, budget_rows(c))),
+    entry("common_causes", lambda c: _causes(c)),
     entry("interaction_share", lambda c: c.interaction_share),
     entry("tier", lambda c: c.tier),
     entry("trials", lambda c: c.trials),
