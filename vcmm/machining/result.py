@@ -19,6 +19,7 @@ from vcmm.machining.turned_blank import TurnedBlank
 GROUPS = (*OWNERS, "measurement")
 SCATTERS = (
     "touch",
+    "pass",
     "part",
     "run",
     "event",
