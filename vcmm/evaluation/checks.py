@@ -18,9 +18,12 @@ def _unused_temperatures(scenario: Scenario) -> list[str]:
     read = {column for effect in scenario.machine.effects for column in effect.required()}
     cures = {"temp_part_C": "[part] expansion", "temp_gradient_C": "an effect that bends with it"}
     out = []
+    matter = {
+        value for column, value in scenario.constants.items() if column in read
+    }  # a room that counts for others
     for column, value in scenario.constants.items():
         neutral = 0.0 if column == "temp_gradient_C" else T0_DEG_C
-        if column.startswith("temp_") and value != neutral and column not in read:
+        if column.startswith("temp_") and value not in (neutral, *matter) and column not in read:
             name = column.removeprefix("temp_").removesuffix("_C")
             cure = cures.get(
                 column,
@@ -34,7 +37,8 @@ def _unused_temperatures(scenario: Scenario) -> list[str]:
 
 def _exact_temperatures(scenario: Scenario) -> list[str]:
     """Temperatures that matter and have no uncertainty."""
-    known = {i.parameter for i in (*scenario.machine.inputs, *scenario.inputs) if i.is_channel}
+    inputs = (*scenario.machine.inputs, *scenario.inputs)
+    known = {single.parameter for i in inputs for single, _ in i.scalars if single.is_channel}
     out = []
     for effect in scenario.machine.effects:
         for column in effect.required():

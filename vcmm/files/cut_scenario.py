@@ -18,6 +18,7 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import OFFSET_LABEL
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
+from vcmm.files.environment import EnvironmentTable, Temperatures, columns_of, temperatures_of
 from vcmm.files.knowledge import note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
@@ -25,10 +26,7 @@ from vcmm.files.placement import PlacementTable, placement_from
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
 from vcmm.files.scenario import (
-    EnvironmentTable,
     PoseTable,
-    Temperatures,
-    columns_of,
     noting,
     pose_from,
     section,
@@ -140,6 +138,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         document, "environment", data.get("environment", {}), problems,
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )  # fmt: skip
+    temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
     settings = section(document, "job", data.get("job", {}), problems, settings_from)
     if settings is not None and settings.known_bias == CORRECTED:
         problems.add(
@@ -167,7 +166,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
     return CutScenario(
         name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
         plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
-        dialect=model.cut.dialect or setup.dialect, constants=columns_of(environment.temperature), inputs=inputs,
+        dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures), inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         batch_part=model.cut.batch_part,

@@ -48,9 +48,11 @@ from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh, memb
 
 
 class FormTable(Table):
-    lobes: int = Field(ge=1, examples=["3"])
+    """Half the peak to valley, and what is known of the shape: lobes on round features, their phase."""
+
+    lobes: int | None = Field(default=None, ge=1, examples=["3"])
     amplitude: Deviation
-    phase: Angle = 0.0
+    phase: Angle | None = None
 
 
 class FeatureTable(Table):
@@ -263,7 +265,7 @@ def _feature(
         )
     t: Any = read_model(TABLES[kind], data, document, at)
     form = getattr(t, "form", None)
-    lobes = Lobes(form.lobes, form.amplitude, form.phase) if form else None
+    lobes = Lobes(form.lobes or 0, form.amplitude, form.phase) if form else None
     inside = getattr(t, "inside", False)
     point = np.array(getattr(t, "point", (0.0, 0.0, 0.0)))
     axis = np.array(

@@ -12,14 +12,18 @@ import numpy as np
 from pydantic import Field
 
 from vcmm.core.effect import Effect
-from vcmm.core.errors import DataError, UsageError, choose_from
+from vcmm.core.errors import DataError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
-from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
-from vcmm.core.run import T0_DEG_C
-from vcmm.core.units import quantity
+from vcmm.files.environment import (
+    EnvironmentTable,
+    Temperatures,
+    columns_of,
+    temperature_inputs,
+    temperatures_of,
+)
 from vcmm.files.knowledge import further_effects, further_inputs, note_second, tables_in
 from vcmm.files.machine import machine_from
 from vcmm.files.obstacles import SurroundingsTable, surroundings_of
@@ -27,16 +31,7 @@ from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, placement_from
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
-from vcmm.files.schema import (
-    Gradient,
-    KelvinSpread,
-    Point,
-    Table,
-    Temperature,
-    Turn,
-    checked_model,
-    read_model,
-)
+from vcmm.files.schema import Point, Table, Turn, checked_model, read_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.gps.decision import RULES
 from vcmm.measuring.plan import Plan
@@ -47,27 +42,6 @@ from vcmm.measuring.settings import Settings
 class PoseTable(Table):
     shift: Point = (0.0, 0.0, 0.0)
     turn: Turn = (0.0, 0.0, 0.0)
-
-
-class Temperatures(Table):
-    part: Temperature = T0_DEG_C
-    scale_x: Temperature = T0_DEG_C
-    scale_y: Temperature = T0_DEG_C
-    scale_z: Temperature = T0_DEG_C
-    air: Temperature = T0_DEG_C
-    spindle: Temperature = T0_DEG_C
-    gradient: Gradient = 0.0
-
-
-class PartCompensation(Table):
-    compensated: bool = False
-    u_sensor: KelvinSpread = 0.0
-
-
-class EnvironmentTable(Table):
-    temperature: Temperatures = Field(default_factory=Temperatures)
-    u_temperature: dict[str, str] = Field(default_factory=dict, examples=['{ part = "0.1 K" }'])
-    part: PartCompensation = Field(default_factory=PartCompensation)
 
 
 class JobTable(Table):
@@ -135,6 +109,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         problems,
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )
+    temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
     settings = section(document, "job", data.get("job", {}), problems, settings_from)
     known = with_knowledge(document, machine, part, environment, planned, problems)
     placement = placement_from(document, part.part if part else None, model, problems)
@@ -147,7 +122,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         return None
     return Scenario(
         name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
-        constants=columns_of(environment.temperature), inputs=inputs, forms=part.forms, qualifications=qualifications,
+        constants=columns_of(temperatures), inputs=inputs, forms=part.forms, qualifications=qualifications,
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
         surroundings=around,
     )  # fmt: skip
@@ -210,7 +185,7 @@ def with_knowledge(
     """The machine with the effects of part and scenario, and all inputs that are not the machine's own."""
     chain = machine.chain if machine else None
     further = further_effects(tables_in(document.data, "effects"), chain, problems, ())
-    temperatures = _temperature_inputs(document, environment, problems) if environment else []
+    temperatures = temperature_inputs(document, environment, problems) if environment else []
     if planned:
         _check_styli(document, planned[0], problems)
     if machine is None or part is None or environment is None:
@@ -229,15 +204,13 @@ def with_knowledge(
         (),
         complete,
     )
-    _check_temperatures(document, machine.effects, environment, problems)
+    _check_temperatures(document, machine.effects, problems)
     return machine, tuple(inputs)
 
 
-def _check_temperatures(
-    document: Document, effects: Sequence[Effect], environment: EnvironmentTable, problems: Problems
-) -> None:
+def _check_temperatures(document: Document, effects: Sequence[Effect], problems: Problems) -> None:
     """A temperature that an effect needs is one of the environment's."""
-    known = columns_of(environment.temperature)
+    known = columns_of(Temperatures())
     for effect in effects:
         for column in effect.required():
             if column.startswith("temp_") and column not in known:
@@ -269,47 +242,6 @@ def _effect_location(document: Document, key: str, value: str) -> Location:
             if table.get(key) == value:
                 return (*above, "effects", i, key)
     return ("machine",)
-
-
-def _temperature_inputs(
-    document: Document, environment: EnvironmentTable, problems: Problems
-) -> list[tuple[Location, Input]]:
-    """(where it stands, Input) for every temperature with an uncertainty."""
-    inside = isinstance(document.data.get("environment"), dict)
-    names = [n for n in Temperatures.model_fields if n != "gradient"]
-    out: list[tuple[Location, Input]] = []
-    for name, text in environment.u_temperature.items():
-        here: Location = ("environment", "u_temperature", name) if inside else ("environment",)
-        if name not in names:
-            problems.add(here, f'unknown temperature "{name}".{choose_from(name, names)}')
-            continue
-        try:
-            u = quantity(text, "temperature difference", name, "0.1 K")
-            law = Normal(u)
-        except UsageError as error:
-            problems.add(here, str(error))
-            continue
-        column = f"temp_{name}_C"
-        out.append((here, Input("channel", "", column, law, "machine", "temperature of the environment")))
-    u_sensor = environment.part.u_sensor
-    if u_sensor and "part" in environment.u_temperature:
-        here = ("environment", "u_temperature", "part") if inside else ("environment",)
-        problems.add(here, "u_temperature.part and part.u_sensor say the same thing; keep one of them")
-    elif u_sensor:
-        one = Input(
-            "channel", "", "temp_part_C", Normal(u_sensor), "machine", "temperature sensor of the part"
-        )
-        out.append((("environment",), one))
-    return out
-
-
-def columns_of(temperature: Temperatures) -> dict[str, float]:
-    """Run columns: the temperatures, and as readings what the sensors say (the same numbers; Inputs move the truth)."""
-    out = {}
-    for name, value in temperature.model_dump().items():
-        out[f"temp_{name}_C"] = value
-        out[f"reading_{name}_C"] = value
-    return out
 
 
 __all__ = ["DataError", "ScenarioFile", "load_scenario"]

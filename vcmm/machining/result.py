@@ -19,6 +19,7 @@ from vcmm.machining.turned_blank import TurnedBlank
 GROUPS = (*OWNERS, "measurement")
 SCATTERS = (
     "touch",
+    "pass",
     "part",
     "run",
     "event",
@@ -67,6 +68,9 @@ class CutResult:
     warnings: tuple[str, ...] = ()
     blank: Blank | TurnedBlank | None = None
     recut: Recut | None = None
+    own_reading: UncertaintyResult | None = (
+        None  # what the machine that cut the part would read of it, where it probes it
+    )
 
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:

@@ -53,7 +53,8 @@ class Scenario:
         """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
         machine = self.informed_machine()
         placed = touches(self.plan, self.pose, machine, self.constants)
-        return Task(machine, self.part, self.plan, placed, machine.inputs, _form(self, placed))
+        form = _form(self, placed)
+        return Task(machine, self.part, self.plan, placed, machine.inputs, form, forms=self.forms)
 
 
 def _form(scenario: Scenario, placed: Touches) -> Array:
