@@ -18,6 +18,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import POINTS, wanted
 from vcmm.gps.decision import Decision, decide, undecided
 from vcmm.inference.belts import Inverse, coverage, inverse_of
+from vcmm.inference.form_family import KNOWN, OTHER
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.pairs import MOST, Drawing, pairs, prepared, rest_of
 from vcmm.inference.points import measured_task
@@ -28,7 +29,7 @@ from vcmm.part.part import Characteristic
 
 PARTS, COUNTED = 24_000, 2000  # drawn for the belts; drawn anew to count
 FEWER = 8000  # where elements by contact are searched in every one of them
-KNOWN, OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
+LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
 NEAR = (
     1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
 )
@@ -231,7 +232,7 @@ class CountedInverse:
 
     def claimed(self, p: float) -> bool:
         """Whether enough of the drawn parts of both kinds had their true value in the interval for p."""
-        return self.counted[0] >= p - (0.95 - KNOWN) and self.counted[1] >= p - (0.95 - OTHER)
+        return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
 
 
 def in_contact(task: Task) -> bool:
@@ -243,13 +244,16 @@ def inverses(
     drawing: Drawing, numbers: Sequence[int], p: float, seed: int, most: float = MOST
 ) -> dict[int, CountedInverse]:
     """Belts of some characteristics, each counted on parts that were not used for it."""
-    made = pairs(drawing, FEWER if in_contact(drawing.task) else PARTS, seed, most=most)
-    anew = pairs(drawing, COUNTED, seed + 1, most=most)
-    other = pairs(drawing, COUNTED, seed + 2, "edges", most=most)
+    count = (FEWER if in_contact(drawing.task) else PARTS) // len(KNOWN)
+    made = [pairs(drawing, count, seed, family, most=most) for family in KNOWN]
+    anew = [pairs(drawing, COUNTED // len(KNOWN), seed + 1, family, most=most) for family in KNOWN]
+    other = pairs(drawing, COUNTED, seed + 2, OTHER, most=most)
     out = {}
     for i in numbers:
         inverse = inverse_of(drawing.task.part.characteristics[i], i, made)
-        out[i] = CountedInverse(inverse, (coverage(inverse, i, anew, p), coverage(inverse, i, other, p)))
+        out[i] = CountedInverse(
+            inverse, (min(coverage(inverse, i, one, p) for one in anew), coverage(inverse, i, other, p))
+        )
     return out
 
 
@@ -264,7 +268,7 @@ def _inverted(
 ) -> Evaluated:
     """Interval and decision of an extreme value are those of the true one."""
     known = None if rest is None else np.array([rest])
-    middle = float(one.inverse.quantile(0.5, np.array([y]), known)[0])
+    middle = float(one.inverse.estimate(np.array([y]), known)[0])
     low, high = (float(end[0]) for end in one.inverse.interval(r.p, np.array([y]), known))
     claimed = one.claimed(r.p)
     true = TrueValue(middle, (low, high), claimed)
@@ -285,7 +289,6 @@ def _decision(
     if not true.claimed:
         return undecided(rule, r.why_not_shown)
     low, high = r.tolerance
-    p = one.inverse.confidence(high, r.value, rest)
-    p -= 0.0 if r.one_sided else one.inverse.confidence(low, r.value, rest)
+    p = one.inverse.within(-np.inf if r.one_sided else low, high, r.value, rest)
     half, where = (true.interval[1] - true.interval[0]) / 2, sum(true.interval) / 2
     return decide(where, r.tolerance, float(np.clip(p, 0, 1)), U=half, rule=rule, one_sided=r.one_sided)
