@@ -112,6 +112,7 @@ def test_values_and_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str
         "values.csv",
         "report.html",
         "budget.csv",
+        "sheet.html",
     }
     capsys.readouterr()
 

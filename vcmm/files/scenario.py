@@ -53,6 +53,19 @@ class JobTable(Table):
     known_bias: Literal["reported", "corrected"] = "reported"
 
 
+class RecordTable(Table):
+    by: str = Field(default="", examples=['"A. Person"'])
+    date: str = Field(default="", examples=['"2026-11-22"'])
+    laboratory: str = ""
+    machine_serial: str = ""
+    machine_certificate: str = ""
+    probe: str = ""
+    part_serial: str = ""
+    drawing: str = Field(default="", examples=['"D-1234 rev. B"'])
+    order: str = ""
+    remarks: str = ""
+
+
 class ScenarioFile(Table):
     """scenario/1"""
 
@@ -69,6 +82,7 @@ class ScenarioFile(Table):
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     placement: PlacementTable = Field(default_factory=PlacementTable)
+    record: RecordTable = Field(default_factory=RecordTable)
 
 
 def load_scenario(path: str | Path, machine: str | Path | None = None) -> Scenario:
@@ -124,7 +138,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
         constants=columns_of(temperatures), inputs=inputs, forms=part.forms, qualifications=qualifications,
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
-        surroundings=around,
+        surroundings=around, record={k: v for k, v in model.record.model_dump().items() if v},
     )  # fmt: skip
 
 

@@ -39,6 +39,7 @@ class Scenario:
     places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
     placement: Placement | None = None  # what `place` may move, and what it minimises
     surroundings: Surroundings = field(default_factory=Surroundings)
+    record: Mapping[str, str] = field(default_factory=dict)  # who, when, serial numbers: words for the sheet
 
     def at(self, pose: Pose) -> Scenario:
         """The same job with the part elsewhere in the machine."""
