@@ -95,7 +95,7 @@ def _temperature(name: str, text: str, room: float | None) -> float:
     if room is None:
         if "degC" not in plain:
             raise UsageError(
-                f'{name} = "{text}" is a difference, but there is no room to differ from; write for example '
+                f'{name} = "{text}" is a temperature and takes degC, as there is no room to differ from; write for example '
                 f'{name} = "20.4 degC", or add room = "20 degC"'
             )
         return quantity(text, "temperature", name, "20.4 degC")

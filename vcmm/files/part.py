@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -200,8 +201,25 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     if part is None:
         return None
     for i, c in enumerate(characteristics):
-        problems.attempt((*at, "characteristics", i), lambda c=c: gps.nominal(c, features))  # type: ignore[misc]
+        problems.attempt((*at, "characteristics", i), lambda c=c: _checked_limits(c, features))  # type: ignore[misc]
     return PartData(part, forms, model.u_expansion)
+
+
+NEAR = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
+
+
+def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
+    """UsageError for a characteristic that cannot be evaluated, and for limits that hold the nominal value itself."""
+    nominal = gps.nominal(c, features)
+    if c.limits is None or nominal <= 0 or not all(abs(end - nominal) < NEAR * nominal for end in c.limits):
+        return
+    scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
+    right = ", ".join(f'"{(end - nominal) * scale:.6g} {unit}"' for end in c.limits)
+    text = (
+        f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
+        f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
+    )
+    raise TableProblems([("limits", text)])
 
 
 def _check_names(
@@ -300,6 +318,13 @@ def _characteristic(t: CharacteristicTable) -> Characteristic:
         zone = None if t.zone is None else quantity(t.zone, "length", "zone", "0.01 mm")
     except UsageError as error:
         found.append(("zone", str(error)))
+    given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": t.datums}
+    seen: set[str] = set()
+    for role, names in given.items():
+        for name in names:
+            if name in seen:
+                found.append((role, f'it compares "{name}" with itself; name another feature in one place'))
+            seen.add(name)
     if found:
         raise TableProblems(found)
     of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
