@@ -259,7 +259,7 @@ class _Evaluation:
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
-            truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
+            production=self.settings.production.get(c.name), truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
         )  # fmt: skip
         return at_indication(result, result.indicated, self.settings.rule)
 

@@ -122,11 +122,12 @@ def _goal(table: PlacementTable, part: Part) -> Goal:
                     f'{what}: the part has no characteristic "{name}".{choose_from(name, names)}'
                 )
     units = {c.name: gps.unit(c) for c in part.characteristics}
-    process = {n: _process(n, p, units[n]) for n, p in table.process.items()}
+    process = {n: process_of(n, p, units[n]) for n, p in table.process.items()}
     return Goal(mixture, table.weights, table.costs, process)
 
 
-def _process(name: str, table: ProcessTable, unit: str) -> tuple[float, float]:
+def process_of(name: str, table: ProcessTable, unit: str) -> tuple[float, float]:
+    """Mean from the middle of the tolerance, and standard deviation, of what the process makes; mm or rad."""
     dimension, example = ("angle", "10 urad") if unit == "rad" else ("length", "0.003 mm")
     mean = 0.0 if table.mean == "0 mm" else quantity(table.mean, dimension, "mean", example)
     u = quantity(table.u, dimension, "u", example)

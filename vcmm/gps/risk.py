@@ -5,23 +5,29 @@ global risk     of a production: parts that are out and accepted (consumer's), i
                 process of which mean and standard deviation are stated: no default, because the answer is mostly that
 guard band      acceptance limits inside the tolerance limits (8.3): what the shop floor may read
 
+wrong decisions the same for a rule with three answers, for many u at once, in closed form (placement)
+
 All are for a normal measurement of standard uncertainty u; lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
 from vcmm.core.errors import UsageError
+from vcmm.core.pose import Array
+from vcmm.gps.decision import ACCEPT, GUARD_BAND
 
 IN_ACCEPT, IN_UNCERTAIN, OUT_UNCERTAIN, OUT_REJECT = (
     "conformity zone", "uncertainty zone, inside the limits", "uncertainty zone, outside the limits", "non-conformity zone",
 )  # fmt: skip
-NODES = 64  # Gauss-Legendre nodes per panel
-REACH = 9.0  # standard deviations of the process that are integrated
+NODES = 48
+_REACH = 6.0  # standard deviations of the process that are integrated
 
 
 @dataclass(frozen=True)
@@ -70,43 +76,86 @@ def specific_risk(p_conform: float, accepted: bool) -> float:
 
 
 def global_risk(limits: tuple[float, float], u: float, guard: float, production: Production) -> GlobalRisk:
-    """Risks of accepting what reads within the limits moved inwards by `guard`.
+    """Risks of accepting what reads within the limits moved inwards by `guard` and rejecting the rest.
 
-    By quadrature over the process; readings are normal about the true value with u. UsageError: u negative, limits exchanged.
+    UsageError: u negative, limits exchanged.
     """
     low, high = limits
     if not low < high or u < 0:
         raise UsageError(f"limits {low:g} and {high:g} must rise, and u = {u:g} must not be negative")
+    wrong = wrong_decisions(
+        np.array([u]), np.zeros(1), limits, np.array([guard]), (production.mean, production.u)
+    )
+    made, read = (
+        NormalDist(production.mean, production.u),
+        NormalDist(production.mean, math.hypot(production.u, u)),
+    )
+    good = _share(made, limits)
     inside = acceptance_limits(limits, guard)
-    true, weight = _nodes(limits, u, production)
-    density = weight * _density(true, production)
-    accepts = np.zeros(len(true)) if inside is None else _between(inside, true, u)
-    good = (true >= low) & (true <= high)
-    return GlobalRisk(
-        consumer=float(density[~good] @ accepts[~good]), producer=float(density[good] @ (1 - accepts[good])),
-        out=float(density[~good].sum()), accepted=float(density @ accepts),
-    )  # fmt: skip
+    accepted = 0.0 if inside is None else _share(read, inside)
+    consumer = float(wrong.accept_bad[0])
+    return GlobalRisk(consumer, producer=good - (accepted - consumer), out=1 - good, accepted=accepted)
 
 
-def _nodes(limits: tuple[float, float], u: float, production: Production) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights over the process, panels broken at the limits and fine about them."""
-    ends = production.mean + REACH * production.u * np.linspace(-1, 1, 19)
-    fine = [x + k * u for x in limits if math.isfinite(x) for k in np.linspace(-9, 9, 19)]
-    edges = np.unique(np.concatenate([ends, [e for e in fine if ends[0] < e < ends[-1]]]))
-    node, weight = np.polynomial.legendre.leggauss(NODES)
-    half = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + half * (1 + node)).ravel(), (half * weight).ravel()
+def _share(law: NormalDist, limits: tuple[float, float]) -> float:
+    below = [law.cdf(x) if math.isfinite(x) else float(x > 0) for x in limits]
+    return below[1] - below[0]
 
 
-def _density(x: np.ndarray, production: Production) -> np.ndarray:
-    z = (x - production.mean) / production.u
-    return np.asarray(np.exp(-z * z / 2) / (production.u * math.sqrt(2 * math.pi)))
+@dataclass(frozen=True)
+class WrongDecisions:
+    """Probabilities (m,): a bad part accepted, a good part rejected, a part left undecided."""
+
+    accept_bad: Array
+    reject_good: Array
+    undecided: Array
+
+    @property
+    def total(self) -> Array:
+        """Not judged rightly."""
+        return self.accept_bad + self.reject_good + self.undecided
 
 
-def _between(limits: tuple[float, float], true: np.ndarray, u: float) -> np.ndarray:
-    """P(reading within limits) for each true value."""
-    if u == 0:
-        return ((true >= limits[0]) & (true <= limits[1])).astype(float)
+def guard_band(rule: str, u: Array, expanded: Array) -> Array:
+    """Width of the guard band: U, or 1.645 u for a conformance probability of 95 %."""
+    return expanded if rule == GUARD_BAND else NormalDist().inv_cdf(ACCEPT) * u
+
+
+def wrong_decisions(
+    u: Array, bias: Array, limits: tuple[float, float], guard: Array, process: tuple[float, float]
+) -> WrongDecisions:
+    """For standard uncertainties u (m,), biases (m,), guard bands (m,). process: mean and standard deviation.
+
+    The product of two normal laws is integrated over the true value by Gauss-Legendre panels that end at the limits,
+    where the integrand jumps. Limits may be infinite.
+    """
+    mean, spread = process
+    low, high = mean - _REACH * spread, mean + _REACH * spread
+    cuts = sorted({low, high, *(min(max(v, low), high) for v in limits)})
+    true, weight = _panels(cuts)
+    weight = weight * np.exp(-(((true - mean) / spread) ** 2) / 2) / (spread * np.sqrt(2 * np.pi))
+    good = (true >= limits[0]) & (true <= limits[1])
+    indicated = true[None, :] + bias[:, None]
+    size = np.maximum(u, 1e-15)[:, None]
+    accepted = _between(limits[0] + guard[:, None], limits[1] - guard[:, None], indicated, size)
+    kept = _between(limits[0] - guard[:, None], limits[1] + guard[:, None], indicated, size)
+    rejected = 1 - kept
+    undecided = kept - accepted
+    return WrongDecisions(
+        accepted[:, ~good] @ weight[~good], rejected[:, good] @ weight[good], undecided @ weight
+    )
+
+
+def _between(low: Array, high: Array, centre: Array, size: Array) -> Array:
+    """P(low <= Y <= high) for Y normal (centre, size); 0 where low > high."""
     from scipy.special import ndtr
 
-    return np.asarray(ndtr((limits[1] - true) / u) - ndtr((limits[0] - true) / u))
+    return np.maximum(np.asarray(ndtr((high - centre) / size) - ndtr((low - centre) / size)), 0.0)
+
+
+def _panels(cuts: list[float], parts: int = 4) -> tuple[Array, Array]:
+    """Nodes and weights between consecutive cuts."""
+    node, weight = np.polynomial.legendre.leggauss(NODES)
+    edges = np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in itertools.pairwise(cuts)]))
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (1 + node)).ravel(), (half * weight).ravel()
