@@ -121,8 +121,8 @@ def temperature_inputs(
         out.append((("environment",), room_input(environment.u_room, environment.half_width)))
     for name, text in environment.u_temperature.items():
         here: Location = ("environment", "u_temperature", name) if inside else ("environment",)
-        if name not in NAMES:
-            problems.add(here, f'unknown temperature "{name}".{choose_from(name, NAMES)}')
+        if name not in Temperatures.model_fields:
+            problems.add(here, f'unknown temperature "{name}".{choose_from(name, Temperatures.model_fields)}')
             continue
         try:
             law = Normal(quantity(text, "temperature difference", name, "0.1 K"))

@@ -55,6 +55,9 @@ def placement_from(document: Document, part: Part | None, model: Any, problems: 
         return None
     table: PlacementTable = model.placement
     here = ("placement",)
+    for key in ("slots", "weights"):
+        if key in data and not data[key]:
+            problems.add((*here, key), f"{key} is empty, which allows nothing; leave it out")
     freedoms = [problems.attempt((*here, n), lambda n=n: _freedom(n, getattr(table, n))) for n in DOFS]  # type: ignore[misc]
     faces = problems.attempt((*here, "faces_down"), lambda: _faces(table.faces_down, part))
     kept = tuple(f for f in freedoms if f is not None)
