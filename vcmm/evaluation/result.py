@@ -94,6 +94,9 @@ class CharacteristicResult:
         None  # U of a part that is off as far as it may be, where U depends on the true value
     )
     true_value: TrueValue | None = None  # of extreme values
+    production: tuple[float, float] | None = (
+        None  # mean from the middle of the tolerance, and u, of what the process makes
+    )
 
     @property
     def expanded(self) -> float:

@@ -58,6 +58,15 @@ def evaluate(
 ) -> UncertaintyResult:
     """Evaluate a task. world: where the errors come from (default: the task's machine). Raises UsageError without Inputs or characteristics; see `linear.build` for the rest."""
     settings = settings or Settings()
+    report = progress or (lambda text, share: None)
+    model = prepared(task, world)
+    report("certifying the linear model", 0.0)
+    indicated = evaluate_all(task, fit_features(task, measured_points(task, model.world.errors())))
+    return _Evaluation(model, settings, report, indicated).result()
+
+
+def prepared(task: Task, world: World | None = None) -> LinearModel:
+    """All that an evaluation does before it draws anything: what it refuses, it refuses here."""
     if not task.part.characteristics:
         raise UsageError(
             "the part has no characteristics; add [[part.characteristics]] with name, type and of"
@@ -66,11 +75,9 @@ def evaluate(
         raise UsageError(
             "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
         )
-    report = progress or (lambda text, share: None)
     model = build(without_unknown(task) if task.forms else task, world)
-    report("certifying the linear model", 0.0)
-    indicated = evaluate_all(task, fit_features(task, measured_points(task, model.world.errors())))
-    return _Evaluation(model, settings, report, indicated).result()
+    model.values(model.q0)
+    return model
 
 
 @dataclass(frozen=True)
@@ -252,7 +259,7 @@ class _Evaluation:
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
-            truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
+            production=self.settings.production.get(c.name), truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
         )  # fmt: skip
         return at_indication(result, result.indicated, self.settings.rule)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -224,8 +225,25 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     if part is None:
         return None
     for i, c in enumerate(characteristics):
-        problems.attempt((*at, "characteristics", i), lambda c=c: gps.nominal(c, features))  # type: ignore[misc]
+        problems.attempt((*at, "characteristics", i), lambda c=c: _checked_limits(c, features))  # type: ignore[misc]
     return PartData(part, forms, model.u_expansion)
+
+
+NEAR = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
+
+
+def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
+    """UsageError for a characteristic that cannot be evaluated, and for limits that hold the nominal value itself."""
+    nominal = gps.nominal(c, features)
+    if c.limits is None or nominal <= 0 or not all(abs(end - nominal) < NEAR * nominal for end in c.limits):
+        return
+    scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
+    right = ", ".join(f'"{(end - nominal) * scale:.6g} {unit}"' for end in c.limits)
+    text = (
+        f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
+        f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
+    )
+    raise TableProblems([("limits", text)])
 
 
 def _check_names(
@@ -345,6 +363,7 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         zone = read("zone", lambda: general_of(t, drawing.features, drawing.general)[1])
     along = read("projected", lambda: t.projected and quantity(t.projected, "length", "projected", "20 mm"))
     sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.own_limits))
+    found += _compared_with_itself(t)
     if found:
         raise TableProblems(found)
     return Characteristic(
@@ -353,3 +372,17 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         criterion=t.criterion, limits=limits, zone=zone, datum_criterion=t.datum_criterion,
         projected=along or None, zones=t.zones, material=t.material, size_limits=sizes,
     )  # fmt: skip
+
+
+def _compared_with_itself(t: CharacteristicTable) -> list[tuple[str, str]]:
+    """(role, complaint) of a feature that is named twice."""
+    datums = [m for d in t.datums for m in ([d] if isinstance(d, str) else d)]
+    given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": datums}
+    found: list[tuple[str, str]] = []
+    seen: set[str] = set()
+    for role, names in given.items():
+        for name in names:
+            if name in seen:
+                found.append((role, f'it compares "{name}" with itself; name another feature in one place'))
+            seen.add(name)
+    return found

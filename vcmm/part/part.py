@@ -210,6 +210,10 @@ def _characteristic_problems(c: Characteristic) -> Iterable[str]:
         if not least <= given <= most:
             wanted = f"{least}" if least == most else f"{least} to {most}"
             yield f'{c.type} takes {wanted} feature(s) in "{role}", not {given}.'
+    names = (*c.of, *c.between, *c.datums)
+    twice = next((n for i, n in enumerate(names) if n in names[:i]), None)
+    if twice is not None:
+        yield f'it compares "{twice}" with itself, which is always perfect; name another feature in one place.'
     if c.limits is not None and not c.limits[0] < c.limits[1]:
         yield f"the lower limit {c.limits[0]:g} is not below the upper limit {c.limits[1]:g}; exchange them."
     if c.zone is not None and not (math.isfinite(c.zone) and c.zone > 0.0):
