@@ -163,6 +163,12 @@ def test_what_no_correlated_inputs_are(tmp_path, table, said):
         job(tmp_path, "", ("\n[job]\ntrials = 20000", f"\n[[inputs]]\n{table}\n[job]\ntrials = 20000"))
 
 
+def test_a_gradient_may_be_uncertain(tmp_path):
+    one = job(tmp_path, 'temperature = { gradient = "0.5 K" }\nu_temperature = { gradient = "0.1 K" }')
+    (known,) = [i for i in one.inputs if i.parameter == "temp_gradient_C"]
+    assert known.law.u == pytest.approx(0.1)
+
+
 def test_unused_and_exact_temperatures_are_said_of_a_room_too(tmp_path):
     from vcmm.evaluation.checks import remarks
 

@@ -243,17 +243,24 @@ def _measuring_rows(file: Path) -> list[list[str]]:
     scenario = load_scenario(file)
     with about(file):
         task = scenario.task()
-        _evaluate(task)
+        refused = _evaluate(task)
     rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
     touches = f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"
     rows += [["plan", touches], *_known_rows(scenario, task)]
-    rows += [[f"remark {i}", text] for i, text in enumerate(remarks(scenario), 1)]
+    said = (*remarks(scenario), *refused)
+    rows += [[f"remark {i}", text] for i, text in enumerate(said, 1)]
     return rows
 
 
-def _evaluate(task: Any) -> None:
-    """Ask every effect and every input once: columns, tables, hulls, rotations, labels."""
-    from vcmm.response.influence import influences
+def _evaluate(task: Any) -> list[str]:
+    """The job's own preparation: every effect, input, fit and characteristic asked once. What only `uncertainty` lacks is said."""
+    from vcmm.evaluation.uncertainty import prepared
+    from vcmm.measuring.task import evaluate_all, fit_features, measured_points
 
-    task.machine.indication_error(task.touches.run)
-    influences(task.machine, task.touches.run, task.inputs)
+    errors = task.machine.indication_error(task.touches.run)
+    evaluate_all(task, fit_features(task, measured_points(task, errors)))
+    if task.part.characteristics and task.inputs:
+        prepared(task)
+        return []
+    missing = "characteristics" if task.inputs else "inputs (nothing is uncertain)"
+    return [f"measure works, uncertainty and place do not: the scenario has no {missing}"]

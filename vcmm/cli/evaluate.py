@@ -43,7 +43,7 @@ def evaluate_command(
     json
         Print one JSON document.
     out
-        Folder for evaluation.json, values.csv, and of one part report.html and budget.csv.
+        Folder for evaluation.json, values.csv, a sheet for the auditor per part, and of one part report.html and budget.csv.
     """
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
@@ -59,7 +59,7 @@ def evaluate_command(
         parts = _evaluated(loaded, (points, values), (frame, tip_centres), settings, report)
     content = _document(parts, settings, scenario, points or values)
     if folder:
-        _write(folder, loaded, parts, content)
+        _write(folder, loaded, parts, content, (scenario, points or values))
     if json:
         print_json(content)
     else:
@@ -123,12 +123,13 @@ def _show(parts: Any, warnings: list[str]) -> None:
         say(f"note: {warning}")
 
 
-def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], files: Any) -> None:
     from dataclasses import replace
 
-    from vcmm.console.documents import json_text
+    from vcmm.console.documents import json_text, sources
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say
+    from vcmm.pages.sheet import sheet_page
     from vcmm.pages.uncertainty import uncertainty_page
     from vcmm.tables.evaluated import budget_csv
     from vcmm.tables.inferred import values_csv
@@ -141,5 +142,12 @@ def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any]) -> 
             warnings=parts[0].warnings,
         )
         texts |= {"report.html": uncertainty_page(scenario, whole), "budget.csv": budget_csv(whole)}
+    given = [*sources(files[0]), files[1]]
+    texts |= {_sheet_name(p.part): sheet_page(scenario, p, given) for p in parts}
     write_files(folder, texts)
     say(f"wrote {', '.join(f'{folder}/{name}' for name in texts)}")
+
+
+def _sheet_name(part: str) -> str:
+    plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in part)
+    return f"sheet-{plain}.html" if plain else "sheet.html"

@@ -27,7 +27,8 @@ class Input:
 
     law: departure from the estimate, canonical units. A scalar law is drawn independently for every element of an
     array parameter, times `scale` (k,) where given; MultivariateNormal and MultivariateSamples draw all together.
-    owner: names the machine where two have a part in one task, so that each has draws of its own.
+    owner: names the machine where two have a part in one task, so that each has draws of its own. cause: tells apart what
+    makes one quantity uncertain for several physical reasons, each a line of the budget.
     """
 
     effect: str
@@ -40,12 +41,14 @@ class Input:
     owner: str = ""
     members: tuple[Input, ...] = ()
     shares: Array | None = None
+    cause: str = ""
 
     @property
     def id(self) -> str:
         """Names the random stream and the budget line: backlash[X].gap, scatter.value, channel.temp_part_C."""
         where = f"[{self.where}]" if self.where else ""
         name = f"{self.effect}{where}.{self.parameter}" if self.effect else self.parameter
+        name = f"{name} by {self.cause}" if self.cause else name
         return f"{self.owner}: {name}" if self.owner else name
 
     @property

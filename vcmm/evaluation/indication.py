@@ -18,6 +18,11 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
     said = result.truth.given(y, result.p, result.interval_kind, limits)
+    if result.extreme and not isinstance(
+        result.truth, Predicted
+    ):  # nothing is smaller than perfect, no length below zero
+        low, high = (max(end, 0.0) for end in said.interval)
+        said = replace(said, estimate=max(said.estimate, 0.0), interval=(low, high))
     half = (said.interval[1] - said.interval[0]) / 2
     known = math.isfinite(result.u) and result.u > 0
     half = result.half_width or half

@@ -186,14 +186,14 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
         rows = t.rows[name]
         feature = task.part.features[name]
         fixed = feature.axis if feature.kind == "circle" else None
-        s = sensitivity(fitted, points[rows], fixed_axis=fixed)
-        residuals = (
-            s.residuals if s.deviations is None else np.einsum("i,mipj->mpj", frame(feature)[0], s.deviations)
-        )
-        parts = [s.point, s.axis, s.sizes] + ([residuals] if name in shapes else [])
+        s = sensitivity(fitted, points[rows], fixed_axis=fixed, residuals=name in shapes)
+        parts = [s.point, s.axis, s.sizes]
+        if s.residuals is not None:
+            along = s.deviations
+            parts.append(s.residuals if along is None else np.einsum("i,mipj->mpj", frame(feature)[0], along))
         touches = len(rows) if name in contact else 0
         change = np.einsum("pni,ni->pn", np.concatenate(parts), direction[rows])
-        change = np.concatenate([change, np.eye(len(rows))[:touches]])
+        change = np.concatenate([change, np.eye(touches, len(rows))])
         full = np.zeros((len(change), t.run.n))
         full[:, rows] = change
         held = len(rows) if name in shapes else 0

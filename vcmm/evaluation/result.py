@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,17 @@ class BudgetLine:
     u: float
     share: float
     evidence: str
+    cause: str = ""  # physical cause, where several lines have it in common
+
+
+def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[str, ...]]]:
+    """Physical cause -> (share of u^2, names of its lines), of those that more than one line has."""
+    out: dict[str, tuple[float, tuple[str, ...]]] = {}
+    for line in budget:
+        if line.cause:
+            share, names = out.get(line.cause, (0.0, ()))
+            out[line.cause] = (share + line.share, (*names, line.input))
+    return {cause: found for cause, found in out.items() if len(found[1]) > 1}
 
 
 @dataclass(frozen=True)
@@ -93,6 +105,9 @@ class CharacteristicResult:
         None  # U of a part that is off as far as it may be, where U depends on the true value
     )
     true_value: TrueValue | None = None  # of extreme values
+    production: tuple[float, float] | None = (
+        None  # mean from the middle of the tolerance, and u, of what the process makes
+    )
 
     @property
     def expanded(self) -> float:

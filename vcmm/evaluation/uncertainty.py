@@ -28,6 +28,7 @@ from vcmm.evaluation.interval import Linear
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
+from vcmm.evaluation.part_forms import FORM, true_values, without_unknown
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress, Sampler
 from vcmm.evaluation.true_parts import invertible
@@ -62,6 +63,15 @@ def evaluate(
     certain); see `linear.build` for the rest.
     """
     settings = settings or Settings()
+    report = progress or (lambda text, share: None)
+    model = prepared(task, world)
+    report("certifying the linear model", 0.0)
+    indicated = evaluate_all(task, fit_features(task, measured_points(task, model.world.errors())))
+    return _Evaluation(model, settings, report, indicated).result()
+
+
+def prepared(task: Task, world: World | None = None) -> LinearModel:
+    """All that an evaluation does before it draws anything: what it refuses, it refuses here."""
     if not task.part.characteristics:
         raise UsageError(
             "the part has no characteristics; add [[part.characteristics]] with name, type and of"
@@ -70,10 +80,9 @@ def evaluate(
         raise UsageError(
             "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
         )
-    report = progress or (lambda text, share: None)
-    model = build(task, world)
-    report("certifying the linear model", 0.0)
-    return _Evaluation(model, settings, report).result()
+    model = build(without_unknown(task) if task.forms else task, world)
+    model.values(model.q0)
+    return model
 
 
 @dataclass(frozen=True)
@@ -100,13 +109,14 @@ class _Outcome:
 class _Evaluation:
     """One run over all characteristics; terms, gradient and values are made once."""
 
-    def __init__(self, model: LinearModel, settings: Settings, progress: Progress) -> None:
+    def __init__(self, model: LinearModel, settings: Settings, progress: Progress, indicated: Array) -> None:
         self.model, self.settings = model, settings
         self.features = model.task.part.features
         self.terms = model.terms()
         self.sampler = Sampler(model, self.terms, settings, progress)
         self.value = model.values(model.q0)
-        self.bias = self.value - _perfect(model.task)
+        self.indicated = np.where([c.type in gps.FORM for c in model.characteristics], indicated, self.value)
+        self.bias = self.value - true_values(model.task)
         self.gradient = model.gradient()
         self.check: Check = check(model, self.gradient, settings)
         self.smooth = [gps.is_linear(c, self.features) for c in model.characteristics]
@@ -197,16 +207,21 @@ class _Evaluation:
         c = self.model.characteristics[i]
         if self.model.world.predicts or not invertible(self.model, c):
             return None
-        return Extreme(self.model.only(i), self.terms, self.settings, c.zone)
+        terms = [
+            t
+            for t, f in zip(self.terms, self.model.influences)
+            if f.input.effect != FORM or c.type not in gps.FORM
+        ]
+        return Extreme(self.model.only(i), terms, self.settings, c.zone)
 
     def _inverted(self, i: int, summary: Summary, inverse: Extreme) -> _Outcome:
         exact = self.settings.engine == "exact"
         u = inverse.u
         u_i, form = inverse.contributions()
-        if any(np.isinf(np.max(t.law.u)) for t, share in zip(self.terms, u_i) if share > 0):
+        if any(np.isinf(np.max(t.law.u)) for t, share in zip(inverse.terms, u_i) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
         between = form_line(inverse.parts.characteristic, form, u)
-        lines = (*self._lines(self.terms, u_i, u, False), *([between] if form > 1e-3 * inverse.u else []))
+        lines = (*self._lines(inverse.terms, u_i, u, False), *([between] if form > 1e-3 * inverse.u else []))
         return _Outcome(
             tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=lines, linear_error=float(self.check.linear_error[i]),
             tangent=False, inverse=inverse,
@@ -230,11 +245,16 @@ class _Evaluation:
     def _assembled(self, i: int, c: Characteristic, outcome: _Outcome) -> CharacteristicResult:
         nominal, shift, u = gps.nominal(c, self.features), self._shift(i), outcome.u
         predicts, law = self.model.world.predicts, outcome.law
-        additive = Additive(law, float(self.value[i]), outcome.error, shift)
+        noise = (
+            outcome.error
+            if outcome.tangent or not outcome.summary
+            else outcome.summary.mean - float(self.value[i])
+        )
+        additive = Additive(law, float(self.value[i]), noise, shift)
         part = Predicted(law, float(self.value[i]) + outcome.error)
         why = "" if predicts else self._why_not_shown(i, c, outcome, additive)
         why = why or _why_not_linear(outcome, self.settings)
-        truth: Truth = additive if outcome.tangent and not predicts else part
+        truth: Truth = part if predicts else additive
         truth = truth if outcome.inverse is None else outcome.inverse.inverse
         result = CharacteristicResult(
             name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=nominal,
@@ -244,8 +264,8 @@ class _Evaluation:
             budget=PlottedBudget(outcome.lines),
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
-            summary=outcome.summary, indicated=float(self.value[i]), one_sided=gps.one_sided(c), why_not_shown=why,
-            truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
+            summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
+            production=self.settings.production.get(c.name), truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
         )  # fmt: skip
         return at_indication(result, result.indicated, self.settings.rule)
 
@@ -269,11 +289,6 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
     half = (high - low) / 2 if outcome.inverse is None else outcome.inverse.expanded
     most = ERROR_SHARE * half if half > NOTHING else NOTED
     return "the linear model errs by more than a tenth of U" if outcome.linear_error > most else ""
-
-
-def _perfect(task: Task) -> Array:
-    """Characteristics of the same points on a machine without errors."""
-    return evaluate_all(task, fit_features(task, measured_points(task, np.zeros((task.touches.run.n, 3)))))
 
 
 def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:

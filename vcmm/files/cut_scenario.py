@@ -139,7 +139,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )  # fmt: skip
     temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
-    settings = section(document, "job", data.get("job", {}), problems, settings_from)
+    settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
     if settings is not None and settings.known_bias == CORRECTED:
         problems.add(
             ("job", "known_bias"),

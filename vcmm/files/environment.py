@@ -95,7 +95,7 @@ def _temperature(name: str, text: str, room: float | None) -> float:
     if room is None:
         if "degC" not in plain:
             raise UsageError(
-                f'{name} = "{text}" is a difference, but there is no room to differ from; write for example '
+                f'{name} = "{text}" is a temperature and takes degC, as there is no room to differ from; write for example '
                 f'{name} = "20.4 degC", or add room = "20 degC"'
             )
         return quantity(text, "temperature", name, "20.4 degC")
@@ -121,8 +121,8 @@ def temperature_inputs(
         out.append((("environment",), room_input(environment.u_room, environment.half_width)))
     for name, text in environment.u_temperature.items():
         here: Location = ("environment", "u_temperature", name) if inside else ("environment",)
-        if name not in NAMES:
-            problems.add(here, f'unknown temperature "{name}".{choose_from(name, NAMES)}')
+        if name not in Temperatures.model_fields:
+            problems.add(here, f'unknown temperature "{name}".{choose_from(name, Temperatures.model_fields)}')
             continue
         try:
             law = Normal(quantity(text, "temperature difference", name, "0.1 K"))

@@ -28,11 +28,12 @@ from vcmm.files.knowledge import further_effects, further_inputs, note_second, t
 from vcmm.files.machine import machine_from
 from vcmm.files.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.part import PartData, part_from
-from vcmm.files.placement import PlacementTable, placement_from
+from vcmm.files.placement import PlacementTable, ProcessTable, placement_from, process_of
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Point, Table, Turn, checked_model, read_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
+from vcmm.gps import characteristics as gps
 from vcmm.gps.decision import RULES
 from vcmm.measuring.plan import Plan
 from vcmm.measuring.scenario import Scenario
@@ -51,6 +52,20 @@ class JobTable(Table):
     interval: Literal["symmetric", "shortest"] = "symmetric"
     rule: str = Field(default=RULES[0], examples=[f'"{RULES[0]}"'])
     known_bias: Literal["reported", "corrected"] = "reported"
+    production: dict[str, ProcessTable] = Field(default_factory=dict)
+
+
+class RecordTable(Table):
+    by: str = Field(default="", examples=['"A. Person"'])
+    date: str = Field(default="", examples=['"2026-11-22"'])
+    laboratory: str = ""
+    machine_serial: str = ""
+    machine_certificate: str = ""
+    probe: str = ""
+    part_serial: str = ""
+    drawing: str = Field(default="", examples=['"D-1234 rev. B"'])
+    order: str = ""
+    remarks: str = ""
 
 
 class ScenarioFile(Table):
@@ -69,6 +84,7 @@ class ScenarioFile(Table):
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     placement: PlacementTable = Field(default_factory=PlacementTable)
+    record: RecordTable = Field(default_factory=RecordTable)
 
 
 def load_scenario(path: str | Path, machine: str | Path | None = None) -> Scenario:
@@ -110,7 +126,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )
     temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
-    settings = section(document, "job", data.get("job", {}), problems, settings_from)
+    settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
     known = with_knowledge(document, machine, part, environment, planned, problems)
     placement = placement_from(document, part.part if part else None, model, problems)
     if problems.found or not (model and planned and part and settings and environment and known):
@@ -124,7 +140,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
         constants=columns_of(temperatures), inputs=inputs, forms=part.forms, qualifications=qualifications,
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
-        surroundings=around,
+        surroundings=around, record={k: v for k, v in model.record.model_dump().items() if v},
     )  # fmt: skip
 
 
@@ -161,7 +177,9 @@ def section(document: Document, key: str, value: object, problems: Problems, mak
     return problems.attempt((key,), from_file)
 
 
-def settings_from(document: Document, data: dict[str, Any], at: Location) -> Settings:
+def settings_from(
+    document: Document, data: dict[str, Any], at: Location, part: PartData | None = None
+) -> Settings:
     problems = Problems(document)
     job = checked_model(JobTable, data, problems, at)
     if job is not None and job.rule not in RULES:
@@ -169,9 +187,20 @@ def settings_from(document: Document, data: dict[str, Any], at: Location) -> Set
     if job is not None:
         problems.attempt((*at, "trials"), lambda: Settings(trials=job.trials))
         problems.attempt((*at, "p"), lambda: Settings(p=job.p))
+    production = {}
+    units = {c.name: gps.unit(c) for c in part.part.characteristics} if part else {}
+    for name, table in job.production.items() if job is not None else ():
+        here = (*at, "production", name)
+        if name in units:
+            production[name] = problems.attempt(here, lambda n=name, t=table: process_of(n, t, units[n]))  # type: ignore[misc]
+        elif part is not None:
+            problems.add(here, f'the part has no characteristic "{name}".{choose_from(name, list(units))}')
     problems.raise_if_any()
     assert job is not None
-    return Settings(job.seed, job.trials, job.p, job.interval, rule=job.rule, known_bias=job.known_bias)
+    return Settings(
+        job.seed, job.trials, job.p, job.interval, rule=job.rule, known_bias=job.known_bias,
+        production={n: found for n, found in production.items() if found},
+    )  # fmt: skip
 
 
 def with_knowledge(

@@ -19,7 +19,8 @@ from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.inference.belts import Inverse, coverage
-from vcmm.inference.job import KNOWN, OTHER, PreparedTask, known_of
+from vcmm.inference.form_family import KNOWN, OTHER
+from vcmm.inference.job import LEAST, LEAST_OTHER, PreparedTask, known_of
 from vcmm.inference.pairs import Pairs, pairs
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
@@ -102,18 +103,20 @@ def _kinds(known: PreparedTask, parts: int, seed: int) -> Sequence[tuple[str, Pa
     """Parts that were used neither for the belts nor for what they say of themselves."""
     assert known.drawing is not None
     fresh = seed + 1000
-    out = [(PRIOR, pairs(known.drawing, parts, fresh, most=known.most))]
-    out += [
-        (f"form {r:g} x noise", pairs(known.drawing, parts, fresh + 1 + k, ratio=r))
-        for k, r in enumerate(RATIOS)
-    ]
-    return [*out, (ANOTHER, pairs(known.drawing, parts, fresh + 9, "edges", most=known.most))]
+
+    def mixed(number: int, **how: float) -> Pairs:
+        drawn = [pairs(known.drawing, parts // len(KNOWN), fresh + number, f, **how) for f in KNOWN]  # type: ignore[arg-type]
+        return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
+
+    out = [(PRIOR, mixed(0, most=known.most))]
+    out += [(f"form {r:g} x noise", mixed(1 + k, ratio=r)) for k, r in enumerate(RATIOS)]
+    return [*out, (ANOTHER, pairs(known.drawing, parts, fresh + 9, OTHER, most=known.most))]
 
 
 def _counted(known: PreparedTask, i: int, drawn: Pairs, kind: str) -> Audited:
     result, one = known.result.characteristics[i], known.inverses[i]
     p = result.p
-    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - OTHER)}.get(kind, p - (0.95 - KNOWN))
+    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return Audited(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=coverage(one.inverse, i, drawn, p),
         parts=len(drawn.true), width=_width(one.inverse, i, drawn, p), claimed=one.claimed(p), least=least,

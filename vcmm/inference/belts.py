@@ -12,6 +12,7 @@ G. Cowan et al., Power-constrained limits, arXiv:1105.3166.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ from vcmm.part.part import Characteristic
 
 CLASSES = 8  # of roughness, each with as many of the drawn parts
 NEIGHBOURS = 300  # parts in a window: the 2.5 % quantile of their departures errs by 0.9 % in probability
+SMOOTH = 10  # windows on either side over which quantiles are averaged, four to a width
 ONE_SIDED = 0.7  # of all misses at the upper end alone; 1 would fail more often than 1 - p where the lower end leaves 0
 LEVELS = np.concatenate([[0.005, 0.01, 0.02], np.arange(0.025, 0.98, 0.025), [0.98, 0.99, 0.995]])
 
@@ -40,7 +42,7 @@ class Belt:
 
 
 @dataclass(frozen=True, eq=False)
-class Inverse:
+class FamilyInverse:
     """Belts of a characteristic by roughness, in units of the residuals; whole: of all parts, in mm or rad.
 
     roughest: upper ends of the classes but the last, mm. bounded: no true value is below 0.
@@ -71,10 +73,7 @@ class Inverse:
         return out
 
     def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
-        """Ends (m,), (m,) of the interval of the true value. Where it begins at 0 only its upper end can miss: it misses more.
-
-        Of sizes, whose errors change their sign with the roughness, it goes half way to the intervals of the classes next to it.
-        """
+        """Ends (m,), (m,) of the interval of the true value. Where it begins at 0 only its upper end can miss: it misses more."""
         low, high = (self.quantile(level, found, rest) for level in ((1.0 - p) / 2.0, (1.0 + p) / 2.0))
         if not self.bounded:
             if rest is None:
@@ -105,8 +104,34 @@ def _crossing(belt: Belt, level: float, found: Array, bounded: bool) -> Array:
     return np.maximum(np.where(found > curve[-1], belt.true[-1] + found - curve[-1], inside), 0.0)
 
 
-def inverse_of(c: Characteristic, index: int, drawn: Pairs) -> Inverse:
-    """The belts of characteristic number `index` of drawn parts."""
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """The inverses of several families of parts: the interval holds those of all of them, the estimate is their mean."""
+
+    families: tuple[FamilyInverse, ...]
+
+    def estimate(self, found: Array, rest: Array | None) -> Array:
+        """(m,): the middle of the confidence."""
+        return np.mean([f.quantile(0.5, found, rest) for f in self.families], axis=0)
+
+    def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
+        """Ends (m,), (m,) of the interval of the true value."""
+        ends = [f.interval(p, found, rest) for f in self.families]
+        return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+
+    def within(self, low: float, high: float, found: float, rest: float | None) -> float:
+        """Confidence that the true value lies between two limits (low -inf: none), by the family that doubts it most."""
+        below = [0.0 if low == -np.inf else f.confidence(low, found, rest) for f in self.families]
+        return min(f.confidence(high, found, rest) - b for f, b in zip(self.families, below))
+
+
+def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse:
+    """The inverse of characteristic number `index` from drawn parts, one family after another."""
+    return Inverse(tuple(family_inverse(c, index, pairs) for pairs in drawn))
+
+
+def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse:
+    """The belts of characteristic number `index` of drawn parts of one family."""
     true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
     bounded = c.type != "size"
     whole = _belt(true, indicated, bounded)
@@ -114,11 +139,11 @@ def inverse_of(c: Characteristic, index: int, drawn: Pairs) -> Inverse:
     if (
         not sorted_by_roughness(c) or rest.max() <= 1e-9
     ):  # as many points as the fits have freedoms: no residuals
-        return Inverse((whole,), whole, np.zeros(0), bounded)
+        return FamilyInverse((whole,), whole, np.zeros(0), bounded)
     edges = np.quantile(rest, np.arange(1, CLASSES) / CLASSES)
     classes, t, y = np.searchsorted(edges, rest), true / rest, indicated / rest
     belts = [_belt(t[classes == k], y[classes == k], bounded) for k in range(len(edges) + 1)]
-    return Inverse(tuple(belts), whole, edges, bounded)
+    return FamilyInverse(tuple(belts), whole, edges, bounded)
 
 
 def sorted_by_roughness(c: Characteristic) -> bool:
@@ -145,9 +170,19 @@ def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
     width = min(NEIGHBOURS, max(len(true) // 10, 1))
     starts = range(0, len(true) - width + 1, max(width // 4, 1))
     middle = np.array([np.median(true[s : s + width]) for s in starts])
-    rows = np.array([np.quantile(departure[s : s + width], LEVELS) for s in starts])
+    rows = _smoothed(np.array([np.quantile(departure[s : s + width], LEVELS) for s in starts]))
     keep = np.concatenate([[True], np.diff(middle) > 0])
     return Belt(middle[keep], rows[keep])
+
+
+def _smoothed(rows: Array) -> Array:
+    """Quantiles (g, levels) averaged over their neighbours with weights that fall to both sides, shorter at the ends."""
+    out = np.empty_like(rows)
+    for i in range(len(rows)):
+        reach = min(i, len(rows) - 1 - i, SMOOTH)
+        weight = 1.0 + reach - np.abs(np.arange(-reach, reach + 1))
+        out[i] = weight @ rows[i - reach : i + reach + 1] / weight.sum()
+    return out
 
 
 def coverage(inverse: Inverse, index: int, drawn: Pairs, p: float) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.linear import LinearModel, build
@@ -21,6 +22,7 @@ from vcmm.inference.form_family import FAMILIES, left_over, motions
 from vcmm.measuring.task import Task
 
 BLOCK = 2000
+LOST = 0.02  # of the drawn parts may have no element by a criterion of contact: rarer than what the quantiles tell
 LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
 FORMLESS = 0.1  # share of parts without form
 APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
@@ -110,9 +112,24 @@ def _block(
         for total, part in zip((touched, surface), _departures(drawing, name, rng, own, how)):
             total += part
     found = touched + machine_part(drawing.measured, seed, first, count)
-    true = drawing.surface.values(drawing.surface.q0 + surface @ drawing.surface.operator.T)
-    indicated = drawing.measured.values(drawing.measured.q0 + found @ drawing.measured.operator.T)
-    return true, indicated, _rest(drawing, found)
+    true = _values(drawing.surface, surface)
+    indicated = _values(drawing.measured, found)
+    kept = np.isfinite(true).all(axis=1) & np.isfinite(indicated).all(axis=1)
+    if kept.mean() < 1.0 - LOST:
+        raise ModelLimit(
+            f"{1.0 - kept.mean():.0%} of the drawn parts have no element by the criteria asked for; measure more points, or use criterion G"
+        )
+    return true[kept], indicated[kept], _rest(drawing, found[kept])
+
+
+def _values(model: LinearModel, displacements: Array) -> Array:
+    """Characteristics (m, C) after displacements (m, n); NaN for the few parts whose elements by contact are not found."""
+    try:
+        return model.values(model.q0 + displacements @ model.operator.T)
+    except ModelLimit:
+        if len(displacements) == 1:
+            return np.full((1, len(model.characteristics)), np.nan)
+        return np.concatenate([_values(model, half) for half in np.array_split(displacements, 2)])
 
 
 def _departures(

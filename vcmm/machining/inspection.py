@@ -165,7 +165,7 @@ def with_uncut(outcome: UncertaintyResult, task: Task, job: PreparedCut) -> tupl
     left = {name for name, rows in task.touches.rows.items() if len(rows) < planned.get(name, 0)}
     out = []
     for c, spec in zip(outcome.characteristics, scenario.part.characteristics):
-        if c.decision is not None and left & {*spec.of, *spec.between, *spec.datums}:
+        if c.decision is not None and left & set(spec.features):
             c = replace(
                 c, decision=replace(c.decision, text="does not conform", p_conform=0.0), coverage_shown=False
             )

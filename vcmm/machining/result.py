@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 GROUPS = (*OWNERS, "measurement")
 SCATTERS = (
     "touch",
+    "pass",
     "part",
     "run",
     "event",

@@ -6,7 +6,7 @@ import math
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.view import part_items, touch_covariances, touch_items, volume_items
@@ -157,6 +157,8 @@ def budget_table(c: CharacteristicResult) -> str:
     left = len(c.budget) - len(rows)
     if left:
         more.append([f"{left} further, each under 10⁻⁴ U", *blank, ""])
+    for cause, (share, names) in common_causes(c.budget).items():
+        more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if math.isfinite(c.interaction_share) and abs(c.interaction_share) > 5e-4:
         more.append(["what inputs do only together", *blank, f"{c.interaction_share:.1%}"])
     total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word} (p = {c.p:.0%})"

@@ -29,7 +29,15 @@ class Draws:
 
     def head(self, count: int) -> Draws:
         """The first trials."""
-        return Draws(self.influence, self.raw[:count], self.departures[:count])
+        return self.part(0, count)
+
+    def part(self, first: int, last: int) -> Draws:
+        """Trials first .. last - 1."""
+        return Draws(self.influence, self.raw[first:last], self.departures[first:last])
+
+    def moves(self) -> Array:
+        """(m, n, 3): what the draws move every row by, first order."""
+        return np.einsum("nik,mnk->mni", self.influence.response, self.departures[:, self.influence.codes])
 
     def on_rows(self, trial: int) -> Array:
         """(n, k): the departure that acts on each row."""
