@@ -19,6 +19,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
+from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.budget import budget_line
 from vcmm.evaluation.certify import Check, check
 from vcmm.evaluation.linear import LinearModel, build
@@ -51,8 +52,9 @@ def evaluate(
     settings: Settings | None = None,
     progress: Progress | None = None,
     world: World | None = None,
+    sharing: Sharing | None = None,
 ) -> UncertaintyResult:
-    """Evaluate a task. world: where the errors come from (default: the task's machine). Raises UsageError without Inputs or characteristics; see `linear.build` for the rest."""
+    """Evaluate a task. world: where the errors come from (default: the task's machine); sharing: who counts the trials. Raises UsageError without Inputs or characteristics; see `linear.build` for the rest."""
     settings = settings or Settings()
     if not task.part.characteristics:
         raise UsageError(
@@ -65,7 +67,7 @@ def evaluate(
     report = progress or (lambda text, share: None)
     model = build(task, world)
     report("certifying the linear model", 0.0)
-    return _Evaluation(model, settings, report).result()
+    return _Evaluation(model, settings, report, sharing).result()
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,13 @@ class _Outcome:
 class _Evaluation:
     """One run over all characteristics; terms, gradient and values are made once."""
 
-    def __init__(self, model: LinearModel, settings: Settings, progress: Progress) -> None:
+    def __init__(
+        self, model: LinearModel, settings: Settings, progress: Progress, sharing: Sharing | None
+    ) -> None:
         self.model, self.settings = model, settings
         self.features = model.task.part.features
         self.terms = model.terms()
-        self.sampler = Sampler(model, self.terms, settings, progress)
+        self.sampler = Sampler(model, self.terms, settings, progress, sharing)
         self.value = model.values(model.q0)
         self.bias = self.value - _perfect(model.task)
         self.gradient = model.gradient()
