@@ -18,6 +18,7 @@ from vcmm.core.errors import Environment, UsageError
 
 Crew = Callable[[Callable[[Any, Any], Any], Any, Sequence[Any]], Iterator[tuple[int, Any]]]
 MOST_WORKERS = 1024
+PATIENCE = "10s"  # with a scheduler that does not answer
 DEATHS = 3  # of workers in a row without a finished block, before it is the work that kills them
 
 
@@ -103,7 +104,7 @@ def on_cluster(address: str) -> Crew:
     def run(work: Callable[[Any, Any], Any], payload: Any, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         distributed = _distributed()
         try:
-            client = distributed.Client(address, timeout="10s", set_as_default=False)
+            client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise Environment(
                 f"no Dask scheduler answers at {address} ({error}); start one with: dask scheduler"
