@@ -6,13 +6,10 @@ import os
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
-
-if TYPE_CHECKING:
-    from vcmm.evaluation.blocks import Share, Sharing
 
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lt=2**63))]  # the streams take 64 bits
 Workers = Annotated[int | None, Parameter(name="--workers")]
@@ -20,8 +17,8 @@ Cluster = Annotated[str | None, Parameter(name="--cluster")]
 Shard = Annotated[str | None, Parameter(name="--shard")]
 
 
-def sharing_of(workers: int | None, cluster: str | None, shard: str | None) -> Sharing:
-    """Who counts, and where finished blocks are kept until the job is done. Raises UsageError."""
+def sharing_of(workers: int | None, cluster: str | None, shard: str | None) -> Any:
+    """The Sharing that is asked for: who counts, and where finished blocks are kept until the job is done. Raises UsageError."""
     from vcmm.core.crew import crew_of
     from vcmm.evaluation.blocks import Folder, Nowhere, Sharing
 
@@ -30,7 +27,7 @@ def sharing_of(workers: int | None, cluster: str | None, shard: str | None) -> S
     return Sharing(crew_of(workers, cluster), Folder(folder) if folder else Nowhere(), share_of(shard))
 
 
-def share_of(text: str | None) -> Share | None:
+def share_of(text: str | None) -> Any:
     """'2/8' -> the second of eight shards. Raises UsageError."""
     from vcmm.core.errors import UsageError
     from vcmm.evaluation.blocks import Share
@@ -55,7 +52,7 @@ def _block_folder() -> Path | None:
 
 
 def write_shard(
-    verb: str, options: dict[str, Any], files: list[Path], share: Share, job: Callable[[], object]
+    verb: str, options: dict[str, Any], files: list[Path], share: Any, job: Callable[[], object]
 ) -> dict[str, Any]:
     """Do a job's share and return the document that `vcmm merge` reads.
 
