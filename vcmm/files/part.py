@@ -208,7 +208,8 @@ def _check_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     """The limits about the nominal value are two different numbers."""
     nominal = gps.nominal(c, features)
     if c.limits is not None and not nominal + c.limits[0] < nominal + c.limits[1]:
-        raise UsageError(f"the limits of {nominal:g} are one number to 16 digits; enlarge the tolerance")
+        text = f"the limits of {nominal:g} are one number to 16 digits; enlarge the tolerance"
+        raise TableProblems([("limits", text)])
 
 
 def _check_names(
