@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
 from vcmm.core.errors import UsageError
+from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.sampling import Progress
@@ -32,12 +33,16 @@ def uncertainty(
     engine: str | None = None,
     digits: int | None = None,
     progress: Progress | None = None,
+    sharing: Sharing | None = None,
 ) -> UncertaintyResult:
-    """Task-specific uncertainty of every characteristic; settings of the scenario unless given here."""
+    """Task-specific uncertainty of every characteristic; settings of the scenario unless given here.
+
+    sharing: who counts the trials, for example `Sharing(crew_of(workers=8))`; the result does not depend on it.
+    """
     _measuring(scenario)
     changes = {"seed": seed, "trials": trials, "engine": engine, "digits": digits}
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
-    found = evaluate(scenario.task(), settings, progress)
+    found = evaluate(scenario.task(), settings, progress, sharing=sharing)
     return replace(found, warnings=(*remarks(scenario), *found.warnings))
 
 

@@ -31,6 +31,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
+    "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",
     "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
     "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
     "doctor": "Check the installation.",
@@ -38,7 +39,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
 }
 JOBS = (
     "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
-    "compensate",
+    "compensate", "merge",
 )  # fmt: skip
 LATER = ("serve",)
 BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vcmm.cli.options import Seed
+from vcmm.cli.options import Cluster, Seed, Shard, Workers
 
 
 def cut_command(
@@ -16,6 +16,9 @@ def cut_command(
     trials: int | None = None,
     seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
+    workers: Workers = None,
+    cluster: Cluster = None,
+    shard: Shard = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
     measured: Path | None = None,
@@ -34,6 +37,12 @@ def cut_command(
         Monte Carlo trials (default: the scenario's, else 10^6).
     seed
         Seed of the random streams (default: the scenario's, else 0).
+    workers
+        Processes that count the trials; the numbers do not depend on it.
+    cluster
+        Address of a Dask scheduler whose workers count them, such as tcp://scheduler:8786.
+    shard
+        Count one part only, such as 2/8, for a batch queue; `vcmm merge` puts all parts together.
     json
         Print one JSON document.
     engine
@@ -48,19 +57,41 @@ def cut_command(
     u_point
         Standard uncertainty of a measured point, for example "0.5 um"; default: found from the points.
     """
+    from vcmm.cli.options import put_shard, sharing_of, write_shard
+    from vcmm.console.documents import sources
+
+    sharing = sharing_of(workers, cluster, shard)
+    options = {"trials": trials, "seed": seed, "engine": engine}
+    if sharing.share is None:
+        return run_cut(scenario, options, sharing, json, out)
+    shared = write_shard(
+        "cut", {"scenario": str(scenario), **options}, sources(scenario), sharing.share,
+        lambda: _cut(scenario, options, sharing),
+    )  # fmt: skip
+    return put_shard(shared, scenario.stem, json, out)
+
+
+def _cut(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
+    """(scenario, result); complaints get file and line."""
     from vcmm.console.complaints import about
-    from vcmm.console.documents import document, print_json, sources
-    from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
     from vcmm.files.cut_scenario import load_cut
     from vcmm.machining.job import cut
+
+    loaded = load_cut(scenario)
+    with progress() as report, about(scenario, "cut"):
+        return loaded, cut(loaded, **options, progress=report, sharing=sharing)
+
+
+def run_cut(scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
+    """The whole job: document, files, tables. options: trials, seed, engine."""
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.files import output_folder
     from vcmm.tables.cut import cut_json
 
     given = _given(measured, u_point)
     folder = output_folder(out) if out else None
-    loaded = load_cut(scenario)
-    with progress() as report, about(scenario, "cut"):
-        result = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
+    loaded, result = _cut(scenario, options, sharing)
     files = [*sources(scenario), loaded.program]
     body, warnings, back = cut_json(result), result.warnings, None
     if given is not None and measured is not None:

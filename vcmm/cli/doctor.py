@@ -9,14 +9,21 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+WARMING = (
+    "test_piece",
+    "turned_shaft",
+    "pallet_block",
+)  # cuts that together use every kernel of cutting and motion
 REQUIRED = ("numpy", "scipy", "numba", "trimesh", "pyvista", "pydantic", "cyclopts", "rich", "tomlkit")
 
 
-def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+def doctor_command(*, warm: bool = False, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
     """Check the installation: Python, packages, off-screen rendering, cores. Exit code 3 when something is missing.
 
     Parameters
     ----------
+    warm
+        Compile all kernels now (about two minutes), so that no job has to wait for it.
     json
         Print one JSON document.
     """
@@ -32,6 +39,8 @@ def doctor_command(*, json: Annotated[bool, Parameter(name="--json")] = False) -
         ["Python", platform.python_version(), "ok" if sys.version_info >= (3, 11) else "needs 3.11"],
     ]
     rows += [_package(name) for name in REQUIRED]
+    if warm:
+        rows.append(_warmed())
     rows += [_rendering(), _cache(), ["cores", str(os.cpu_count()), "ok"]]
     missing = [row for row in rows if row[2].startswith("missing")]
     if json:
@@ -67,6 +76,34 @@ def _rendering() -> list[str]:
         return ["off-screen OpenGL", "yes", "ok"]
     hint = "install libegl1 libgl1-mesa-dri (Debian) or mesa-libEGL (Fedora) for pyvista pictures; reports do not need it"
     return ["off-screen OpenGL", "no", hint]
+
+
+def _warmed() -> list[str]:
+    """Compile the kernels by small jobs that use them: sampling, fits by extremes, milling, turning, a rotary table."""
+    import contextlib
+    import io
+    import tempfile
+    import time
+    from pathlib import Path
+
+    from vcmm.cli import run
+    from vcmm.console.terminal import progress
+    from vcmm.core._compile_kernels import FOLDER
+    from vcmm.library import path
+
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder, progress() as report:
+        extreme = Path(folder) / "plate.toml"
+        extreme.write_text(
+            path("plate").read_text("utf-8").replace('type = "size"', 'type = "size"\ncriterion = "GX"')
+        )
+        jobs = [("uncertainty", extreme), *(("cut", path(name)) for name in WARMING)]
+        for i, (verb, scenario) in enumerate(jobs):
+            report(f"{verb} {scenario.stem}", i / len(jobs))
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                run([verb, str(scenario), "--trials", "50000"])
+    kept = len(list(FOLDER.rglob("*.nbi")))
+    return ["kernels compiled", f"{kept} in {FOLDER}, {time.perf_counter() - began:.0f} s", "ok"]
 
 
 def _cache() -> list[str]:

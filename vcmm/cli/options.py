@@ -1,10 +1,85 @@
-"""Options that several verbs have."""
+"""Options that several verbs have: seeds, and who does the work of a long job."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lt=2**63))]  # the streams take 64 bits
+Workers = Annotated[int | None, Parameter(name="--workers")]
+Cluster = Annotated[str | None, Parameter(name="--cluster")]
+Shard = Annotated[str | None, Parameter(name="--shard")]
+
+
+def sharing_of(workers: int | None, cluster: str | None, shard: str | None) -> Any:
+    """The Sharing that is asked for: who counts, and where finished blocks are kept until the job is done. Raises UsageError."""
+    from vcmm.core.crew import crew_of
+    from vcmm.evaluation.blocks import Folder, Nowhere, Sharing
+
+    long = workers is not None or cluster is not None or shard is not None
+    folder = _block_folder() if long else None
+    return Sharing(crew_of(workers, cluster), Folder(folder) if folder else Nowhere(), share_of(shard))
+
+
+def share_of(text: str | None) -> Any:
+    """'2/8' -> the second of eight shards. Raises UsageError."""
+    from vcmm.core.errors import UsageError
+    from vcmm.evaluation.blocks import Share
+
+    if text is None:
+        return None
+    match = re.fullmatch(r"([0-9]{1,6})/([0-9]{1,6})", text)
+    if not match:
+        raise UsageError(f'--shard "{text}"; write for example --shard 2/8, the second of eight')
+    return Share(int(match[1]), int(match[2]))
+
+
+def _block_folder() -> Path | None:
+    """Where finished blocks wait, in the user's cache; None where nothing can be kept."""
+    home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    try:
+        folder = (Path(home) if home else Path.home() / ".cache") / "vcmm" / "blocks"
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+def write_shard(
+    verb: str, options: dict[str, Any], files: list[Path], share: Any, job: Callable[[], object]
+) -> dict[str, Any]:
+    """Do a job's share and return the document that `vcmm merge` reads.
+
+    A job in which nothing is sampled has no blocks: its shards are empty, and merging them does the job.
+    """
+    from vcmm.console.documents import document
+    from vcmm.evaluation.blocks import ShardDone
+
+    key, blocks = "", []
+    try:
+        job()
+    except ShardDone as done:
+        key = done.key
+        blocks = [{"first": b[0], "trials": b[1], "tallies": t} for b, t in sorted(done.blocks.items())]
+    body = {"verb": verb, "options": options, "shard": [share.number, share.of], "key": key, "blocks": blocks}
+    return document("vcmm.shard/1", body, files=files)
+
+
+def put_shard(content: dict[str, Any], stem: str, json: bool, out: Path | None) -> int:
+    """The shard as a document on stdout, or as a file in `out` or here."""
+    from vcmm.console.documents import json_text, print_json
+    from vcmm.console.files import write_text
+    from vcmm.console.terminal import say
+
+    if json:
+        print_json(content)
+        return 0
+    number, of = content["shard"]
+    say(f"wrote {write_text((out or Path()) / f'{stem}.shard-{number}-of-{of}.json', json_text(content))}")
+    return 0

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vcmm.cli.options import Seed
+from vcmm.cli.options import Cluster, Seed, Shard, Workers
+from vcmm.core.errors import UsageError
 
 
 def uncertainty_command(
@@ -17,6 +18,9 @@ def uncertainty_command(
     seed: Seed | None = None,
     engine: Literal["auto", "montecarlo", "exact"] = "auto",
     digits: int | None = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    shard: Shard = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:
@@ -37,23 +41,57 @@ def uncertainty_command(
         with multiplied transforms, contact and iterated fits.
     digits
         Adaptive Monte Carlo to this many significant digits of u (JCGM 101, 7.9) instead of fixed trials.
+    workers
+        Processes that count the trials; the numbers do not depend on it.
+    cluster
+        Address of a Dask scheduler whose workers count them, such as tcp://scheduler:8786.
+    shard
+        Count one part only, such as 2/8, for a batch queue; `vcmm merge` puts all parts together.
     json
         Print one JSON document.
     out
         Folder for report.html, uncertainty.json, budget.csv.
     """
+    from vcmm.cli.options import put_shard, sharing_of, write_shard
+    from vcmm.console.documents import sources
+
+    sharing = sharing_of(workers, cluster, shard)
+    options = {"trials": trials, "seed": seed, "engine": engine, "digits": digits}
+    if sharing.share is None:
+        return run_uncertainty(scenario, options, sharing, json, out)
+    if digits is not None:
+        raise UsageError(
+            "--digits decides on the way how many trials are run, so they cannot be split; use --trials"
+        )
+    shared = write_shard(
+        "uncertainty", {"scenario": str(scenario), **options}, sources(scenario), sharing.share,
+        lambda: _evaluated(scenario, options, sharing),
+    )  # fmt: skip
+    return put_shard(shared, scenario.stem, json, out)
+
+
+def _evaluated(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
+    """(scenario, result); complaints get file and line."""
     from vcmm.api import uncertainty
     from vcmm.console.complaints import about
-    from vcmm.console.documents import document, print_json, sources
-    from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
+
+    loaded = load_scenario(scenario)
+    with progress() as report, about(scenario):
+        return loaded, uncertainty(loaded, **options, progress=report, sharing=sharing)
+
+
+def run_uncertainty(
+    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None
+) -> int:
+    """The whole job: document, files, tables. options: trials, seed, engine, digits."""
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.console.files import output_folder
     from vcmm.tables.evaluated import uncertainty_json
 
     folder = output_folder(out) if out else None
-    loaded = load_scenario(scenario)
-    with progress() as report, about(scenario):
-        result = uncertainty(loaded, seed=seed, trials=trials, engine=engine, digits=digits, progress=report)
+    loaded, result = _evaluated(scenario, options, sharing)
     content = document(
         "vcmm.uncertainty/1",
         uncertainty_json(result),

@@ -131,15 +131,29 @@ class Pose:
     def inverse(self) -> Pose:
         """a_from_b."""
         back = np.swapaxes(self.rotation, -1, -2)
-        return Pose(back, -np.einsum("...ij,...j->...i", back, self.shift))
+        return _sound(back, -np.einsum("...ij,...j->...i", back, self.shift))
 
     def __matmul__(self, other: Pose) -> Pose:
         """c_from_b @ b_from_a = c_from_a: the right-hand pose acts first."""
-        return Pose(self.rotation @ other.rotation, self.apply_each(other.shift))
+        return _sound(self.rotation @ other.rotation, self.apply_each(other.shift))
+
+    def shifted_to(self, shift: Array) -> Pose:
+        """The same rotation with another shift (..., 3) mm, finite."""
+        if shift.shape != self.shift.shape or not np.all(np.isfinite(shift)):
+            raise UsageError("A pose holds a number that is not finite; give finite mm and rad.")
+        return _sound(self.rotation, shift)
 
     def then(self, after: Pose) -> Pose:
         """b_from_a.then(c_from_b) = c_from_a: this pose acts first."""
         return after @ self
+
+
+def _sound(rotation: Array, shift: Array) -> Pose:
+    """A pose whose rotation follows from rotations that were checked, so it needs no check of its own."""
+    pose = object.__new__(Pose)
+    object.__setattr__(pose, "rotation", frozen(rotation))
+    object.__setattr__(pose, "shift", frozen(shift))
+    return pose
 
 
 def _check(rotation: Array, shift: Array) -> None:
@@ -150,6 +164,12 @@ def _check(rotation: Array, shift: Array) -> None:
         raise UsageError("A pose holds a number that is not finite; give finite mm and rad.")
     gram = rotation @ np.swapaxes(rotation, -1, -2)
     worst = float(np.max(np.abs(gram - np.eye(3)), initial=0.0))
-    if worst > ORTHONORMAL_TOLERANCE or np.any(np.linalg.det(rotation) < 0.0):
+    if worst > ORTHONORMAL_TOLERANCE or np.any(_handedness(rotation) < 0.0):
         reason = "is a mirror image" if worst <= ORTHONORMAL_TOLERANCE else f"is off by {worst:.1e}"
         raise UsageError(f"The rotation of a pose must be orthonormal and right-handed; this one {reason}.")
+
+
+def _handedness(rotation: Array) -> Array:
+    """u . (v x w) of the rows (...,): the determinant, without the general elimination for each."""
+    u, v, w = rotation[..., 0, :], rotation[..., 1, :], rotation[..., 2, :]
+    return dot(u, np.cross(v, w))

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from vcmm import __version__
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
+from vcmm.evaluation.blocks import Block, Packed, Sharing, blocks_of, packed
 from vcmm.evaluation.certify import out_of_range
 from vcmm.evaluation.exact import draw_inputs, exact_values
 from vcmm.evaluation.linear import LinearModel
@@ -18,6 +22,8 @@ from vcmm.measuring.settings import Settings
 
 BUDGET_TRIALS = 20_000
 EXACT_BLOCK = 500
+PLACING = 8192  # trials that say where a histogram stands
+WORK_BLOCK = 32 * 8192  # trials that a worker counts at a time: the same pieces as one process alone takes
 Progress = Callable[[str, float], None]
 
 
@@ -25,28 +31,71 @@ class Sampler:
     """Draws q for a task and evaluates the characteristics; products of two Inputs are multiplied trial by trial."""
 
     def __init__(
-        self, model: LinearModel, terms: Sequence[Term], settings: Settings, progress: Progress
+        self,
+        model: LinearModel,
+        terms: Sequence[Term],
+        settings: Settings,
+        progress: Progress,
+        sharing: Sharing | None = None,
     ) -> None:
         self.model, self.terms, self.settings, self.progress = model, terms, settings, progress
+        self.sharing = sharing or Sharing()
         self.wide, self.values = with_products(model, terms)
         rows = self.wide[0].gain.shape[0] if self.wide else len(model.q0)
         self.start = np.concatenate([model.q0, np.zeros(rows - len(model.q0))])
 
     def summaries(self, needed: Sequence[int]) -> dict[int, Summary]:
         """Distribution of the chosen characteristics."""
-        if self.settings.engine == "exact":
-            return self._exact(needed)
-        if self.settings.digits:
+        exact = self.settings.engine == "exact"
+        if self.settings.digits and not exact:
             return {i: self._adaptive(i) for i in needed}
-        accumulators = [Accumulator(*place) for place in self._places(needed)]
-        done = 0
-        for block in simulate(self.start, self.wide, seed=self.settings.seed, trials=self.settings.trials):
-            values = self._values(block)
+        size = EXACT_BLOCK if exact else WORK_BLOCK
+        first = self.drawn(0, min(EXACT_BLOCK if exact else PLACING, self.settings.trials))
+        places = tuple(_place(column) for column in first[:, list(needed)].T)
+        job = SampledJob(self.model, tuple(self.terms), self.settings, tuple(needed), places)
+        text = "exact trials" if exact else "Monte Carlo"
+        counted = self.sharing.counted(
+            self._key(first, needed),
+            count,
+            job,
+            blocks_of(self.settings.trials, size),
+            partial(self.progress, text),
+        )
+        return {i: a.summary() for i, a in zip(needed, counted)}
+
+    def _key(self, first: Array, needed: Sequence[int]) -> str:
+        """The job by what it draws: the first values of all characteristics, gains, laws, seed, engine and version."""
+        digest = hashlib.sha256(
+            f"{__version__} {self.settings.seed} {self.settings.engine} {list(needed)}".encode()
+        )
+        digest.update(np.ascontiguousarray(first).tobytes())
+        for term in self.wide:
+            digest.update(
+                f"{term.name} {term.gain.shape}".encode() + np.ascontiguousarray(term.gain).tobytes()
+            )
+        return digest.hexdigest()[:24]
+
+    def drawn(self, first: int, trials: int) -> Array:
+        """Characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
+        if self.settings.engine == "exact":
+            return exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
+        return self._trials(first, trials)
+
+    def tallied(
+        self, block: Block, needed: Sequence[int], places: Sequence[tuple[float, float]]
+    ) -> list[Accumulator]:
+        """The trials of one block, counted."""
+        accumulators = [Accumulator(*place) for place in places]
+        first, trials = block
+        if self.settings.engine == "exact":
+            found: Iterable[Array] = [self.drawn(first, trials)]
+        else:
+            draws = simulate(self.start, self.wide, seed=self.settings.seed, trials=trials, first=first)
+            found = map(self._values, draws)
+        for values in found:
             for i, accumulator in zip(needed, accumulators):
                 accumulator.add(values[:, i])
-            done += len(block)
-            self.progress("Monte Carlo", done / self.settings.trials)
-        return {i: a.summary() for i, a in zip(needed, accumulators)}
+        return accumulators
 
     def _values(self, block: Array) -> Array:
         """Characteristics of a block of draws. A ModelLimit there means draws of no use, not a wrong pose."""
@@ -69,23 +118,6 @@ class Sampler:
             digits=chosen.digits, p=chosen.p, kind=chosen.kind, u0=max(u0, 1e-15),
         )  # fmt: skip
 
-    def _places(self, needed: Sequence[int]) -> list[tuple[float, float]]:
-        """Centre and width of every histogram from a first block; the width is robust against infinite variance."""
-        return [
-            _place(column) for column in self._trials(0, min(8192, self.settings.trials))[:, list(needed)].T
-        ]
-
-    def _exact(self, needed: Sequence[int]) -> dict[int, Summary]:
-        accumulators: list[Accumulator] = []
-        for first in range(0, self.settings.trials, EXACT_BLOCK):
-            count = min(EXACT_BLOCK, self.settings.trials - first)
-            values = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, count))
-            accumulators = accumulators or [Accumulator(*_place(values[:, i])) for i in needed]
-            for i, accumulator in zip(needed, accumulators):
-                accumulator.add(values[:, i])
-            self.progress("exact trials", (first + count) / self.settings.trials)
-        return {i: a.summary() for i, a in zip(needed, accumulators)}
-
     def alone(self) -> Array:
         """(terms, C): standard deviation with one Input at a time over that with all, on the same draws.
 
@@ -104,6 +136,23 @@ class Sampler:
     ) -> Array:
         blocks = simulate(start, terms, seed=self.settings.seed, trials=trials, fold=False)
         return np.concatenate([values(b) for b in blocks]).std(axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledJob:
+    """What a worker needs to count blocks: the model, what is wanted, and where the histograms stand."""
+
+    model: LinearModel
+    terms: tuple[Term, ...]
+    settings: Settings
+    needed: tuple[int, ...]
+    places: tuple[tuple[float, float], ...]
+
+
+def count(job: SampledJob, block: Block) -> list[Packed]:
+    """One block of a job, by any worker."""
+    sampler = Sampler(job.model, job.terms, job.settings, lambda text, share: None)
+    return [packed(a) for a in sampler.tallied(block, job.needed, job.places)]
 
 
 def _place(values: Array) -> tuple[float, float]:

@@ -203,6 +203,16 @@ class Accumulator:
             self._first += q
             self._second += q * q
 
+    @property
+    def sums(self) -> tuple[int, int]:
+        """Exact sums of the fixed-point deviations and of their squares."""
+        return self._first, self._second
+
+    def take(self, first: int, second: int) -> None:
+        """Add such sums, as another process has them."""
+        self._first += first
+        self._second += second
+
     def merge(self, other: Accumulator) -> None:
         """Take in the trials of another accumulator with the same centre and scale (another worker or shard)."""
         if (self.centre, self.scale) != (other.centre, other.scale):
@@ -212,8 +222,7 @@ class Accumulator:
         self.counts += other.counts
         self.trials += other.trials
         self.minimum, self.maximum = min(self.minimum, other.minimum), max(self.maximum, other.maximum)
-        self._first += other._first
-        self._second += other._second
+        self.take(*other.sums)
 
     def summary(self, u: float | None = None) -> Summary:
         """Summary of all trials so far. `u`: the closed-form standard uncertainty, if known (see `summarise`)."""

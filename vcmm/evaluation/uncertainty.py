@@ -20,6 +20,7 @@ from vcmm.charts import PlottedBudget
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
+from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.budget import budget_line, form_line
 from vcmm.evaluation.certify import Check, check
 from vcmm.evaluation.extreme import Extreme
@@ -56,8 +57,9 @@ def evaluate(
     settings: Settings | None = None,
     progress: Progress | None = None,
     world: World | None = None,
+    sharing: Sharing | None = None,
 ) -> UncertaintyResult:
-    """Evaluate a task. world: where the errors come from (default: the task's machine).
+    """Evaluate a task. world: where the errors come from (default: the task's machine); sharing: who counts the trials.
 
     Raises UsageError without characteristics, and for a measurement in which nothing is uncertain (a prediction may be
     certain); see `linear.build` for the rest.
@@ -67,7 +69,7 @@ def evaluate(
     model = prepared(task, world)
     report("certifying the linear model", 0.0)
     indicated = evaluate_all(task, fit_features(task, measured_points(task, model.world.errors())))
-    return _Evaluation(model, settings, report, indicated).result()
+    return _Evaluation(model, settings, report, indicated, sharing).result()
 
 
 def prepared(task: Task, world: World | None = None) -> LinearModel:
@@ -109,11 +111,18 @@ class _Outcome:
 class _Evaluation:
     """One run over all characteristics; terms, gradient and values are made once."""
 
-    def __init__(self, model: LinearModel, settings: Settings, progress: Progress, indicated: Array) -> None:
+    def __init__(
+        self,
+        model: LinearModel,
+        settings: Settings,
+        progress: Progress,
+        indicated: Array,
+        sharing: Sharing | None,
+    ) -> None:
         self.model, self.settings = model, settings
         self.features = model.task.part.features
         self.terms = model.terms()
-        self.sampler = Sampler(model, self.terms, settings, progress)
+        self.sampler = Sampler(model, self.terms, settings, progress, sharing)
         self.value = model.values(model.q0)
         self.indicated = np.where([c.type in gps.FORM for c in model.characteristics], indicated, self.value)
         self.bias = self.value - true_values(model.task)

@@ -238,7 +238,8 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     """UsageError for a characteristic that cannot be evaluated, and for limits that hold the nominal value itself."""
     nominal = gps.nominal(c, features)
     if c.limits is not None and not nominal + c.limits[0] < nominal + c.limits[1]:
-        raise UsageError(f"the limits of {nominal:g} are one number to 16 digits; enlarge the tolerance")
+        text = f"the limits of {nominal:g} are one number to 16 digits; enlarge the tolerance"
+        raise TableProblems([("limits", text)])
     if c.limits is None or nominal <= 0 or not all(abs(end - nominal) < NEAR * nominal for end in c.limits):
         return
     scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")

@@ -16,10 +16,11 @@ from vcmm.files.toml_lines import Location, key_lines
 __all__ = ["Document", "Location", "check_version", "key_lines", "read_toml"]
 
 
-DEEPEST = 64  # brackets in brackets, and parts of a key
+DEEPEST = 64  # brackets in brackets, parts of a key, digits of a number
 _QUOTED = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}' r"|'''.*?'{3,5}" r'|"(?:\\.|[^"\\\n])*"' r"|'[^'\n]*'", re.DOTALL
 )
+_LONG_NUMBER = re.compile(rf"=\s*[-+]?[0-9_]{{{DEEPEST + 1}}}")
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:[A-Za-z0-9_-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 
 
@@ -98,6 +99,8 @@ def _check_depth(path: Path, text: str) -> None:
     for number, line in enumerate(lines_of(_QUOTED.sub(_blanked, text)), 1):
         if _LONG_KEY.search(line):
             raise DataError(f"{path}:{number}: a key of more than {DEEPEST} parts; correct the line")
+        if _LONG_NUMBER.search(line):
+            raise DataError(f"{path}:{number}: a number of more than {DEEPEST} digits; correct the line")
         for character in line.partition("#")[0]:
             open_brackets += (character in "[{") - (character in "]}")
             if open_brackets > DEEPEST:

@@ -13,6 +13,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.cutting.envelope import CutSurface
+from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.machining.contact_path import surface_at, tool_side
@@ -37,6 +38,7 @@ def cut(
     trials: int | None = None,
     engine: str | None = None,
     progress: Progress | None = None,
+    sharing: Sharing | None = None,
 ) -> CutResult:
     """Machine a part virtually. Raises DataError for a program that cannot be read, UsageError and ModelLimit."""
     report = progress or (lambda text, share: None)
@@ -54,7 +56,7 @@ def cut(
     if scenario.inspection.kind == SAME:
         reading = evaluate(task, settings, report, world)
         world = world.of_part()
-    outcome = evaluate(task, settings, report, world)
+    outcome = evaluate(task, settings, report, world, sharing)
     notes = (*notes, *unseen(outcome, reading))
     report("mapping the surface", 0.0)
     patches = surface_map(job)

@@ -149,7 +149,7 @@ def _pose(
 ) -> Pose:
     rotation = _rotation(primary, first, _square_to(others, primary), start)
     rough = Pose(rotation, _shift(rotation, primary, held, None, start))
-    return Pose(rotation, _shift(rotation, primary, held, rough, start))
+    return rough.shifted_to(_shift(rotation, primary, held, rough, start))
 
 
 def _rotation(primary: _Pair, first: _Direction, others: Sequence[_Direction], start: Pose | None) -> Array:

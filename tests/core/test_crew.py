@@ -1,0 +1,109 @@
+"""The same work by one process, by several, by Dask workers; workers that are killed cost nothing but time."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+from types import MappingProxyType
+
+import pytest
+
+from vcmm.core import crew as crews
+from vcmm.core.crew import alone, crew_of, processes
+from vcmm.core.errors import Environment, UsageError
+
+
+def tripled(payload, item):
+    return payload["factor"] * item
+
+
+def killed_once(marker: str, item: int) -> int:
+    """The first worker that meets item 3 is killed in the middle of it."""
+    if item == 3:
+        try:
+            Path(marker).touch(exist_ok=False)
+        except FileExistsError:
+            return item * 10
+        os.kill(os.getpid(), signal.SIGKILL)
+    return item * 10
+
+
+def always_killed(payload, item):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def process_number(payload, item):
+    time.sleep(0.2)
+    return os.getpid()
+
+
+def test_alone_and_together_give_the_same():
+    payload = MappingProxyType({"factor": 3})  # as frozen objects hold them
+    expected = {i: 3 * item for i, item in enumerate(range(10, 16))}
+    assert dict(alone(tripled, payload, range(10, 16))) == expected
+    assert dict(processes(2)(tripled, payload, range(10, 16))) == expected
+
+
+def test_a_killed_worker_costs_only_time(tmp_path):
+    marker = tmp_path / "killed"
+    assert dict(processes(2)(killed_once, str(marker), range(6))) == {i: 10 * i for i in range(6)}
+    assert marker.exists()
+
+
+def test_work_that_kills_every_worker_ends():
+    with pytest.raises(Environment, match="fewer --workers"):
+        list(processes(1)(always_killed, None, [1]))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"workers": 0}, "use 1 to 1024"),
+        ({"workers": 10**9}, "use 1 to 1024"),
+        ({"workers": 2, "cluster": "tcp://x"}, "name one of the two"),
+    ],
+)
+def test_crews_that_do_not_exist(options, words):
+    with pytest.raises(UsageError, match=words):
+        crew_of(**options)
+
+
+def test_one_worker_is_this_process():
+    assert crew_of(workers=1) is alone
+    assert [pid for _, pid in crew_of()(process_number, None, [0])] == [os.getpid()]
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    distributed = pytest.importorskip("distributed")
+    import dask
+
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "1s"}),
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True, silence_logs=50
+        ) as local,
+    ):
+        yield local
+
+
+def test_dask_workers_one_of_them_killed(cluster, tmp_path):
+    marker = tmp_path / "killed"
+    found = dict(crew_of(cluster=cluster.scheduler_address)(killed_once, str(marker), range(6)))
+    assert found == {i: 10 * i for i in range(6)}
+    assert marker.exists()
+
+
+def test_other_versions_on_the_workers_are_named(cluster, monkeypatch):
+    monkeypatch.setattr(crews, "__version__", "9.9.9")
+    with pytest.raises(Environment, match=r"vcmm is 9\.9\.9 here and 0\.\S+ on the worker tcp"):
+        list(crew_of(cluster=cluster.scheduler_address)(tripled, {"factor": 1}, [1]))
+
+
+def test_no_scheduler_there(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(crews, "PATIENCE", "1s")
+    with pytest.raises(Environment, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
+        list(crew_of(cluster="tcp://127.0.0.1:9")(tripled, {"factor": 1}, [1]))
