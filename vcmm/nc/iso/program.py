@@ -51,6 +51,9 @@ def run(text: str, dialect: str, setup: Setup, name: str, trace: bool) -> Progra
     _blocks(runner)
     if language.survey and not c.moves:
         _alone(runner)
+    if c.moves and not c.unit_said and language.survey:
+        c.source = Source(c.moves[0].source.line, 1, 1)
+        c.assume("the unit, for want of G20 and G21", "mm", matters=False)
     if not c.moves:
         c.remark("no axis moves in this program", 1)
     _tool_left_in_the_changer(c)
