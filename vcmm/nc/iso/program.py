@@ -292,7 +292,7 @@ def _plain_lines(r: IsoRunner) -> None:
     c = r.c
     if (
         c.motion not in ("G0", "G1") or c.world.matrix is not UNITY or c.feed_mode != "G94" or c.surface
-        or c.diameter or c.exact_once or c.language.lathe
+        or c.diameter or c.exact_once or c.language.lathe or c.polar is not None
         or (c.language.words == "macro" and c.language.decimal_point != "calculator")
     ):  # fmt: skip
         return
