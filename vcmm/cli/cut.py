@@ -59,11 +59,15 @@ def cut_command(
     """
     from vcmm.cli.options import put_shard, sharing_of, write_shard
     from vcmm.console.documents import sources
+    from vcmm.core.errors import UsageError
 
     sharing = sharing_of(workers, cluster, shard)
     options = {"trials": trials, "seed": seed, "engine": engine}
     if sharing.share is None:
-        return run_cut(scenario, options, sharing, json, out)
+        back = None if measured is None else (measured, frame == "machine", u_point)
+        return run_cut(scenario, options, sharing, json, out, back)
+    if measured is not None:
+        raise UsageError("a shard counts trials only: give --measured to the whole job, without --shard")
     shared = write_shard(
         "cut", {"scenario": str(scenario), **options}, sources(scenario), sharing.share,
         lambda: _cut(scenario, options, sharing),
@@ -83,22 +87,26 @@ def _cut(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
         return loaded, cut(loaded, **options, progress=report, sharing=sharing)
 
 
-def run_cut(scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None) -> int:
-    """The whole job: document, files, tables. options: trials, seed, engine."""
+def run_cut(
+    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, returned: tuple[Path, bool, str] | None = None
+) -> int:  # fmt: skip
+    """The whole job: document, files, tables. options: trials, seed, engine. returned: measured points, whether they stand in
+    the machine frame, their standard uncertainty as text.
+    """
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.files import output_folder
     from vcmm.tables.cut import cut_json
 
-    given = _given(measured, u_point)
+    given = None if returned is None else _given(returned[0], returned[2])
     folder = output_folder(out) if out else None
     loaded, result = _cut(scenario, options, sharing)
     files = [*sources(scenario), loaded.program]
     body, warnings, back = cut_json(result), result.warnings, None
-    if given is not None and measured is not None:
+    if given is not None and returned is not None:
         from vcmm.cli.cut_measured import came_back
 
-        back = came_back(scenario, loaded, given, frame == "machine", seed, folder or measured.parent)
-        files, warnings, body = [*files, measured], (*warnings, *back.warnings), body | back.json
+        back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or returned[0].parent)
+        files, warnings, body = [*files, returned[0]], (*warnings, *back.warnings), body | back.json
     content = document(
         "vcmm.cut/1", body, seed=result.uncertainty.seed, files=files, warnings=tuple(warnings)
     )

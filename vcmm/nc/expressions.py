@@ -17,6 +17,7 @@ from vcmm.nc.tokens import Token
 
 Computed = Callable[[Any], "float | None"]  # of what the control knows
 Value = float | Computed
+DEEPEST_BRACKETS, MOST_OPERATORS = 60, 200  # no control takes more in a block; each costs frames of the stack
 TIGHT = 99  # binds tighter than any operator
 
 
@@ -134,9 +135,6 @@ def away_from_zero(x: float) -> float:
     return math.copysign(math.ceil(abs(x)), x)
 
 
-DEEPEST, MOST_TERMS = 64, 200  # of one block; controls allow fewer
-
-
 # -- reading ------------------------------------------------------------------------------------------------------------
 class Cursor:
     """Reads the tokens of one block from left to right. `at` is the index of the next token; end: column behind the last."""
@@ -196,8 +194,8 @@ class ExpressionReader(Cursor):
     """Reads values by precedence. A language says what a number and a variable look like (`atom`)."""
 
     grammar: Grammar
-    depth = 0  # brackets and signs that are open
-    terms = 0  # operators read so far
+    depth = 0
+    operators = 0
 
     def expression(self, lowest: int = 0) -> Value:
         """Values and the operators between them that bind tighter than `lowest`."""
@@ -205,9 +203,11 @@ class ExpressionReader(Cursor):
         levels = self.grammar.levels
         while (operator := self.upper()) in levels and levels[operator] > lowest:
             column = self.next().column
-            self.terms += 1
-            if self.terms > MOST_TERMS:
-                raise self.fault(f"more than {MOST_TERMS} operators in one block; split it", column)
+            self.operators += 1
+            if self.operators > MOST_OPERATORS:
+                raise self.fault(
+                    f"more than {MOST_OPERATORS} operators in one block; divide the expression", column
+                )
             right = self.expression(levels[operator])
             left = self.kept(self.joined(operator, left, right, column))
         return left
@@ -219,8 +219,10 @@ class ExpressionReader(Cursor):
     def operand(self) -> Value:
         """A value with what stands before it."""
         self.depth += 1
-        if self.depth > DEEPEST:
-            raise self.fault(f"brackets and signs are nested more than {DEEPEST} deep; simplify the block")
+        if self.depth > DEEPEST_BRACKETS:
+            raise self.fault(
+                f"brackets, signs or functions are nested more than {DEEPEST_BRACKETS} deep; divide the expression"
+            )
         value = self._operand()
         self.depth -= 1
         return value
