@@ -28,6 +28,7 @@ ROOMS = (
     "nc.iso",
     "nc.sinumerik",
     "nc.heidenhain",
+    "nc.okuma",
     "motion",
     "cutting",
     "measuring",

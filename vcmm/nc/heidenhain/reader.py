@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from vcmm.core.errors import choose_from
-from vcmm.nc.beside import file_beside
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.heidenhain.cycles import KlartextCycles
 from vcmm.nc.heidenhain.features import function, transform
@@ -24,6 +24,7 @@ from vcmm.nc.heidenhain.words import read_words
 from vcmm.nc.moves import PLANES, Program, Source
 from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
+from vcmm.nc.search import find_file, folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
 from vcmm.nc.tracer import Tracer, lines_with_ends
@@ -315,7 +316,8 @@ class _Runner:
     def program(self, name: str) -> None:
         """CALL PGM: a program beside this one, with the parameters as they are."""
         base = name.strip().strip('"').replace("\\", "/").split("/")[-1].split(":")[-1] or "?"
-        path = file_beside(self.recorder.file, [base, f"{base}.H"])
+        folders = folders_of(Path(self.recorder.file), self.recorder.setup.subprograms)
+        path = find_file(folders, [base])
         if path is None:
             self.recorder.assume(
                 f"the program {base}", HOLE, f"CALL PGM {base}: there is no such file beside the program; put it there, or into "
