@@ -103,7 +103,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             words.runner.assign(item)
             return
         axis = item.indices[0](words.runner) if callable(item.indices[0]) else item.indices[0]
-        if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str):
+        if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str) and axis:
             words.positioned |= item.name.startswith("POS")
             self.add(words, item._replace(name=axis.upper(), indices=()))
         elif item.name in ("AX", "POS", "POSA", "POSP"):
