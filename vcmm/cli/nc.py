@@ -16,6 +16,9 @@ def nc_command(
     moves: bool = False,
     time: bool = False,
     strict: bool = False,
+    plot: bool = False,
+    write_setup: Path | None = None,
+    out: Path | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """What an NC program means: its moves as tool-tip positions, times, extents, remarks.
@@ -23,7 +26,7 @@ def nc_command(
     Parameters
     ----------
     program
-        NC program.
+        NC program, or a folder: a table over all programs in it.
     dialect
         How it is written: fanuc, fanuc-lathe, linuxcnc ...; default: that of the set-up file, else guessed.
     setup
@@ -34,29 +37,81 @@ def nc_command(
         Cycle time by the time law, by mode and by tool; the set-up must name a machine. About 0.1 ms per move.
     strict
         Assume nothing: refuse what the program lacks and the machine would have in its memory.
+    plot
+        Write PROGRAM.html, beside where you are or in --out: the path by tool, with line and feed under the pointer.
+    write_setup
+        Write the set-up file that the program asks for, with blanks.
+    out
+        Folder for the page of --plot, or for programs.csv and programs.html of a folder.
     json
         Print one JSON document.
     """
-    from vcmm.console.documents import document, print_json
     from vcmm.console.terminal import say
     from vcmm.files.setup import load_setup
     from vcmm.nc.summary import summary
 
     loaded = load_setup(setup) if setup else None
+    if program.is_dir():
+        from vcmm.cli.nc_folder import folder_job
+
+        return folder_job(program, dialect, _level(loaded, strict), json, out)
     read = _read(program, dialect, loaded, strict)
     if read.dialect_reason and not json:
         say(f"dialect {read.dialect}: {read.dialect_reason}")
     total = summary(read.moves, loaded)
     path = _timed(read, loaded) if time else None
+    written = _files(program, read, total, loaded, out if plot else None, write_setup, plot)
     if json:
-        files = [program] + ([setup] if setup else [])
-        body = nc_json(read, total) | ({"time": time_json(path)} if time else {})
-        print_json(document("vcmm.nc/1", {}, files=files) | body)
+        _print_json(program, setup, read, total, path)
     else:
         _show(program, read, total, moves)
         if time:
             _show_time(path)
+        for text in written:
+            say(f"wrote {text}")
     return 0
+
+
+def _level(setup: Any, strict: bool) -> Any:
+    from dataclasses import replace
+
+    from vcmm.nc.setup import Setup
+
+    return replace(setup or Setup(), strict=strict)
+
+
+def _print_json(program: Path, setup: Path | None, read: Any, total: Any, path: Any) -> None:
+    from vcmm.console.documents import document, print_json
+
+    files = [program] + ([setup] if setup else [])
+    body = nc_json(read, total) | ({"time": time_json(path)} if path is not None else {})
+    print_json(document("vcmm.nc/1", {}, files=files) | body)
+
+
+def _files(
+    program: Path, read: Any, total: Any, setup: Any, out: Path | None, write_setup: Path | None, plot: bool
+) -> list[Path]:
+    """The page of --plot and the file of --write-setup."""
+    from vcmm.console.files import write_text
+
+    written = []
+    if plot:
+        from vcmm.files.machine import load_machine
+        from vcmm.nc.reading import read_bytes
+        from vcmm.pages.program import program_page
+
+        there = setup is not None and setup.machine is not None and Path(setup.machine).is_file()
+        machine = load_machine(setup.machine) if there else None
+        html = program_page(program.name, read, total, read_bytes(program), machine)
+        written.append(write_text((out or Path()) / f"{program.stem}.html", html))
+    if write_setup is not None:
+        from vcmm.core.errors import UsageError
+        from vcmm.files.blank_setup import blank_setup
+
+        if write_setup.exists():
+            raise UsageError(f"{write_setup} is there already; name another file with --write-setup")
+        written.append(write_text(write_setup, blank_setup(read, program.name)))
+    return written
 
 
 def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
@@ -67,9 +122,8 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     from vcmm.nc.interpret import read_program
     from vcmm.nc.moves import Remark
     from vcmm.nc.sensible import remarks_on
-    from vcmm.nc.setup import Setup
 
-    read = read_program(program, dialect, replace(setup or Setup(), strict=strict))
+    read = read_program(program, dialect, _level(setup, strict))
     if setup is None:
         return read
     there = setup.machine is not None and Path(setup.machine).is_file()

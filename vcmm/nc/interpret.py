@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from vcmm.core.errors import DataError
+from vcmm.core.errors import DataError, VcmmError
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE_READER, TRACED, check_name, late
+from vcmm.nc.levels import demand
 from vcmm.nc.moves import Program
 from vcmm.nc.reading import guess, read_bytes, runner_up
 from vcmm.nc.recognition import candidates
@@ -64,6 +65,22 @@ def interpret(
             raise
     reason = f"it has {', '.join(second.signs[:4])}; as {chosen}, which has more signs, it cannot be read"
     return replace(program, dialect_reason=reason)
+
+
+def read_for(
+    job: str, text: str, dialect: str | None, setup: Setup, *, name: str = "program", trace: bool = False
+) -> Program:
+    """The program for a job whose answer depends on every number: nothing is assumed. Where numbers are missing, DataError names
+    each of them and how to give it; what is wrong in itself is refused as it is."""
+    try:
+        return interpret(text, dialect, replace(setup, strict=True), name, trace)
+    except DataError as refusal:
+        try:
+            survey = interpret(text, dialect, replace(setup, strict=False), name)
+        except VcmmError:
+            raise refusal from None
+        demand(survey.assumed, name, job)
+        raise
 
 
 def _read(text: str, dialect: str, setup: Setup, name: str, trace: bool) -> Program:

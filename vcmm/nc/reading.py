@@ -49,6 +49,14 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
     return (here[0].dialect, told(here)) if here else ("fanuc", told(ranking))
 
 
+def likely(path: Path) -> str:
+    """The dialect that a file seems to be written in, "" where it is not here or cannot be read as text."""
+    try:
+        return guess(read_bytes(path), path)[0]
+    except DataError:
+        return ""
+
+
 def runner_up(text: str, path: Path | None) -> Candidate | None:
     """The second likely dialect, where the first is not sure."""
     here = [c for c in candidates(text, path) if c.dialect in names()]

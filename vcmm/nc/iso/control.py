@@ -58,6 +58,7 @@ class IsoControl(Recorder):
     tilt: AffineMap = UNMOVED  # G68.2
     polar: PolarWords | None = None  # G16
     base_motion: str = "G0"  # what G80 leaves in force, where cycles are a group of their own
+    unit_said: bool = False  # G20 or G21 has been read
     turning_words: dict[str, float] = field(
         default_factory=dict
     )  # of the first of two blocks of G71 to G76, mm

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from vcmm.nc.search import find_file
 
 DEEPEST = 50
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
-MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
+MOST_REPEATED = 500_000  # blocks executed again, in loops and subprograms
 
 
 class Unfinished(Exception):
@@ -110,6 +111,12 @@ class IsoRunner:
             raise BlockFault(
                 column,
                 f"subprograms call one another more than {DEEPEST} deep; {call.label} seems to call itself",
+            )
+        runs = math.prod(max(1, c.left) for c in (*self.calls, call))
+        if runs > MOST_REPEATED:
+            raise BlockFault(
+                column,
+                f"{call.label} would be run {runs} times; {MOST_REPEATED} are the most, check the repeats",
             )
         if arguments is not None:
             self.table.locals.append(arguments)
@@ -256,6 +263,11 @@ def _repeat(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
         r.at = r.text.next_o(label, ("endrepeat",), here, flow.column) + 1
         return
     r.text.next_o(label, ("endrepeat",), here, flow.column)
+    if count > MOST_REPEATED:
+        raise BlockFault(
+            flow.column,
+            f"o{label} would be repeated {count:.0f} times; {MOST_REPEATED} are the most, check its number",
+        )
     r.counters[(len(r.calls), label)] = int(count)
 
 

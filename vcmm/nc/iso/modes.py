@@ -62,7 +62,7 @@ def _unit(c: IsoControl, w: IsoWords) -> None:
     code = w.g.get("unit")
     if code is None:
         return
-    new = c.language.unit_codes[code]
+    new, c.unit_said = c.language.unit_codes[code], True
     if new != c.unit:
         if c.moves:
             c.remark(f"the unit changes within the program ({code})", column_of(w, "unit"), every=True)

@@ -20,6 +20,7 @@ CENTRE_WORDS = "IJK"
 TINY = 1e-12
 FULL_CIRCLE = 1e-6  # rad: an arc that ends where it begins is a whole turn
 POINTLESS = 20.0  # from here on a number without a point counts increments where all coordinates have one
+MOST_TURNS = 10_000
 CHORD = 0.001  # mm: how far straight lines may lie from the arc that they stand for
 SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding and not worth a remark
 
@@ -225,6 +226,8 @@ def _turns(c: IsoControl, w: IsoWords) -> int:
     if c.language.words != "o":
         return 1
     turns = w.whole("P", 1, 1)
+    if turns is not None and turns > MOST_TURNS:
+        raise BlockFault(w.column("P"), f"an arc of {turns} turns; {MOST_TURNS} are the most, correct P")
     return 1 if turns is None else turns
 
 

@@ -85,7 +85,7 @@ class ParameterTable:
         index = whole(target, "the number of a parameter")
         if index == 0 and self.macro:
             raise BlockFault(column, "#0 is always vacant and cannot be set")
-        if index < 1 or index > 99999:
+        if index < 1 or index > (999999 if self.macro else 99999):
             raise BlockFault(column, f"parameter #{index} does not exist")
         if index == 3000 and self.macro:
             refusal = (

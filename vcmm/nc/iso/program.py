@@ -14,7 +14,7 @@ from typing import Any
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.frames import UNITY
-from vcmm.nc.iso.blocks import IsoBlock, without_comments
+from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
@@ -36,6 +36,7 @@ _PLAIN = re.compile(
 )
 _MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", re.IGNORECASE)
 _ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
+_NOTE = re.compile(r"\([^()]*\)|;.*")
 LEADER = 500  # lines among which the first % is looked for
 _new = tuple.__new__
 
@@ -50,6 +51,11 @@ def run(text: str, dialect: str | Dialect, setup: Setup, name: str, trace: bool)
     _blocks(runner)
     if language.survey and not c.moves:
         _alone(runner)
+    if c.moves and not c.unit_said and language.survey:
+        c.source = Source(c.moves[0].source.line, 1, 1)
+        c.assume("the unit, for want of G20 and G21", "mm", matters=False)
+    if not c.moves:
+        c.remark("no axis moves in this program", 1)
     _tool_left_in_the_changer(c)
     return c.program(name)
 
@@ -59,7 +65,7 @@ _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-
 
 def points_written(text: str) -> bool:
     """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
-    plain = re.sub(r"\([^)\n]*\)", "", text)
+    plain = re.sub(r"\([^()\n]*\)", "", text)
     return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
@@ -143,9 +149,7 @@ def _leading_percent(r: IsoRunner) -> bool:
         if line.startswith("%"):
             r.at = index + 1
             return True
-        if _MOVING.match(
-            without_comments(line, r.text.dialect) if "(" in line and r.c.language.survey else line
-        ):
+        if _MOVING.match(_NOTE.sub("", line) if r.c.language.survey else line):
             return False
     return False
 

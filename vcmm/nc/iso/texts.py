@@ -96,7 +96,7 @@ class Text:
         if self._loops is None:
             self._loops = []
             for i, line in enumerate(self.lines):
-                plain = re.sub(r"\([^)]*\)", "", line)
+                plain = re.sub(r"\([^()]*\)", "", line)
                 for match in _LOOP.finditer(plain):
                     self._loops.append((i, match[1].upper(), match[2]))
         return self._loops
