@@ -161,3 +161,13 @@ def test_fn_14_ends_the_program():
     program, told = survey("L X+1 FMAX\nFN 14: ERROR = 1000\nL X+2 FMAX")
     assert len(program.moves) == 1
     assert told["an error that the program raises itself (FN 14)"][1] == "the program ends there"
+
+
+def test_words_without_use_are_told_and_tools_that_nobody_knows_can_be_given():
+    program, told = survey("TOOL CALL 77 Z S100\nCC X+0 Y+0\nL X+10 Y+0 F100\nC X-10 Y+0 A+5 DR+\nM8 X+3")
+    assert told["A in a block that has no use for it"] == (5, "passed over")
+    assert told["tool 77"] == (2, "a tool without length")
+    assert [a.blank for a in program.assumed if a.what == "tool 77"][0].table == "tools.77"
+    assert program.moves[-1].end[0] == 3
+    with pytest.raises(DataError, match=r"part.h:4:\d+: A has no use in this block"):
+        moves("CC X+0 Y+0\nL X+10 Y+0 F100\nC X-10 Y+0 A+5 DR+")

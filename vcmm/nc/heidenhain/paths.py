@@ -237,6 +237,7 @@ class KlartextPaths(KlartextTechnology):
                 self.pole[k] = absolute * self.r.unit
             if relative is not None:
                 self.pole[k] = self.r.p[k] + relative * self.r.unit
+        self.leftover(words)
 
     def corner(self, reader: KlartextReader, kind: str) -> None:
         """RND R5, CHF 5; F acts on the rounding only."""
@@ -247,6 +248,7 @@ class KlartextPaths(KlartextTechnology):
         if self.r.moves and self.r.moves[-1].kind == "approach":
             self.r.fault("RND or CHF directly after APPR is not understood; place it after the first element")
         feed = None if words.feed is None else self.feed_of(words.feed, words.feed_kind)
+        self.leftover(words)
         self.r.corner(size * self.r.unit, kind, feed)
 
     # -- approach and departure --

@@ -202,6 +202,8 @@ class _Runner:
 
     def functions(self, reader: KlartextReader) -> bool:
         """A block of M functions only."""
+        if any(t.text.upper() in PARAXIAL for t in reader.tokens):
+            return self.paraxial(reader)
         words = read_words(reader, ())
         self.paths.technology(words)
         return self.paths.after(words)
@@ -266,6 +268,8 @@ class _Runner:
             paths.cycles.call_at(point[one], point[two], point[normal], rapid)
         else:
             paths.cycles.call()
+        if kind != "POS":
+            paths.leftover(words)
 
     # -- labels --
     def name(self, reader: KlartextReader) -> str:

@@ -6,6 +6,7 @@ import math
 
 from vcmm.core.errors import did_you_mean
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.levels import unknown_tool
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik import cycles
 from vcmm.nc.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
@@ -212,7 +213,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         tools = self.r.setup.tools
         if number is not None:
             if number and number not in tools:
-                self.r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
+                unknown_tool(self.r, number)
             return tools.get(number, Tool(number))
         for tool in tools.values():
             if tool.name.upper() == name.upper():
