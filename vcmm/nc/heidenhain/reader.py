@@ -87,6 +87,8 @@ class _Runner:
                     f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its jumps"
                 )
             self.at += 1
+            if line.plain and self.paths.short(line):
+                continue
             try:
                 reader = KlartextReader(line.tokens, self.parameters.values, self.parameters.unset)
                 if self.traced(reader, line):
@@ -115,6 +117,8 @@ class _Runner:
 
     def find_labels(self) -> None:
         for k, line in enumerate(self.lines):
+            if line.plain:
+                continue
             words = [t.text.upper() for t in line.tokens]
             if words[0] != "LBL" or len(words) < 2 or words[1] == "0":
                 continue

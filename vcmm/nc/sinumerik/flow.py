@@ -43,6 +43,9 @@ class SinumerikRunner:
     recorder: Recorder
     sections: dict[str, Section]
     work: Work
+    short: Callable[[SinumerikBlock], bool] | None = (
+        None  # executes a plain block where nothing special is in force
+    )
     memory: SinumerikMemory = field(init=False)
     executed: int = 0
     missing: set[str] = field(default_factory=set)  # subprograms that are nowhere
@@ -145,6 +148,8 @@ class SinumerikRunner:
             return at + 1, False
         if self.recorder.tracer is not None:
             self._note(self.recorder.tracer, block)
+        if block.plain and self.short is not None and self.short(block):
+            return at + 1, False
         if block.items and self.work(self, block):
             return at + 1, True
         if block.flow is None:

@@ -58,6 +58,32 @@ class SinumerikInterpreter(SinumerikSpecials):
         self.r.exact_once = False
         return ended
 
+    def short(self, block: SinumerikBlock) -> bool:
+        """A plain block where nothing special is in force: as `work` does it, without the ceremony. False: nothing is done."""
+        r, modes, line = self.r, self.modes, block.read()
+        if (
+            line is None
+            or r.tracer
+            or r.compensation
+            or modes.cycle
+            or modes.rnd
+            or r.exact_once
+            or r.diameter
+            or not r.absolute
+        ):
+            return False
+        motion = line.motion or r.motion
+        if motion not in ("G0", "G1") or r.feed_mode == "G93":
+            return False
+        r.motion = motion
+        if line.feed is not None:
+            r.feed = line.feed * modes.feed_unit
+        point = list(r.p)
+        for k, value in line.axes:
+            point[k] = value * r.unit
+        r.straight((point[0], point[1], point[2]), motion == "G0")
+        return True
+
     def note(self, made: int, before: Modal | None, runner: SinumerikRunner, block: SinumerikBlock) -> None:
         """What the moves since `made` came from, where traces are kept."""
         tracer = self.r.tracer
