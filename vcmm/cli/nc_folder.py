@@ -5,37 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from vcmm.nc.search import ENDINGS
-
-PROGRAMS = {
-    *ENDINGS,
-    ".mpf",
-    ".spf",
-    ".h",
-    ".i",
-    ".arc",
-    ".ptp",
-    ".pim",
-    ".iso",
-    ".din",
-    ".fan",
-    ".cls",
-    ".ptx",
-    ".anc",
-    ".dnc",
-    ".g",
-    ".ncc",
-} - {""}
+FURTHER = (".i", ".arc", ".ptp", ".pim", ".iso", ".din", ".fan", ".cls", ".anc", ".dnc", ".g", ".ncc")
 
 
 def programs_in(folder: Path) -> list[Path]:
     """Files whose name ends as those of programs do, in this folder and below it. Raises UsageError where there is none."""
     from vcmm.core.errors import UsageError
+    from vcmm.nc.search import ENDINGS
 
-    found = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in PROGRAMS)
+    endings = {*ENDINGS, *FURTHER} - {""}
+    found = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in endings)
     if not found:
         raise UsageError(
-            f"{folder} holds no NC program: no file ends in {', '.join(sorted(PROGRAMS))}; name another folder, or the file itself"
+            f"{folder} holds no NC program: no file ends in {', '.join(sorted(endings))}; name another folder, or the file itself"
         )
     return found
 

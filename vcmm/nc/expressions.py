@@ -171,6 +171,9 @@ class Cursor:
         return self.tokens[self.at + ahead] if self.at + ahead < len(self.tokens) else None
 
     def next(self) -> Token:
+        """The next token. Raises BlockFault where there is none."""
+        if self.done:
+            raise self.fault("the block ends where more is due; complete it")
         self.at += 1
         return self.tokens[self.at - 1]
 

@@ -19,6 +19,10 @@ def read_bytes(path: Path) -> str:
         return read_text(path)  # says what lies beside it
     except OSError as error:
         raise DataError(f"{path}:1:1: the program cannot be read: {error.strerror}; check the name") from None
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise DataError(
+            f"{path}:1:1: this text is UTF-16, which no control reads; save it as plain text (ASCII or UTF-8)"
+        )
     if b"\0" in raw:
         line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
         column = raw.index(b"\0") - (raw.rfind(b"\n", 0, raw.index(b"\0")) + 1) + 1

@@ -67,8 +67,6 @@ def test_plain_lines_mean_what_they_mean_word_by_word(monkeypatch):
         "MCALL",
         "DIAMON",
         "DIAMOF",
-        "RNDM=0.1",
-        "RNDM=0",
         "G70",
         "G71",
         "G9 X1",

@@ -24,7 +24,7 @@ from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.iso.turning import turning
-from vcmm.nc.moves import ORIGIN, Move, Program, Remark, Source
+from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Remark, Source
 from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace
@@ -37,27 +37,40 @@ _PLAIN = re.compile(
 _MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", re.IGNORECASE)
 _ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
 _NOTE = re.compile(r"\([^()]*\)|;.*")
+LOOKED_AT = 300_000  # characters in which the style of numbers is looked for
 LEADER = 500  # lines among which the first % is looked for
 _new = tuple.__new__
 
 
-def run(text: str, dialect: str | Dialect, setup: Setup, name: str, trace: bool) -> Program:
-    """The meaning of a program in a dialect of the G-code family. Raises DataError and ModelLimit."""
+def run(
+    text: str, dialect: str | Dialect, setup: Setup, name: str, trace: bool, *, flow: MoveFlow | None = None
+) -> Program:
+    """The meaning of a program in a dialect of the G-code family. Raises DataError and ModelLimit.
+
+    flow: takes the moves as they come; the Program has none of them then.
+    """
     language = _adapted(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
     c.points_written = language.survey and not setup.decimal_point and points_written(text)
     runner = IsoRunner(c, attach(c), Text(name, text, language), folders_of(Path(name), setup.subprograms))
+    runner.flow = flow
     _blocks(runner)
-    if language.survey and not c.moves:
+    made = flow.count if flow else 0
+    if language.survey and not (c.moves or made):
         _alone(runner)
-    if c.moves and not c.unit_said and language.survey:
-        c.source = Source(c.moves[0].source.line, 1, 1)
+    made = made or len(c.moves)
+    if made and not c.unit_said and language.survey:
+        c.source = Source(1, 1, 1)
         c.assume("the unit, for want of G20 and G21", "mm", matters=False)
-    if not c.moves:
+    if not made:
         c.remark("no axis moves in this program", 1)
     _tool_left_in_the_changer(c)
-    return c.program(name)
+    program = c.program(name)
+    if flow is None:
+        return program
+    flow.take(program.moves)
+    return replace(program, moves=())
 
 
 _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
@@ -65,7 +78,7 @@ _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-
 
 def points_written(text: str) -> bool:
     """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
-    plain = re.sub(r"\([^()\n]*\)", "", text)
+    plain = re.sub(r"\([^()\n]*\)", "", text[:LOOKED_AT])
     return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
@@ -102,10 +115,13 @@ def _loop(r: IsoRunner, started: bool) -> None:
             if r.at >= len(r.text.lines):
                 _end_of_text(r, started)
                 continue
+            r.hand_on()
             if c.tracer is None and r.modal_macro is None:
                 _plain_lines(r)
-                if r.at >= len(r.text.lines):
-                    continue
+                if r.at >= len(r.text.lines) or len(c.moves) >= MoveFlow.CHUNK:
+                    r.hand_on()
+                    if r.at >= len(r.text.lines):
+                        continue
             index = r.at
             r.at += 1
             c.source = Source(index + 1, 1, 1)
@@ -284,7 +300,13 @@ def _plain_lines(r: IsoRunner) -> None:
     rapid_tail, line_tail = _tails(c)
     strict = c.language.words == "macro" and "decimal point" not in c.remarked
     unit, absolute, compensation, rapid = c.unit, c.absolute, c.compensation, c.motion == "G0"
-    (x, y, z), (sx, sy, sz), start, at, end = c.p, c.world.shift, c.tip(), r.at, len(lines)
+    (x, y, z), (sx, sy, sz), start, at, end = (
+        c.p,
+        c.world.shift,
+        c.tip(),
+        r.at,
+        min(len(lines), r.at + MoveFlow.CHUNK),
+    )
     while at < end:
         text = lines[at]
         words = match(text)
