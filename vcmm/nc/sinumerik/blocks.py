@@ -110,7 +110,8 @@ def plain_block(text: str, line: int) -> SinumerikBlock | None:
     if match is None or any(match[3].count(axis) > 1 for axis in "XYZ"):
         return None
     first = len(text) - len(text.lstrip()) + 1
-    block = SinumerikBlock(line, first, match.end(4 if match[4] else 3) + 1)
+    end = match.end(4 if match[4] else 3)
+    block = SinumerikBlock(line, first, len(text[:end].rstrip()) + 1)
     block.number = f"N{match[1]}" if match[1] else ""
     block.text, block.plain, block._items = text, True, None
     return block
