@@ -64,7 +64,7 @@ def cut_command(
     sharing = sharing_of(workers, cluster, shard)
     options = {"trials": trials, "seed": seed, "engine": engine}
     if sharing.share is None:
-        back = None if measured is None else (measured, frame == "machine", u_point)
+        back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
         return run_cut(scenario, options, sharing, json, out, back)
     if measured is not None:
         raise UsageError("a shard counts trials only: give --measured to the whole job, without --shard")
@@ -88,7 +88,7 @@ def _cut(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
 
 
 def run_cut(
-    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, returned: tuple[Path, bool, str] | None = None
+    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, returned: tuple[Path | None, bool, str] | None = None
 ) -> int:  # fmt: skip
     """The whole job: document, files, tables. options: trials, seed, engine. returned: measured points, whether they stand in
     the machine frame, their standard uncertainty as text.
@@ -102,7 +102,7 @@ def run_cut(
     loaded, result = _cut(scenario, options, sharing)
     files = [*sources(scenario), loaded.program]
     body, warnings, back = cut_json(result), result.warnings, None
-    if given is not None and returned is not None:
+    if given is not None and returned is not None and returned[0] is not None:
         from vcmm.cli.cut_measured import came_back
 
         back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or returned[0].parent)

@@ -58,3 +58,19 @@ def test_bad_values():
         moves("G2 X5 Y5 R=R10 F100", SURVEY)
     with pytest.raises(DataError, match="the function CALCPOSI is not understood"):
         moves("R1=CALCPOSI(1,2)")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'R1="A"*2',
+        'G0 X="A"',
+        'DEF STRING[3] _S="A"\nG0 X=-_S',
+        'FOR R1=1 TO "B"\nENDFOR',
+        'IF "A">1\nENDIF',
+        'AX[""]=1 G0 X=SIN("A")',
+    ],
+)
+def test_a_text_where_a_number_is_due_is_refused(text: str):
+    with pytest.raises(DataError):
+        moves(text)

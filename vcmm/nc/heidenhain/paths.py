@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.heidenhain.approach import KINDS, Approach, Said, depart, resolve
 from vcmm.nc.heidenhain.technology import KlartextTechnology
-from vcmm.nc.heidenhain.text import KlartextReader
+from vcmm.nc.heidenhain.text import KlartextBlock, KlartextReader
 from vcmm.nc.heidenhain.words import AXES, ROTARY, KlartextWords, read_words
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Move, Point
@@ -87,6 +87,20 @@ class KlartextPaths(KlartextTechnology):
             self.line(self.target(words), rapid, turned)
             words.has_moved = True
         return self.after(words)
+
+    def short(self, block: KlartextBlock) -> bool:
+        """A plain line where nothing special is in force: as `straight` does it, without the ceremony. False: nothing is done."""
+        r, line = self.r, block.read()
+        if line is None or r.tracer or r.compensation or self.modal_call or self.per_turn:
+            return False
+        if line.feed is not None:
+            r.feed, r.feed_mode = self.feed_of(line.feed, "F"), "G94"
+        point = list(r.p)
+        for k, value in line.axes:
+            point[k] = value * r.unit
+            self.known.add(k)
+        self.line(_three(point), line.rapid)
+        return True
 
     def line(self, end: Point, rapid: bool, turned: Point | None = None) -> None:
         self.note_line(end)
@@ -237,6 +251,7 @@ class KlartextPaths(KlartextTechnology):
                 self.pole[k] = absolute * self.r.unit
             if relative is not None:
                 self.pole[k] = self.r.p[k] + relative * self.r.unit
+        self.leftover(words)
 
     def corner(self, reader: KlartextReader, kind: str) -> None:
         """RND R5, CHF 5; F acts on the rounding only."""
@@ -247,6 +262,7 @@ class KlartextPaths(KlartextTechnology):
         if self.r.moves and self.r.moves[-1].kind == "approach":
             self.r.fault("RND or CHF directly after APPR is not understood; place it after the first element")
         feed = None if words.feed is None else self.feed_of(words.feed, words.feed_kind)
+        self.leftover(words)
         self.r.corner(size * self.r.unit, kind, feed)
 
     # -- approach and departure --

@@ -6,6 +6,7 @@ import math
 
 from vcmm.core.errors import did_you_mean
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.levels import unknown_tool
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik import cycles
 from vcmm.nc.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
@@ -57,6 +58,32 @@ class SinumerikInterpreter(SinumerikSpecials):
         self.r.exact_once = False
         return ended
 
+    def short(self, block: SinumerikBlock) -> bool:
+        """A plain block where nothing special is in force: as `work` does it, without the ceremony. False: nothing is done."""
+        r, modes, line = self.r, self.modes, block.read()
+        if (
+            line is None
+            or r.tracer
+            or r.compensation
+            or modes.cycle
+            or modes.rnd
+            or r.exact_once
+            or r.diameter
+            or not r.absolute
+        ):
+            return False
+        motion = line.motion or r.motion
+        if motion not in ("G0", "G1") or r.feed_mode == "G93":
+            return False
+        r.motion = motion
+        if line.feed is not None:
+            r.feed = line.feed * modes.feed_unit
+        point = list(r.p)
+        for k, value in line.axes:
+            point[k] = value * r.unit
+        r.straight((point[0], point[1], point[2]), motion == "G0")
+        return True
+
     def note(self, made: int, before: Modal | None, runner: SinumerikRunner, block: SinumerikBlock) -> None:
         """What the moves since `made` came from, where traces are kept."""
         tracer = self.r.tracer
@@ -103,7 +130,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             words.runner.assign(item)
             return
         axis = item.indices[0](words.runner) if callable(item.indices[0]) else item.indices[0]
-        if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str):
+        if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str) and axis:
             words.positioned |= item.name.startswith("POS")
             self.add(words, item._replace(name=axis.upper(), indices=()))
         elif item.name in ("AX", "POS", "POSA", "POSP"):
@@ -212,7 +239,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         tools = self.r.setup.tools
         if number is not None:
             if number and number not in tools:
-                self.r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
+                unknown_tool(self.r, number)
             return tools.get(number, Tool(number))
         for tool in tools.values():
             if tool.name.upper() == name.upper():

@@ -101,6 +101,11 @@ def lines_of(text: str) -> list[list[Token]]:
     return lines
 
 
+def line_tokens(line: str) -> list[Token]:
+    """The tokens of one line without blanks and comments."""
+    return [t for t in tokenize(line) if t.kind not in ("space", "comment")]
+
+
 def number_of(text: str) -> float:
     """12.5, -3, 1.5EX-3."""
     return float(re.sub(r"\s", "", text).upper().replace("EX", "E"))
