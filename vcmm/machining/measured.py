@@ -95,7 +95,7 @@ def measured_cut(
     values = evaluate_all(task, fit_features(task, points))
     spread = observed.covariance + scatter**2 * np.eye(len(points))
     rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
-    row, gain = world.contacts.deepest(world.moved)
+    _, gain = world.contacts.deepest(world.moved)
     size = np.linalg.norm(gain, axis=1)
     return MeasuredCut(
         compared=_compared(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),

@@ -26,8 +26,10 @@ from vcmm.machining.turned import turning_of
 from vcmm.machining.turned_faces import with_faces
 from vcmm.machining.turning import TurningProcess
 from vcmm.machining.wrong_unit import unit_hint
+from vcmm.motion.tool_centre import in_machine_axes
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.interpret import read_program
+from vcmm.nc.levels import demand
 from vcmm.nc.moves import Program
 from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import turns_with
@@ -38,7 +40,9 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     program = read_program(scenario.program, scenario.dialect, scenario.setup)
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
+    demand(program.assumed, str(scenario.program), "cut")
     _check_lengths(scenario, program)
+    program = _of_axes(scenario, program)
     _check_forces(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
@@ -47,6 +51,12 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     if refused is not None:
         raise refused
     return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)))
+
+
+def _of_axes(scenario: CutScenario, program: Program) -> Program:
+    """The program as motions of the axes: where it leads the tip over the workpiece, the machine follows."""
+    moves, remarks_ = in_machine_axes(program.moves, scenario.machine, str(scenario.program))
+    return replace(program, moves=moves, warnings=(*program.warnings, *remarks_))
 
 
 def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> PreparedCut:
@@ -70,6 +80,7 @@ def other_unit(scenario: CutScenario) -> str:
 
 def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
     """(inspection points that the program cuts no more than DEPTH too deep, inspection points); travels are not checked."""
+    program = _of_axes(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     job = _placed(scenario, program, path)
     steps = gauge_plan(job.scenario.part, job.scenario.plan).steps
