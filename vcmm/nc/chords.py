@@ -13,8 +13,11 @@ SAG = 1e-3  # mm from the arc to its chords, at most
 
 
 def arc_or_chords(r: Recorder, end: Point, centre: Point, clockwise: bool, turns: int = 1) -> None:
-    """An arc of the plane in force; chords at most `SAG` off where a frame tilts that plane out of the planes of the machine."""
-    if in_plane(r.world, r.plane) is not None:
+    """An arc of the plane in force; chords at most `SAG` off where a frame tilts that plane out of the planes of the machine.
+
+    Strict reading keeps arcs arcs, and refuses those.
+    """
+    if r.setup.strict or in_plane(r.world, r.plane) is not None:
         r.arc(end, centre, clockwise, turns)
         return
     r.remark(f"arcs of a tilted plane are read as chords, {SAG * 1e3:g} um off them at most")

@@ -72,3 +72,14 @@ class Hole:
                 self.to(self.clearance, True)
                 self.wait(pause)
             self.to(again(depth), not back_at_feed)
+
+
+def depths_of(
+    surface: float, final: float, step: float, less: float = 0.0, least: float = 0.0
+) -> list[float]:
+    """Depths of the infeeds, mm: each `less` shorter than the one before, but not below `least`."""
+    out, infeed = [surface], step
+    while out[-1] - final > 1e-9:
+        out.append(max(out[-1] - infeed, final) if infeed > 0 else final)
+        infeed = max(infeed - less, least or min(step, infeed)) if less else infeed
+    return out[1:]

@@ -201,8 +201,12 @@ class ExpressionReader(Cursor):
         while (operator := self.upper()) in levels and levels[operator] > lowest:
             column = self.next().column
             right = self.expression(levels[operator])
-            left = self.kept(binary(self.grammar, operator, left, right, column))
+            left = self.kept(self.joined(operator, left, right, column))
         return left
+
+    def joined(self, operator: str, left: Value, right: Value, column: int) -> Computed:
+        """Two values and the operator between them."""
+        return binary(self.grammar, operator, left, right, column)
 
     def operand(self) -> Value:
         """A value with what stands before it."""

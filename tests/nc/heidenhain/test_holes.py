@@ -8,7 +8,7 @@ import pytest
 
 from tests.nc.heidenhain.klartext import moves
 from vcmm.core.errors import DataError
-from vcmm.nc.heidenhain.holes import depths_of
+from vcmm.nc.drilling import depths_of
 
 START = "TOOL CALL 5 Z S1000\nM3\n"
 

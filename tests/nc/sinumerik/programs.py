@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.conftest import data_file
@@ -30,3 +32,11 @@ def check(text, *points, setup=SETUP):
 
 def sample(name):
     return data_file(f"data/nc/mit/sinumerik_{name}.mpf").read_bytes().decode()
+
+
+SURVEY = replace(SETUP, strict=False)
+
+
+def told(text):
+    """What a survey assumes: what it is -> line, value taken."""
+    return {a.what: (a.line, a.value) for a in read(text, "part.mpf", SURVEY).assumed}

@@ -28,15 +28,23 @@ def test_flow():
     assert block("IF R1>2 GOTOF END_1").flow.kind == "JUMP"
     assert block("FOR R1=1 TO 3").flow.data[1:] == (1.0, 3.0)
     assert block("REPEAT FIRST LAST P=3").flow.data == (("FIRST", "LAST"), 3.0)
-    assert block("DEF INT AA=1, BB").flow.data == ("INT", (("AA", 1.0), ("BB", None)))
-    assert block("PROC SIDE(REAL DEP)").flow.data == ("SIDE", (("REAL", "DEP", None),))
+    assert block("DEF INT AA=1, BB").flow.data == ("INT", (("AA", 1.0, ()), ("BB", None, ())))
+    assert block("PROC SIDE(REAL DEP)").flow.data == ("SIDE", (("REAL", "DEP", None, False),), False)
     _, cases = block("CASE R1 OF 1 GOTOF UP DEFAULT GOTOB DOWN").flow.data
     assert [c[1:] for c in cases] == [("GOTOF", "UP"), ("GOTOB", "DOWN")]
 
 
 @pytest.mark.parametrize(
     ("text", "column"),
-    [("X", 2), ("G1 )", 4), ("GOTOF", 6), ("X=DC(3)", 3), ("DEF FRAME A", 5), ("ENDIF G1", 7)],
+    [
+        ("X", 2),
+        ("G1 )", 4),
+        ("GOTOF", 6),
+        ("X=CDC(3)", 3),
+        ("DEF FRAME A", 11),
+        ("DEF THING AB", 5),
+        ("ENDIF G1", 7),
+    ],
 )
 def test_what_cannot_be_read(text: str, column: int):
     with pytest.raises(BlockFault) as fault:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from tests.nc.sinumerik.programs import SETUP, check, ends, moves, sample
+from tests.nc.sinumerik.programs import SETUP, SURVEY, check, ends, moves, sample, told
+from vcmm.core.errors import DataError
 from vcmm.nc.setup import Setup
 from vcmm.nc.sinumerik.reader import read
 
@@ -67,3 +69,57 @@ def test_skip_levels_and_words_behind_a_message():
     assert [m.end[0] for m in read(text, "part.mpf", setup).moves] == [10, 20, 30, 40]
     skipping = replace(setup, block_delete=True)
     assert [m.end[0] for m in read(text, "part.mpf", skipping).moves] == [10, 40]
+
+
+def test_subprograms_with_arguments_repetitions_and_modal_calls(tmp_path):
+    """L140(2), L70 P3, CALL "NAME", MCALL L70: files beside the program; VAR gives back; SAVE keeps the caller's modes."""
+    (tmp_path / "L140.SPF").write_text("PROC L140(INT HEAD) SAVE\nG91 G0 X=HEAD\nTRANS X100\nM17")
+    (tmp_path / "l70.spf").write_text("G91 G1 Z-1 F100\nG90\nM17")
+    (tmp_path / "TWICE.SPF").write_text("PROC TWICE(VAR REAL WHAT, REAL ADD=1)\nWHAT=2*WHAT+ADD\nRET")
+    main = 'EXTERN L140(INT)\nDEF REAL AA=3\nR1=5\nL140(2)\nG0 X3\nL70 P3\nTWICE(AA,4)\nTWICE(R1)\nG0 X=AA Y=R1\nCALL "TWICE"\nMCALL L70\nG0 X0 Y0 Z0\nMCALL'
+    (tmp_path / "MAIN.MPF").write_text(main)
+    program = read(main, str(tmp_path / "MAIN.MPF"), SETUP)
+    assert [m.end for m in program.moves] == [
+        (2, 0, 0), (3, 0, 0), (3, 0, -1), (3, 0, -2), (3, 0, -3), (10, 11, -3), (0, 0, 0), (0, 0, -1),
+    ]  # fmt: skip
+    assert program.moves[2].source.line == 1
+
+
+def test_missing_subprograms_are_holes_told_once():
+    text = 'L140(2) ;HEAD\nSPEC_UGV\nMSG("A"<<R1)\nprintln("X")\nSPEC_UGV\nCYCLE95("CONTOUR",1)\nG0 X1'
+    hole = "a hole in the path: its moves are missing"
+    assert told(text) == {
+        "the subprogram L140": (1, hole), "the subprogram SPEC_UGV": (2, hole), "the subprogram PRINTLN": (4, hole), "the cycle CYCLE95": (6, hole),
+    }  # fmt: skip
+    assert len(moves(text, SURVEY)) == 1
+
+
+def test_a_subprogram_on_its_own():
+    """Its arguments are zero and told; blocks that then have no value are passed over; loops that then never end are left."""
+    text = "PROC SIDE(REAL DEP, INT COUNT=2) DISPLOF\nR1=10/DEP\nG0 X=COUNT\nUP:\nIF DEP<5 GOTOB UP\nRET"
+    assert [m.end[0] for m in moves(text, SURVEY)] == [2]
+    got = told(text)
+    assert got["the argument DEP of the subprogram SIDE"] == (1, "0")
+    assert "blocks that hang on values which only the caller or the machine knows" in got
+    assert any(what.startswith("the end of a loop") for what in got)
+    with pytest.raises(DataError, match="there is no NOWHERE"):  # a missing label is the program's own fault
+        moves("PROC SIDE(REAL DEP)\nGOTOF NOWHERE", SURVEY)
+
+
+def test_several_jumps_in_a_line():
+    text = "R1=2\nIF R1==1 GOTOF A_1 IF R1==2 GOTOF A_2\nG0 X9\nA_1: G0 X1\nA_2: G0 X2"
+    assert [m.end[0] for m in moves(text)] == [2]
+
+
+def test_synchronised_actions_and_alarms_are_told():
+    assert told("ID=1 WHENEVER $A_IN[1] DO OVR=0\nWHEN TRUE DO M8\nSETAL(66000)\nG0 X1") == {
+        "synchronised actions (WHENEVER, DO ...)": (1, "passed over"),
+        "an alarm that the program raises itself (SETAL)": (3, "passed over"),
+    }
+
+
+def test_axes_and_edges_that_are_not_modelled():
+    assert told("T1 D3\nG0 X1 W5 U=2 M31=101 H5=2") == {
+        "the cutting edge D3 of tool 1": (1, "that of D1"), "the axis or spindle W": (2, "passed over"),
+        "the axis or spindle U": (2, "passed over"),
+    }  # fmt: skip

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.nc.sinumerik.programs import check, moves
+from tests.nc.sinumerik.programs import SURVEY, check, moves, told
 from vcmm.core.errors import DataError, ModelLimit
 
 
@@ -74,3 +74,34 @@ def test_rounding_between_line_and_arc():
     assert np.allclose(got[1].centre, (x, 2, 0), atol=1e-9)
     assert np.allclose(got[0].end, (x, 0, 0), atol=1e-9)
     assert np.allclose(got[1].end, (20 + (x - 20) * 10 / 12, 2 * 10 / 12, 0), atol=1e-9)
+
+
+def test_threads_and_tapping():
+    """G33: K mm per turn; G331 K1.5 at S 200 without M3; G63 at the feed of its block alone."""
+    made = moves("S500 M3 G0 X10\nG33 Z-20 K2\nG0 X20")
+    assert [(m.kind, m.feed) for m in made] == [("rapid", None), ("thread", 1000), ("rapid", None)]
+    tapped = moves("SPOS=0\nG331 Z-10 K1.5 S200\nG332 Z5 K1.5\nG0 Z9")
+    assert [(m.kind, m.feed) for m in tapped] == [("line", 300), ("line", 300), ("rapid", None)]
+    assert [m.kind for m in moves("G0 X1\nG63 Z-5 F300\nX2")] == ["rapid", "line", "rapid"]
+
+
+def test_tangential_circle():
+    """CT: leaves along +X from (10, 0); to (20, 10) it is a quarter about (10, 10)."""
+    got = moves("G1 X10 F100\nCT X20 Y10\nG1 X30")
+    assert np.allclose(got[1].centre, (10, 10, 0))
+    assert not got[1].clockwise
+    mirrored = moves("MIRROR X0\nG1 X10 F100\nCT X20 Y10")
+    assert np.allclose(mirrored[1].end, (-20, 10, 0))
+    assert mirrored[1].clockwise
+    with pytest.raises(DataError, match="CT"):
+        moves("CT X20 Y10 F100")
+
+
+def test_splines_and_transformations_are_told():
+    text = "G1 X1 F100\nBSPLINE X2 Y3\nX4\nTRAORI\nG1 X5 A3=0 B3=0 C3=1"
+    assert [m.end[:2] for m in moves(text, SURVEY)] == [(1, 0), (2, 3), (4, 3), (5, 3)]
+    assert list(told(text)) == [
+        "BSPLINE (spline)",
+        "TRAORI (5-axis transformation)",
+        "tool directions (A3= B3= C3=, LEAD, TILT)",
+    ]

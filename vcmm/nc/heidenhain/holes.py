@@ -9,23 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from vcmm.nc.drilling import Hole
+from vcmm.nc.drilling import Hole, depths_of
 from vcmm.nc.heidenhain.machining import Action, MachiningCycle
 from vcmm.nc.moves import PLANES
 
 BACK_OFF = 0.2  # mm, fixed in cycle 202
 ENTRY, ENTRY_SHARE, ENTRY_MOST = 0.6, 50.0, 7.0  # mm: advanced stop of cycle 1; depth / 50 above 30 mm
-
-
-def depths_of(
-    surface: float, final: float, step: float, less: float = 0.0, least: float = 0.0
-) -> list[float]:
-    """Depths of the infeeds, mm: each `less` shorter than the one before, but not below `least`."""
-    out, infeed = [surface], step
-    while out[-1] - final > 1e-9:
-        out.append(max(out[-1] - infeed, final) if infeed > 0 else final)
-        infeed = max(infeed - less, least or min(step, infeed)) if less else infeed
-    return out[1:]
 
 
 def drill(c: MachiningCycle) -> None:

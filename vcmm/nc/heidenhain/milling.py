@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.clearing import PathPiece, circle, moved, rectangle, rows
-from vcmm.nc.heidenhain.holes import depths_of
+from vcmm.nc.drilling import depths_of
 from vcmm.nc.heidenhain.machining import Action, MachiningCycle
 from vcmm.nc.moves import PLANES
 

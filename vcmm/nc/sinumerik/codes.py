@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NoReturn
 
+from vcmm.nc.frames import in_plane
 from vcmm.nc.radius import SINUMERIK, Style
 from vcmm.nc.sinumerik.state import SinumerikControl
 
 MITRE = Style("perpendicular", "lines")  # G451
-IDLE = frozenset(
+IDLE = frozenset(  # they change no path here
     [
         "SOFT",
+        "SOFTA",
         "BRISK",
         "BRISKA",
-        "SOFTA",
         "DRIVE",
+        "DRIVEA",
         "FFWON",
         "FFWOF",
         "STOPRE",
@@ -34,6 +35,7 @@ IDLE = frozenset(
         "DYNSEMIFIN",
         "DYNFINISH",
         "DYNPOS",
+        "DYNPREC",
         "FIFOCTRL",
         "STARTFIFO",
         "STOPFIFO",
@@ -52,12 +54,111 @@ IDLE = frozenset(
         "WORKPIECE",
         "GROUP_BEGIN",
         "GROUP_END",
+        "GROUP_ADDEND",
         "CPRECOF",
         "CPRECON",
         "FNORM",
+        "FCUB",
+        "FLIN",
+        "FPO",
+        "CUT2D",
+        "CUT2DF",
+        "CUT2DFD",
+        "CUT3DC",
+        "CUT3DF",
+        "CUT3DFS",
+        "CUT3DFF",
+        "CUTCONOF",
+        "TOFRAME",
+        "TOROTOF",
+        "PAROTOF",
+        "TCARR",
+        "TCOABS",
+        "TCOFR",
+        "ORIAXES",
+        "ORIVECT",
+        "ORIPLANE",
+        "ORIEULER",
+        "ORIRPY",
+        "ORIRPY2",
+        "ORIVIRT1",
+        "OSC",
+        "OSOF",
+        "OST",
+        "OSS",
+        "OSSE",
+        "OSD",
+        "OTOL",
+        "EXTERN",
+        "DELDTG",
+        "ASPOF",
+        "SPOSOF",
+        "BNAT",
+        "CNAT",
+        "BTAN",
+        "CTAN",
+        "BAUTO",
+        "CAUTO",
+        "SPCON",
+        "SPCOF",
+        "FGROUP",
+        "FGREF",
+        "WAITM",
+        "WAITP",
+        "WAITS",
+        "RELEASE",
+        "GET",
+        "GETD",
+        "INIT",
+        "START",
+        "SETM",
+        "CLEARM",
+        "DIACYCOFA",
+        "DIAMCHANA",
+        "ENS",
+        "NEWCONF",
+        "WRTPR",
+        "STRINGIS",
+        "STOLF",
+        "PRESETONS",
+        "GWPSON",
+        "GWPSOF",
+        "ACTBLOCNO",
+        "IPTRLOCK",
+        "IPTRUNLOCK",
+        "PUTFTOC",
+        "LOCK",
+        "UNLOCK",
+        "ISD",
+        "DISABLE",
+        "ENABLE",
+        "SETINT",
+        "CLRINT",
+        "WRITE",
+        "READ",
+        "DELETE",
+        "CLEAR",
     ]
-)  # they change no path here
-IDLE_G = frozenset(("G601", "G602", "G603", "G290", "G460", "G148"))
+)
+IDLE_G = frozenset(
+    (
+        "G601",
+        "G602",
+        "G603",
+        "G290",
+        "G460",
+        "G461",
+        "G462",
+        "G148",
+        "G8",
+        "G62",
+        "G621",
+        "G810",
+        "G811",
+        "G25",
+        "G26",
+    )
+)
 LATER = " is not understood; docs/nc_sinumerik_heidenhain.md lists what is, rewrite it with G0 to G3"
 
 
@@ -84,6 +185,11 @@ def _plane(name: str) -> Callable[[SinumerikControl], None]:
 
 def _side(side: str | None) -> Callable[[SinumerikControl], None]:
     def change(i: SinumerikControl) -> None:
+        if side is not None and in_plane(i.r.world, i.r.plane) is None:
+            what = "radius compensation in a tilted plane"
+            i.r.assume(what, "none: the path on the programmed contour", f"{what}{LATER}", column=i.column)
+            i.r.compensate(None, i.modes.style)
+            return
         i.r.compensate(side, i.modes.style)
 
     return change
@@ -101,11 +207,20 @@ def _spindle(feed_mode: str) -> Callable[[SinumerikControl], None]:
     return change
 
 
-def _refuse(text: str) -> Callable[[SinumerikControl], NoReturn]:
-    def change(i: SinumerikControl) -> NoReturn:
-        i.r.fault(f"{text}{LATER}", i.column)
+def _told(
+    what: str, value: str, matters: bool = True, **values: object
+) -> Callable[[SinumerikControl], None]:
+    """What is read otherwise than the control does it: told in a survey, refused in strict reading."""
+
+    def change(i: SinumerikControl) -> None:
+        i.r.assume(what, value, f"{what}{LATER}", column=i.column, matters=matters)
+        if values:
+            _set(**values)(i)
 
     return change
+
+
+LINES = "straight lines between its points"
 
 
 CODES: dict[str, Callable[[SinumerikControl], None]] = {
@@ -121,16 +236,27 @@ CODES: dict[str, Callable[[SinumerikControl], None]] = {
     "G93": _set(feed_mode="G93"), "G94": _spindle("G94"), "G95": _spindle("G95"),
     "G96": _set(feed_mode="G95", surface=True), "G961": _set(feed_mode="G94", surface=True),
     "G97": _spindle("G95"), "G971": _spindle("G94"),
-    **{f"G{n}": _refuse(f"G{n} (thread cutting or tapping)") for n in (33, 34, 35, 63, 331, 332)},
-    **{f"G{n}": _refuse(f"G{n} (smooth approach and retraction)") for n in (147, 247, 248, 347, 348)},
-    **{f"G{n}": _refuse(f"G{n} (polar coordinates)") for n in (110, 111, 112)},
-    "G75": _refuse("G75 (fixed point of the machine)"), "G291": _refuse("G291 (ISO dialect)"),
+    "G33": _set(motion="G33"), "G34": _set(motion="G33"), "G35": _set(motion="G33"), "G331": _set(motion="G331"), "G332": _set(motion="G331"),
+    "G63": _set(),
+    **{
+        f"G{n}": _told(f"G{n} (smooth approach and retraction)", "straight to its point")
+        for n in (147, 247, 347, 148, 248, 348)
+    },
+    "G291": _told("G291 (ISO dialect)", "passed over: the words are read as Siemens words"),
+    "G5": _told("G5 (oblique plunge grinding)", "passed over"), "G7": _told("G7 (oblique plunge grinding)", "passed over"),
 }  # fmt: skip
 SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
     "CIP": _set(motion="CIP"), "DIAMON": _set(diameter="always"), "DIAM90": _set(diameter="absolute"), "DIAMOF": _set(diameter=""),
-    **{n: _refuse(f"{n} (spline)") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
-    "POLY": _refuse("POLY (polynomial)"), "CT": _refuse("CT (tangential circle)"), "TRAORI": _refuse("TRAORI (5-axis transformation)"),
-    "TRANSMIT": _refuse("TRANSMIT (face machining with C)"), "TRACYL": _refuse("TRACYL (cylinder transformation)"),
-    "CDON": _refuse("CDON (look-ahead for bottlenecks)"), "KONT": _refuse("KONT (approach around the contour)"),
-    "KONTC": _refuse("KONTC"), "KONTT": _refuse("KONTT"), "CUTCONON": _refuse("CUTCONON"),
+    **{n: _told(f"{n} (spline)", LINES, motion="G1") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
+    "POLY": _told("POLY (polynomial)", LINES, motion="G1"), "INVCW": _told("INVCW (involute)", LINES, motion="G1"),
+    "INVCCW": _told("INVCCW (involute)", LINES, motion="G1"), "CT": _set(motion="CT"),
+    "TRAORI": _told("TRAORI (5-axis transformation)", "the points of the tip as programmed"),
+    "TRANSMIT": _told("TRANSMIT (face machining with C)", "the points as programmed"),
+    "TRACYL": _told("TRACYL (cylinder transformation)", "the points as programmed"), "TRAANG": _told("TRAANG (inclined axis)", "the points as programmed"),
+    "CDON": _told("CDON (look-ahead for bottlenecks)", "passed over: only neighbouring blocks meet"),
+    "KONT": _told("KONT (approach around the contour)", "straight, as with NORM"), "KONTC": _told("KONTC", "straight, as with NORM"),
+    "KONTT": _told("KONTT", "straight, as with NORM"), "CUTCONON": _told("CUTCONON", "passed over"),
+    "OFFN": _told("OFFN (oversize of the contour)", "none"), "TOROT": _told("TOROT (frame along the tool)", "passed over"),
+    "PAROT": _told("PAROT (frame along the workpiece)", "passed over"),
+    "WHENEVER": _told("synchronised actions (WHENEVER, DO ...)", "passed over", matters=False),
 }  # fmt: skip

@@ -1,18 +1,33 @@
-"""Drilling cycles of Sinumerik: CYCLE81 CYCLE82 CYCLE83, and CYCLE832. Source: Siemens, Programming Manual Cycles."""
+"""Cycles of Sinumerik: CYCLE81 to CYCLE89, CYCLE840, CYCLE800, CYCLE832. Source: Siemens, Programming Manual Cycles."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vcmm.nc.drilling import Hole
-from vcmm.nc.expressions import number
+from vcmm.nc.drilling import Hole, depths_of
+from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.frames import AffineMap, rotation, translation
+from vcmm.nc.moves import PLANES
 from vcmm.nc.sinumerik.blocks import Item
 from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.state import SinumerikControl
 from vcmm.nc.sinumerik.traces import cycle_words
 
+COARSE = {  # pitch of coarse metric threads, mm: ISO 261
+    3: 0.5, 4: 0.7, 5: 0.8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0, 27: 3.0, 30: 3.5, 33: 3.5,
+    36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0,
+}  # fmt: skip
+MODAL_ONLY = (
+    "HOLES1",
+    "HOLES2",
+    "CYCLE801",
+    "CYCLE802",
+    "CYCLE800",
+    "CYCLE832",
+)  # their moves are no cycle's
 CHIP_BREAK = 1.0  # mm of retraction with VARI=0
 Cycle = Callable[[SinumerikControl, SinumerikRunner, Item], None]
 
@@ -40,7 +55,8 @@ class DrillingData:
 
 def arguments_of(runner: SinumerikRunner, item: Item) -> list[float | None]:
     """The arguments of a cycle now."""
-    return [None if a is None else number(a, runner) for a in item.arguments or ()]
+    values = [None if a is None else evaluate(a, runner) for a in item.arguments or ()]
+    return [None if isinstance(v, str) else v for v in values]
 
 
 def drilling_data(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> DrillingData:
@@ -54,7 +70,7 @@ def drilling_data(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> D
         )
     unit = i.r.unit
     retract, reference, safety = rtp * unit, rfp * unit, abs(sdis or 0.0) * unit
-    depth = dp * unit if dp is not None else reference - abs(dpr or 0.0) * unit
+    depth = reference - abs(dpr) * unit if dpr else (dp or 0.0) * unit  # both: DPR holds
     if depth >= reference or retract < reference:
         raise BlockFault(
             item.first,
@@ -80,9 +96,116 @@ def drill(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     hole = data.hole(i)
     hole.to(hole.clearance, rapid=True)
     hole.to(hole.bottom, rapid=False)
-    if item.name == "CYCLE82":
-        hole.wait(seconds(i, item, data.value(5)))
+    hole.wait(seconds(i, item, data.value(5)))
     hole.leave()
+
+
+def tap(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE84 (... DTB, SDAC, MPIT, PIT, POSS, SST, SST1 ... DAM at 16) and CYCLE840 (... DTB, SDR, SDAC, ENC, MPIT, PIT): in and out at
+    pitch times speed; CYCLE84 with DAM breaks chips by DAM. MPIT is the size of a metric thread with coarse pitch."""
+    data, r = drilling_data(i, runner, item), i.r
+    rigid = item.name == "CYCLE84"
+    size, pitch = (data.value(7), data.value(8)) if rigid else (data.value(9), data.value(10))
+    lead = (abs(pitch) * r.unit) or COARSE.get(round(abs(size)), 0.0)
+    speed = (data.value(10) if rigid else 0.0) or r.speed
+    back = (data.value(11) if rigid else 0.0) or speed
+    if not lead and r.feed_mode == "G95" and r.feed:
+        lead = r.feed
+    if not lead:
+        raise BlockFault(
+            item.first,
+            f"{item.name} needs the pitch PIT, or the size MPIT of a coarse metric thread (3 to 48)",
+        )
+    hole, kept, mode = data.hole(i), r.feed, r.feed_mode
+    hole.to(hole.clearance, rapid=True)
+    r.feed_mode = "G94"
+    step = abs(data.value(16)) * r.unit if rigid else 0.0
+    for depth in depths_of(data.reference, data.depth, step or data.reference - data.depth):
+        r.feed = lead * speed
+        hole.to(depth, rapid=False)
+        if depth > data.depth:
+            r.feed = lead * back
+            hole.to(depth + CHIP_BREAK, rapid=False)
+    hole.wait(seconds(i, item, data.value(5)))
+    r.feed = lead * back
+    hole.to(hole.clearance, rapid=False)
+    r.feed, r.feed_mode = kept, mode
+    hole.leave()
+
+
+def ream(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE85 (... DTB, FFR, RFF): in at FFR, out at RFF. CYCLE89: in and out at the feed in force."""
+    data, r = drilling_data(i, runner, item), i.r
+    hole, kept = data.hole(i), r.feed
+    own = item.name == "CYCLE85"
+    hole.to(hole.clearance, rapid=True)
+    r.feed = data.value(6) * i.modes.feed_unit if own and data.value(6) else kept
+    hole.to(hole.bottom, rapid=False)
+    hole.wait(seconds(i, item, data.value(5)))
+    r.feed = data.value(7) * i.modes.feed_unit if own and data.value(7) else r.feed
+    hole.to(hole.clearance, rapid=False)
+    r.feed = kept
+    hole.leave()
+
+
+def bore(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE86 (... DTB, SDIR, RPA, RPO, RPAP): off the wall by RPA, RPO and RPAP with the spindle at rest, out, back over the hole.
+    CYCLE87, CYCLE88: out at rapid with the spindle at rest; CYCLE88 dwells."""
+    data, r = drilling_data(i, runner, item), i.r
+    hole = data.hole(i)
+    one, two, _ = PLANES[r.plane]
+    middle = r.p[one], r.p[two]
+    hole.to(hole.clearance, rapid=True)
+    hole.to(hole.bottom, rapid=False)
+    if item.name != "CYCLE87":
+        hole.wait(seconds(i, item, data.value(5)))
+    if item.name == "CYCLE86" and any(data.value(k) for k in (7, 8, 9)):
+        hole.across(middle[0] + data.value(7) * r.unit, middle[1] + data.value(8) * r.unit)
+        hole.to(hole.bottom + data.value(9) * r.unit, rapid=True)
+        hole.to(hole.clearance, rapid=True)
+        hole.across(*middle)
+    hole.leave()
+
+
+def swivel(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, ...): shift, rotations, shift; none of them ends it.
+
+    MODE: bits 0-1, 2-3, 4-5 name the axes (1 X, 2 Y, 3 Z) that A, B, C turn about, one after another; bits 6-7 the kind (0: axis by axis).
+    """
+    given = arguments_of(runner, item)
+    v = [x or 0.0 for x in (*given, *[None] * 13)][:13]
+    u, mode = i.r.unit, round(v[3]) or 57
+    turned = AffineMap()
+    for k in range(3):
+        axis = (mode >> (2 * k) & 3) or k + 1
+        turned = turned.then(rotation(axis - 1, math.radians(v[7 + k])))
+    made = (
+        translation((v[4] * u, v[5] * u, v[6] * u))
+        .then(turned)
+        .then(translation((v[10] * u, v[11] * u, v[12] * u)))
+    )
+    if made != AffineMap():
+        kind = "" if mode >> 6 == 0 else ", its angles as rotations axis by axis"
+        i.r.assume(
+            "how the machine tilts (CYCLE800)", f"the rotary axes stay; points lie in the tilted plane of the workpiece{kind}",
+            "CYCLE800 hangs on the kinematics of the machine and is not understood; program the points in machine axes", column=item.first,
+        )  # fmt: skip
+    additive = round(v[2]) % 10 == 1
+    i.frames(i.modes.frame, i.modes.swivel.then(made) if additive else made)
+
+
+def pattern(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """HOLES1, HOLES2, CYCLE801, CYCLE802."""
+    from vcmm.nc.sinumerik.patterns import visit
+
+    visit(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
+
+
+def milled(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """POCKET1 to POCKET4, CYCLE71."""
+    from vcmm.nc.sinumerik.patterns import face, pocket
+
+    (face if item.name == "CYCLE71" else pocket)(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
 
 
 def deep(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
@@ -145,9 +268,13 @@ def run(i: SinumerikControl, runner: SinumerikRunner, item: Item, line: int = 0)
     if tracer is not None:
         at = line or i.r.line
         tracer.cycle = cycle_words(item, tracer.lines[at - 1], at)
-    i.r.marker = item.name
+    i.r.marker = "" if item.name in MODAL_ONLY else item.name
     CYCLES[item.name](i, runner, item)
     i.r.marker = ""
 
 
-CYCLES: dict[str, Cycle] = {"CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE832": tolerance}
+CYCLES: dict[str, Cycle] = {
+    "CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE84": tap, "CYCLE840": tap, "CYCLE85": ream, "CYCLE86": bore, "CYCLE87": bore,
+    "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivel, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
+    "CYCLE802": pattern, "POCKET1": milled, "POCKET2": milled, "POCKET3": milled, "POCKET4": milled, "CYCLE71": milled,
+}  # fmt: skip

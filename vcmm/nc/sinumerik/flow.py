@@ -2,46 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from vcmm.core.errors import did_you_mean
-from vcmm.nc.expressions import Value, number
+from vcmm.nc.beside import file_beside
+from vcmm.nc.expressions import Value, evaluate, number
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.moves import Source
+from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
-from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock, SinumerikFlow, parse_block
-from vcmm.nc.sinumerik.text import lines_of
+from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
+from vcmm.nc.sinumerik.heads import SinumerikFlow
+from vcmm.nc.sinumerik.memory import SinumerikMemory, Variable
+from vcmm.nc.sinumerik.sections import Section, sections_of
+from vcmm.nc.sinumerik.text import VariableValue
 from vcmm.nc.sinumerik.traces import cuts_of
 from vcmm.nc.trace import ExecutedBlock, Tracing
 
 LONGEST = 5_000_000  # blocks executed before a program counts as endless
+UNSURE = 100_000  # the same where loops hang on values that are not known
 DEEPEST = 16  # nested subprograms, as on the control
-_OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "LOOP": "ENDLOOP", "REPEAT": "UNTIL"}
 
 
-@dataclass(eq=False)
-class Section:
-    """A main program or subprogram. partner: IF -> ELSE or ENDIF, ELSE -> ENDIF, a loop's head <-> its end."""
-
-    name: str
-    blocks: list[SinumerikBlock] = field(default_factory=list)
-    parameters: tuple[tuple[str, str, Value | None], ...] = ()
-    partner: dict[int, int] = field(default_factory=dict)
-
-
-@dataclass(slots=True)
-class Variable:
-    """A variable of the program; kind: REAL, INT or BOOL."""
-
-    kind: str
-    value: float = 0.0
-
-    def store(self, value: float) -> None:
-        """A value of that kind."""
-        kinds: dict[str, Callable[[float], float]] = {"INT": round, "BOOL": bool}
-        self.value = float(kinds.get(self.kind, float)(value))
+class MissingTarget(BlockFault):
+    """A jump to a label that the program has not."""
 
 
 Work = Callable[
@@ -56,43 +42,50 @@ class SinumerikRunner:
     recorder: Recorder
     sections: dict[str, Section]
     work: Work
-    parameters: dict[int, float] = field(default_factory=dict)
-    scopes: list[dict[str, Variable]] = field(default_factory=lambda: [{}])
+    memory: SinumerikMemory = field(init=False)
     executed: int = 0
     nested: int = 0  # repeated parts inside one another
     ended: bool = False
 
+    def __post_init__(self) -> None:
+        self.memory = SinumerikMemory(self.recorder)
+
     # -- environment --
+    @property
+    def parameters(self) -> dict[int, float]:
+        """R parameters."""
+        return self.memory.parameters
+
+    @property
+    def scopes(self) -> list[dict[str, Variable]]:
+        """Variables of the program and of the subprograms under way."""
+        return self.memory.scopes
+
     def parameter(self, index: int) -> float:
-        if index not in self.parameters:
-            self.recorder.remark(f"R{index} is used before it is set; 0 is taken")
-        return self.parameters.get(index, 0.0)
+        return self.memory.parameter(index)
 
-    def variable(self, name: str, column: int) -> float:
-        return self._find(name, column).value
+    def variable(self, name: str, column: int) -> Any:
+        return self.memory.variable(name, column)
 
-    def _find(self, name: str, column: int) -> Variable:
-        for scope in (self.scopes[-1], self.scopes[0]):
-            if name in scope:
-                return scope[name]
-        known = [*self.scopes[-1], *self.scopes[0]]
-        raise BlockFault(
-            column,
-            f"the variable {name} is not defined; add DEF REAL {name} at the start of the program.{did_you_mean(name, known)}",
-        )
+    def element(self, name: str, index: tuple[Any, ...], column: int) -> Any:
+        return self.memory.element(name, index, column)
+
+    def function(self, name: str, arguments: list[Any], column: int, message: str) -> Any:
+        return self.memory.function(name, arguments, column, message)
 
     def defined(self, name: str) -> bool:
-        return name in self.scopes[-1] or name in self.scopes[0]
+        return self.memory.defined(name)
 
     def assign(self, item: Item) -> None:
-        """R5=..., R[..]=..., name=..."""
-        if item.value is None:
+        """R5=..., R[..]=..., name=..., name[..]=..."""
+        if item.value is None and not item.text:
             raise BlockFault(item.first, f"{item.name} takes a number")
-        value = number(item.value, self)
+        value = item.text if item.value is None else evaluate(item.value, self)
+        index = tuple(i(self) if callable(i) else i for i in item.indices)
         if item.number is not None:
-            self.parameters[item.number(self)] = value
+            self.parameters[item.number(self)] = 0.0 if value is None or isinstance(value, str) else value
         else:
-            self._find(item.name, item.first).store(value)
+            self.memory.store(item.name, index, value, item.first)
 
     # -- execution --
     def run(self, section: Section) -> None:
@@ -108,15 +101,38 @@ class SinumerikRunner:
             try:
                 at, over = self._step(section, at, block)
             except BlockFault as fault:
-                raise ProgramFault(self.recorder.file, block.line, max(fault.column, 1), fault.text) from None
+                if not self.passed(fault):
+                    raise ProgramFault(
+                        self.recorder.file, block.line, max(fault.column, 1), fault.text
+                    ) from None
+                at, over = at + 1, False
+            except ProgramFault as fault:
+                if fault.line != block.line or not self.passed(fault):
+                    raise
+                at, over = at + 1, False
             if over or self.ended:
                 return True
         if at != last + 1:
             self.recorder.fault("a jump leads out of a repeated part of the program; jump inside it only")
         return False
 
+    def passed(self, fault: BlockFault | ProgramFault) -> bool:
+        """Whether a block that cannot be executed hangs on values that only caller or machine know: told, and passed over."""
+        if self.memory.sure or isinstance(fault, MissingTarget):
+            return False
+        self.recorder.assume(
+            "blocks that hang on values which only the caller or the machine knows", "passed over"
+        )
+        return True
+
     def _count(self) -> None:
         self.executed += 1
+        if self.executed > UNSURE and not self.memory.sure:
+            self.recorder.assume(
+                "the end of a loop, which hangs on values that only the caller or the machine knows",
+                "the program is read no further",
+            )
+            self.ended = True
         if self.executed > LONGEST:
             self.recorder.fault(
                 f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its loops and jumps"
@@ -143,6 +159,8 @@ class SinumerikRunner:
 
     def _flow(self, section: Section, at: int, flow: SinumerikFlow) -> int:
         kind, data, partner = flow.kind, flow.data, section.partner.get(at, at)
+        if self.ended:
+            return at + 1
         if kind in ("IF", "WHILE"):
             return at + 1 if number(data[0], self) else partner + 1
         if kind in ("ELSE", "ENDWHILE", "ENDLOOP"):
@@ -158,7 +176,7 @@ class SinumerikRunner:
         if kind in ("REPEAT_PART", "REPEATB"):
             self._repeat(section, at, flow)
         elif kind == "DEF":
-            self._define(*data)
+            self.memory.define(data[0], data[1], self)
         return at + 1  # ENDIF, LOOP, REPEAT, PROC
 
     def _for(self, section: Section, at: int, partner: int, kind: str) -> int:
@@ -183,13 +201,17 @@ class SinumerikRunner:
             return at + 1
         if kind == "GOTOS":
             return 0
+        if self.defined(target):  # the text of a variable
+            target = str(self.variable(target, column)).upper()
         goal = self._seek(section, at, kind, target)
         if goal is None and kind == "GOTOC":
             return at + 1
         if goal is None:
             where = {"GOTOF": "further down", "GOTOB": "further up"}.get(kind, "in this program")
             names = [b.label for b in section.blocks if b.label]
-            raise BlockFault(column, f"there is no {target} {where} to jump to.{did_you_mean(target, names)}")
+            raise MissingTarget(
+                column, f"there is no {target} {where} to jump to.{did_you_mean(target, names)}"
+            )
         return goal
 
     def _seek(self, section: Section, at: int, kind: str, target: str) -> int | None:
@@ -202,11 +224,17 @@ class SinumerikRunner:
 
     def _case(self, section: Section, at: int, flow: SinumerikFlow) -> int:
         value, cases = flow.data
-        now = number(value, self)
+        now = evaluate(value, self)
         for constant, kind, target in cases:
-            if constant is None or abs(number(constant, self) - now) < 1e-9:
+            same = constant is None or self.same(evaluate(constant, self), now)
+            if same:
                 return self._jump(section, at, flow.column, kind, target, None)
         return at + 1
+
+    @staticmethod
+    def same(a: Any, b: Any) -> bool:
+        """Of numbers or texts."""
+        return a == b if isinstance(a, str) or isinstance(b, str) else abs((a or 0.0) - (b or 0.0)) < 1e-9
 
     def _repeat(self, section: Section, at: int, flow: SinumerikFlow) -> None:
         labels, times = flow.data
@@ -237,15 +265,22 @@ class SinumerikRunner:
                 break
         self.nested -= 1
 
-    def _define(self, kind: str, names: Any) -> None:
-        for name, value in names:
-            variable = Variable(kind)
-            if value is not None:
-                variable.store(number(value, self))
-            self.scopes[-1][name] = variable
+    # -- subprograms --
+    def find(self, name: str) -> Section | None:
+        """A subprogram of this file, or of a file beside it; None: there is none."""
+        if name not in self.sections:
+            path = file_beside(self.recorder.file, [f"{name}.SPF", f"{name}.MPF", f"_N_{name}_SPF", name])
+            if path is None:
+                return None
+            first, *others = sections_of(read_bytes(path), str(path))
+            for section in (first, *others):
+                section.file = str(path)
+                self.sections.setdefault(section.name or name, section)
+            self.sections.setdefault(name, first)
+        return self.sections[name]
 
-    def call(self, item: Item) -> None:
-        """A subprogram of this file, by name."""
+    def call(self, item: Item, times: int = 1) -> None:
+        """A subprogram, by name; VAR parameters are copied back."""
         section = self.sections[item.name]
         given = item.arguments or ()
         if len(given) > len(section.parameters):
@@ -256,76 +291,41 @@ class SinumerikRunner:
             raise BlockFault(
                 item.first, f"subprograms are nested deeper than {DEEPEST}; does {item.name} call itself?"
             )
+        r = self.recorder
+        source, file = r.source, r.file
+        r.file = section.file or file
+        for _ in range(times):
+            self.scopes.append(self._scope(section, given))
+            self.run(section)
+            self._back(section, given, self.scopes.pop())
+        r.source, r.file = source, file
+
+    def _scope(self, section: Section, given: Sequence[Value | None]) -> dict[str, Variable]:
+        """The parameters of a call."""
         scope: dict[str, Variable] = {}
-        for k, (kind, name, default) in enumerate(section.parameters):
-            value = given[k] if k < len(given) else default
-            scope[name] = Variable(kind)
-            scope[name].store(0.0 if value is None else number(value, self))
-        source = self.recorder.source
-        self.scopes.append(scope)
+        for k, p in enumerate(section.parameters):
+            value = given[k] if k < len(given) and given[k] is not None else p.default
+            scope[p.name] = Variable(p.kind)
+            scope[p.name].store((), None if value is None else evaluate(value, self))
+        return scope
+
+    def _back(self, section: Section, given: Sequence[Value | None], scope: dict[str, Variable]) -> None:
+        for p, value in zip(section.parameters, given):
+            if not p.by_reference or not isinstance(value, VariableValue):
+                continue
+            if value.parameter is not None:
+                self.parameters[value.parameter(self)] = scope[p.name].value(())
+            else:
+                self.memory.store(value.name, value.indices(self), scope[p.name].value(()), value.column)
+
+    def run_alone(self, section: Section) -> None:
+        """A main program; of a subprogram on its own the arguments are taken as zero, and told."""
+        for p in section.parameters:
+            self.scopes[0][p.name] = Variable(p.kind)
+            self.scopes[0][p.name].store((), None if p.default is None else evaluate(p.default, self))
+            if p.default is None:
+                self.memory.guess(
+                    f"the argument {p.name} of the subprogram {section.name}", "0",
+                    f"the variable {p.name} is not defined; add DEF {p.kind} {p.name} at the start of the program.",
+                )  # fmt: skip
         self.run(section)
-        self.scopes.pop()
-        self.recorder.source = source
-
-
-def sections_of(text: str, file: str) -> list[Section]:
-    """The main program first. A new section begins at %_N_NAME_MPF (SPF) and at PROC."""
-    sections = [Section("")]
-    for line, tokens in enumerate(lines_of(text), 1):
-        if not tokens:
-            continue
-        if tokens[0].text == "%":
-            _header(sections, "".join(t.text for t in tokens[1:]))
-            continue
-        try:
-            block = parse_block(tokens, line)
-        except BlockFault as fault:
-            raise ProgramFault(file, line, max(fault.column, 1), fault.text) from None
-        if block.flow is not None and block.flow.kind == "PROC":
-            _header(sections, block.flow.data[0])
-            sections[-1].parameters = block.flow.data[1]
-        sections[-1].blocks.append(block)
-    for section in sections:
-        _match(section, file)
-    return sections
-
-
-def _header(sections: list[Section], name: str) -> None:
-    name = name.upper().removeprefix("_N_")
-    for ending in ("_MPF", "_SPF"):
-        name = name.removesuffix(ending)
-    if sections[-1].blocks:
-        sections.append(Section(name))
-    elif name:
-        sections[-1].name = name
-
-
-def _match(section: Section, file: str) -> None:
-    """Pairs the heads and ends of loops and IF."""
-    stack: list[tuple[str, int]] = []
-
-    def fail(block: SinumerikBlock, text: str) -> ProgramFault:
-        column = block.flow.column if block.flow is not None else 1
-        return ProgramFault(file, block.line, column, text)
-
-    for k, block in enumerate(section.blocks):
-        kind = block.flow.kind if block.flow is not None else ""
-        if kind in _OPENERS:
-            stack.append((_OPENERS[kind], k))
-        elif kind == "ELSE":
-            if not stack or stack[-1][0] != "ENDIF":
-                raise fail(block, "ELSE has no IF; write IF condition in a block of its own before it")
-            section.partner[stack[-1][1]] = k
-            stack[-1] = ("ENDIF", k)
-        elif kind in _OPENERS.values():
-            if not stack or stack[-1][0] != kind:
-                open_one = (
-                    f"; {stack[-1][0]} is due first"
-                    if stack
-                    else f"; write its beginning ({next(o for o, e in _OPENERS.items() if e == kind)}) before it"
-                )
-                raise fail(block, f"{kind} closes nothing{open_one}")
-            head = stack.pop()[1]
-            section.partner[head], section.partner[k] = k, head
-    if stack:
-        raise fail(section.blocks[stack[-1][1]], f"this is never closed; add {stack[-1][0]}")

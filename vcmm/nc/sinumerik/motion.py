@@ -6,45 +6,53 @@ import math
 
 from vcmm.core.errors import did_you_mean
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.frames import AffineMap, rotation, stretched, translation
-from vcmm.nc.moves import PLANES
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik import cycles
-from vcmm.nc.sinumerik.blocks import ADDRESSES, Item, SinumerikBlock
+from vcmm.nc.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
 from vcmm.nc.sinumerik.codes import CODES, IDLE, IDLE_G, LATER, SWITCHES
 from vcmm.nc.sinumerik.flow import SinumerikRunner
-from vcmm.nc.sinumerik.paths import SinumerikPaths
-from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords, point_of
+from vcmm.nc.sinumerik.specials import FRAMES, SinumerikSpecials
+from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikWords
 from vcmm.nc.sinumerik.text import FUNCTIONS
 from vcmm.nc.sinumerik.traces import words_of
 from vcmm.nc.state import Modal
 from vcmm.nc.trace import BlockPlace
 
-FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
+SPECIAL = ("G4", "G53", "G153", "G74", "G75", "G110", "G111", "G112", "G58", "G59")
+CALLS = ("CALL", "PCALL", "EXTCALL", "ISOCALL", "MCALL")
+HOMES = ("X1", "Y1", "Z1", "A1", "B1", "C1")  # machine axes of G74 and G75
+PASSED = (  # they change speeds and spindles, not the path
+    "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "ANG", "OFFN", "DISR",
+    "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "DL", "SPINU",
+)  # fmt: skip
+DIRECTIONS = (*(f"{a}{n}" for a in ROTARY for n in (2, 3, 4, 5)), "LEAD", "TILT", "THETA")
 
 
-class SinumerikInterpreter(SinumerikPaths):
+class SinumerikInterpreter(SinumerikSpecials):
     """Executes blocks on a recorder."""
 
     def work(self, runner: SinumerikRunner, block: SinumerikBlock) -> bool:
         """One block. True where the program or subprogram ends with it."""
         made, before = len(self.r.moves), self.r.modal() if self.r.tracer else None
         words = self.collect(runner, block)
+        if not (words.items or words.commands or words.g or words.m):
+            return False  # assignments alone
         self.codes(words)
-        self.technology(words)
+        if words.items:
+            self.technology(words)
         ended = self.functions(words, before=True)
         if not self.special(words):
             self.motion(words)
-        if words.items:
-            item = next(iter(words.items.values()))
-            raise BlockFault(
-                item.first,
-                f"{item.name} has no use in this block; remove it or add the function that it belongs to",
-            )
+        times = round(words.take("P") or 1.0) if words.commands else 1
+        for item in words.items.values():
+            self.r.assume(
+                f"{item.name} in a block that has no use for it", "passed over", column=item.first,
+                otherwise=f"{item.name} has no use in this block; remove it or add the function that it belongs to",
+            )  # fmt: skip
         self.functions(words, before=False)
         self.note(made, before, runner, block)
         for command in words.commands:
-            self.command(runner, command)
+            self.command(runner, command, times)
         self.note(made, before, runner, block)
         self.r.exact_once = False
         return ended
@@ -61,8 +69,14 @@ class SinumerikInterpreter(SinumerikPaths):
     def collect(self, runner: SinumerikRunner, block: SinumerikBlock) -> SinumerikWords:
         words = SinumerikWords(runner, block)
         for item in block.items:
-            if item.name == "R" or (item.value is not None and runner.defined(item.name)):
+            if (
+                item.name == "R"
+                or item.name[0] == "$"
+                or (item.value is not None and runner.defined(item.name))
+            ):
                 runner.assign(item)
+            elif item.indices:
+                self.indexed(words, item)
             elif item.name == "G" and item.number is None:
                 words.g[f"G{self.whole(words, item)}"] = item.first
             elif item.name == "M":
@@ -70,10 +84,34 @@ class SinumerikInterpreter(SinumerikPaths):
             elif item.name == "L" and item.number is None:
                 words.commands.append(item._replace(name=f"L{item.text}"))
             elif self.is_command(item):
-                words.commands.append(item)
+                self.named(words, item)
             else:
                 self.add(words, item)
         return words
+
+    def named(self, words: SinumerikWords, item: Item) -> None:
+        """A command, or a variable that the program does not define."""
+        given = item.value is not None or item.text
+        if given and item.name not in CALLS and item.name not in SWITCHES:
+            words.runner.assign(item)
+        else:
+            words.commands.append(item)
+
+    def indexed(self, words: SinumerikWords, item: Item) -> None:
+        """AX[_Z]=5, POS[X]=10: an axis named by a variable; an element of an array; ACC[X]=50 and its like move nothing."""
+        if item.name not in AXIAL:
+            words.runner.assign(item)
+            return
+        axis = item.indices[0](words.runner) if callable(item.indices[0]) else item.indices[0]
+        if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str):
+            words.positioned |= item.name.startswith("POS")
+            self.add(words, item._replace(name=axis.upper(), indices=()))
+        elif item.name in ("AX", "POS", "POSA", "POSP"):
+            self.r.assume(
+                "an axis whose name only the machine knows",
+                "its motion is passed over",
+                f"{item.name}[...] names no axis of this program",
+            )
 
     def is_command(self, item: Item) -> bool:
         return len(item.name) > 1 and item.name not in ADDRESSES
@@ -82,12 +120,15 @@ class SinumerikInterpreter(SinumerikPaths):
         name = item.name if item.number is None else f"{item.name}{item.number(words.runner)}"
         if name in ("M1", "S1", "T1") and item.number is not None:
             name = item.name
-        known = (*AXES, *ROTARY, *CENTRES, "I1", "J1", "K1", "F", "S", "T", "D", "H", "P", *ADDRESSES)
-        if name not in known:
-            raise BlockFault(
-                item.first,
-                f"the address {name} is not understood.{did_you_mean(name, known)} Axes are X Y Z A B C",
-            )
+        if name[0] == "H":
+            return  # auxiliary functions of the machine builder
+        known = (*AXES, *ROTARY, *CENTRES, "I1", "J1", "K1", "F", "S", "T", "D", "P", *ADDRESSES)
+        if name not in known and name not in HOMES:
+            self.r.assume(
+                f"the axis or spindle {name}", "passed over",
+                f"the address {name} is not understood.{did_you_mean(name, known)} Axes are X Y Z A B C", column=item.first,
+            )  # fmt: skip
+            return
         if name in words.items:
             raise BlockFault(item.first, f"{name} stands twice in this block; remove one")
         words.items[name] = item._replace(name=name)
@@ -107,7 +148,7 @@ class SinumerikInterpreter(SinumerikPaths):
             number = int(code[1:])
             if handler is not None:
                 handler(self)
-            elif code in IDLE_G or code in ("G4", "G53", "G153", "G74"):
+            elif code in IDLE_G or code in SPECIAL:
                 continue
             elif code == "G500" or 54 <= number <= 57 or 505 <= number <= 599:
                 self.r.set_offset(code)
@@ -148,8 +189,15 @@ class SinumerikInterpreter(SinumerikPaths):
             r.tolerance = (words.take("CTOL") or 0.0) * self.r.unit
         if words.has("RNDM"):
             self.modes.rnd = (words.take("RNDM") or 0.0) * self.r.unit
-        for name in ("H", "FRC", "FRCM", "SPOS"):
-            words.take(name)
+        if words.has(*PASSED):
+            words.items = {k: v for k, v in words.items.items() if k not in PASSED}
+        if words.has(*DIRECTIONS):
+            words.items = {k: v for k, v in words.items.items() if k not in DIRECTIONS}
+            r.assume(
+                "tool directions (A3= B3= C3=, LEAD, TILT)",
+                "the rotary axes stay as they are",
+                f"tool directions (A3=, LEAD){LATER}",
+            )
 
     def tool(self, item: Item, words: SinumerikWords) -> None:
         number = None if item.text and item.value is None else self.whole(words, item)
@@ -185,10 +233,11 @@ class SinumerikInterpreter(SinumerikPaths):
         elif number == 1:
             self.r.set_length(self.r.tool_data.offset)
         else:
-            raise BlockFault(
-                item.first,
-                f"D{number:g}: the set-up knows one cutting edge per tool, D1; enter the other edge as a tool of its own",
-            )
+            self.r.assume(
+                f"the cutting edge D{number:g} of tool {self.r.tool}", "that of D1",
+                f"D{number:g}: the set-up knows one cutting edge per tool, D1; enter the other edge as a tool of its own", column=item.first,
+            )  # fmt: skip
+            self.r.set_length(self.r.tool_data.offset)
 
     def functions(self, words: SinumerikWords, before: bool) -> bool:
         """M functions: M3 M4 M6 act before the motion, M5 after it. True at the end of the program."""
@@ -207,84 +256,45 @@ class SinumerikInterpreter(SinumerikPaths):
             words.runner.ended = False
         return any(m in (2, 17, 30) for m in words.m)
 
-    # -- blocks that are no motion --
-    def special(self, words: SinumerikWords) -> bool:
-        if "G4" in words.g:
-            self.dwell(words)
-            return True
-        frames = [c for c in words.commands if c.name in FRAMES]
-        if frames:
-            words.commands.remove(frames[0])
-            self.frame(words, frames[0].name)
-            return True
-        if "G74" in words.g:
-            self.reference(words)
-            return True
-        return False
-
-    def dwell(self, words: SinumerikWords) -> None:
-        if words.has("F"):
-            self.r.dwell(words.take("F") or 0.0)
-        elif words.has("S"):
-            turns = words.take("S") or 0.0
-            if not self.r.speed:
-                self.r.fault("G4 S counts turns of the spindle, which has no speed; give G4 F in seconds")
-            self.r.dwell(turns * 60.0 / self.r.speed)
-        else:
-            self.r.fault("G4 takes F (seconds) or S (turns of the spindle), as in G4 F1.5")
-
-    def reference(self, words: SinumerikWords) -> None:
-        """G74 X1=0: the named axes go to their reference point."""
-        axes = [
-            k for k in range(3) if words.take(AXES[k]) is not None or words.take(f"{AXES[k]}1") is not None
-        ]
-        o, home, tip = self.r.tool_offset, self.r.setup.reference, self.r.tip()
-        target = [home[k] - o[k] if k in axes else tip[k] for k in range(3)]
-        self.r.to_machine((target[0], target[1], target[2]), rapid=True)
-
-    def frame(self, words: SinumerikWords, name: str) -> None:
-        base = self.r.frame if name.startswith("A") else AffineMap()
-        kind = name.removeprefix("A") if name.startswith("A") else name
-        values = [words.take(a) for a in AXES]
-        if kind == "TRANS":
-            made = translation(point_of([(v or 0.0) * self.r.unit for v in values]))
-        elif kind == "ROT":
-            made = self.turned(words, values)
-        elif kind == "SCALE":
-            if any(v is not None and v <= 0 for v in values):
-                self.r.fault(f"{name} takes factors above zero; MIRROR mirrors")
-            made = stretched(point_of([1.0 if v is None else v for v in values]))
-        else:
-            made = stretched(point_of([1.0 if v is None else -1.0 for v in values]))
-        self.r.set_frame(base.then(made))
-
-    def turned(self, words: SinumerikWords, values: list[float | None]) -> AffineMap:
-        """RPL= in the plane, or X Y Z in the order of RPY angles: about Z, the new Y, the new X."""
-        angle = words.take("RPL")
-        if angle is not None:
-            return rotation(PLANES[self.r.plane][2], math.radians(angle))
-        made = AffineMap()
-        for axis in (2, 1, 0):
-            made = made.then(rotation(axis, math.radians(values[axis] or 0.0)))
-        return made
-
-    def command(self, runner: SinumerikRunner, item: Item) -> None:
-        """A named command left over: a cycle, MCALL, or a subprogram of this file."""
+    def command(self, runner: SinumerikRunner, item: Item, times: int = 1) -> None:
+        """A named command left over: a cycle, MCALL, or a subprogram of this file or beside it."""
+        if item.name in CALLS[:-1]:
+            called = item.text.replace("\\", "/").split("/")[-1].upper()
+            item = item._replace(
+                name=called.removesuffix(".SPF").removesuffix(".MPF") or "a called program", arguments=()
+            )
         if item.name == "MCALL":
             self.modes.cycle = None
+        elif (
+            item.name in runner.sections and item.name in cycles.CYCLES and runner.sections[item.name].blocks
+        ):
+            self.subprogram(runner, item, times)  # the program brings a cycle of its own
         elif item.name in cycles.CYCLES:
-            cycles.run(self, runner, item)
-        elif item.name in runner.sections:
-            runner.call(item)
+            cycles.run(self, runner, item, self.modes.cycle_line if item is self.modes.cycle else 0)
         elif item.name == "SETAL":
-            raise BlockFault(
-                item.first,
-                "the program raises its own alarm here (SETAL); see what it checks before this block",
-            )
+            self.r.assume(
+                "an alarm that the program raises itself (SETAL)", "passed over",
+                "the program raises its own alarm here (SETAL); see what it checks before this block", column=item.first,
+            )  # fmt: skip
+        elif runner.find(item.name) is not None:
+            self.subprogram(runner, item, times)
         else:
             known = [*runner.sections, *SWITCHES, *FRAMES, *FUNCTIONS, *cycles.CYCLES]
-            raise BlockFault(
-                item.first,
-                f"{item.name} is neither a subprogram of this file nor a command that is understood.{did_you_mean(item.name, known)} "
-                "Add the subprogram to this file (PROC ... RET) or rewrite it with G0 to G3",
+            what = (
+                "the cycle"
+                if item.name.startswith(("CYCLE", "POCKET", "SLOT", "LONGHOLE"))
+                else "the subprogram"
             )
+            self.r.assume(
+                f"{what} {item.name}", "a hole in the path: its moves are missing",
+                f"{item.name} is neither a subprogram of this file nor a command that is understood.{did_you_mean(item.name, known)} "
+                "Add the subprogram to this file (PROC ... RET) or rewrite it with G0 to G3", column=item.first,
+            )  # fmt: skip
+            runner.memory.sure = False  # it may have changed what the program goes on with
+
+    def subprogram(self, runner: SinumerikRunner, item: Item, times: int) -> None:
+        """A call; with SAVE, modal functions and frames are the caller's again behind it."""
+        kept = self.kept() if runner.sections[item.name].saves else None
+        runner.call(item, times)
+        if kept is not None:
+            self.restore(kept)

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import math
 
-from vcmm.nc.moves import PLANES, Point
+from vcmm.nc.chords import arc_or_chords
+from vcmm.nc.frames import in_plane
+from vcmm.nc.moves import ORIGIN, PLANES, Point
+from vcmm.nc.offsetting import left, piece_of, planar, tangent
 from vcmm.nc.recorder import radius_centre
-from vcmm.nc.sinumerik import cycles
+from vcmm.nc.sinumerik.blocks import Item
+from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.state import AXES, CENTRES, ROTARY, SinumerikControl, SinumerikWords, point_of
 
-MORE = ("CR", "AR", "I1", "J1", "K1")  # words that move too
+MORE = ("CR", "AR", "I1", "J1", "K1", "AP", "RP")  # words that move too
 
 
 class SinumerikPaths(SinumerikControl):
     """Executes the motion of a block."""
 
     def motion(self, words: SinumerikWords) -> None:
-        called = next((c for c in words.commands if c.name == "MCALL"), None)
-        if called is not None:
-            words.commands.remove(called)
-            rest = [c for c in words.commands if c.name in cycles.CYCLES]
-            self.modes.cycle = rest[0] if rest else None
-            self.modes.cycle_line = words.block.line
-            if rest:
-                words.commands.remove(rest[0])
+        self.modal_call(words)
         if not words.has(*AXES, *ROTARY, *CENTRES, *MORE):
             return
         if "G53" in words.g or "G153" in words.g or any(c.name == "SUPA" for c in words.commands):
@@ -35,8 +32,28 @@ class SinumerikPaths(SinumerikControl):
             self.r.compensate(self.r.compensation.side, self.modes.style)
         self.interpolate(words)
         self.corner(words)
-        if self.modes.cycle is not None and len(self.r.moves) > before:
-            cycles.run(self, words.runner, self.modes.cycle, self.modes.cycle_line)
+        cycle = self.modes.cycle
+        if cycle is not None and not self.modes.calling and len(self.r.moves) > before:
+            self.modes.calling = True  # motions of a modal subprogram do not call it again
+            self.command(words.runner, cycle, 1)
+            self.modes.calling = False
+
+    def modal_call(self, words: SinumerikWords) -> None:
+        """MCALL CYCLE81(...), MCALL L70: after each motion; MCALL alone ends it."""
+        called = next((c for c in words.commands if c.name == "MCALL"), None)
+        if called is None:
+            return
+        words.commands.remove(called)
+        rest = (
+            [called._replace(name="CALL")] if called.text else [c for c in words.commands if c.name != "SUPA"]
+        )
+        self.modes.cycle = rest[0] if rest else None
+        self.modes.cycle_line = words.block.line
+        words.commands[:] = [c for c in words.commands if c not in rest[:1]]
+
+    def command(self, runner: SinumerikRunner, item: Item, times: int = 1) -> None:
+        """A cycle or a subprogram."""
+        raise NotImplementedError
 
     def interpolate(self, words: SinumerikWords) -> None:
         motion = self.r.motion
@@ -46,21 +63,77 @@ class SinumerikPaths(SinumerikControl):
                 self.r.remark(
                     "no G0 or G1 and no feed has been programmed; the motion is taken as rapid (G0)"
                 )
-        if motion in ("G2", "G3"):
+        turned = self.turning(words)
+        if "G63" in words.g:
+            self.r.straight(self.target(words), False, turned)
+        elif motion in ("G33", "G331") and not words.positioned:
+            self.thread(words, motion, turned)
+        elif motion in ("G2", "G3"):
             self.arc(words, clockwise=motion == "G2")
+            self.turn_along(turned)
         elif motion == "CIP":
             self.circle_through(words)
+            self.turn_along(turned)
+        elif motion == "CT":
+            self.tangential(words)
+            self.turn_along(turned)
         else:
-            self.r.straight(self.target(words), motion == "G0", self.turning(words))
+            self.r.straight(self.target(words), motion == "G0" or words.positioned, turned)
+
+    def turn_along(self, turned: Point | None) -> None:
+        """Rotary axes that go along with an arc."""
+        if turned is not None:
+            self.r.moves[-1] = self.r.moves[-1]._replace(rotary_end=turned)
+            self.r.rotary = turned
+
+    def thread(self, words: SinumerikWords, motion: str, turned: Point | None) -> None:
+        """G33: a line of I, J or K mm per turn; G331, G332: tapping with the spindle as an axis, at K times its speed."""
+        leads = [abs(v) for v in (words.take(c) for c in CENTRES) if v is not None]
+        lead = max(leads) * self.r.unit if leads else 0.0
+        target = self.target(words)
+        r = self.r
+        start, end = r.tip(), r.world.apply(target)
+        turns = abs(r.spindle(start, end)) or (r.speed if motion == "G331" else 0.0)
+        if not lead or not turns:
+            r.assume(
+                "the speed of a thread", "not known; its time is not counted",
+                "G33 (thread cutting or tapping) needs a lead I, J or K and a turning spindle; add them", matters=False,
+            )  # fmt: skip
+        r.emit("thread" if motion == "G33" else "line", end, rotary=turned, feed=lead * turns or None)
+        r.p = target
+
+    def tangential(self, words: SinumerikWords) -> None:
+        """CT: the arc that leaves along the direction of the last move; centre at k n with k = |d|^2 / (2 n.d), n left of it."""
+        r = self.r
+        one, two, _ = PLANES[r.plane]
+        last = next((m for m in reversed(r.moves) if planar(m)), None)
+        target = self.target(words)
+        if last is None or last.plane != r.plane:
+            r.fault("a tangential arc (CT) needs a move in its plane before it; program G1 first")
+        piece = piece_of(last)
+        n, tip, end = left(tangent(piece, piece.end)), r.tip(), r.world.apply(target)
+        d = (end[one] - tip[one], end[two] - tip[two])
+        across = n[0] * d[0] + n[1] * d[1]
+        if abs(across) < 1e-9:
+            r.straight(target, False)
+            return
+        k = (d[0] ** 2 + d[1] ** 2) / (2.0 * across)
+        centre = list(tip)
+        centre[one], centre[two] = tip[one] + k * n[0], tip[two] + k * n[1]
+        kept = in_plane(r.world, r.plane)
+        arc_or_chords(r, target, r.world.undo(point_of(centre)), (k < 0) != (kept is not None and kept[1]))
 
     def machine_move(self, words: SinumerikWords) -> None:
         """G53, G153, SUPA: coordinates of the machine for this block, tool offset kept."""
-        tip = list(self.r.tip())
+        tip, shift = list(self.r.tip()), self.modes.turns
+        self.modes.turns = ORIGIN
+        turned = self.turning(words)
+        self.modes.turns = shift
         for k, name in enumerate(AXES):
             value = words.take(name)
             if value is not None:
                 tip[k] = value * self.r.unit / (2.0 if k == 0 and self.r.diametral() else 1.0)
-        self.r.to_machine(point_of(tip), self.r.motion in (None, "G0"))
+        self.r.to_machine(point_of(tip), self.r.motion in (None, "G0") or words.positioned, turned)
 
     def target(self, words: SinumerikWords) -> Point:
         point = list(self.r.p)
@@ -71,7 +144,36 @@ class SinumerikPaths(SinumerikControl):
             value = (words.take(name) or 0.0) * self.r.unit / (2.0 if k == 0 and self.r.diametral() else 1.0)
             absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
             point[k] = value if absolute else self.r.p[k] + value
+        return self.polar(words, point) if words.has("AP", "RP") else point_of(point)
+
+    def polar(self, words: SinumerikWords, point: list[float]) -> Point:
+        """AP= RP=: angle (deg) and radius about the pole of G110 to G112; what is missing stays as it is."""
+        one, two, _ = PLANES[self.r.plane]
+        a, b = self.r.p[one] - self.modes.pole[one], self.r.p[two] - self.modes.pole[two]
+        item = words.items.get("AP")
+        angle, radius = words.take("AP"), words.take("RP")
+        now = math.atan2(b, a)
+        turn = (
+            now
+            if angle is None
+            else math.radians(angle) + (now if item is not None and item.mode == "IC" else 0.0)
+        )
+        size = math.hypot(a, b) if radius is None else radius * self.r.unit
+        point[one] = self.modes.pole[one] + size * math.cos(turn)
+        point[two] = self.modes.pole[two] + size * math.sin(turn)
         return point_of(point)
+
+    def set_pole(self, words: SinumerikWords) -> None:
+        """G110 from where the tool is, G111 from the work zero, G112 from the pole: X Y Z, or AP= RP=."""
+        base = self.r.p if "G110" in words.g else self.modes.pole if "G112" in words.g else ORIGIN
+        if words.has("AP", "RP"):
+            one, two, _ = PLANES[self.r.plane]
+            turn, size = math.radians(words.take("AP") or 0.0), (words.take("RP") or 0.0) * self.r.unit
+            point = list(base)
+            point[one], point[two] = base[one] + size * math.cos(turn), base[two] + size * math.sin(turn)
+        else:
+            point = [base[k] + (words.take(name) or 0.0) * self.r.unit for k, name in enumerate(AXES)]
+        self.modes.pole = point_of(point)
 
     def turning(self, words: SinumerikWords) -> Point | None:
         """Rotary axes, degrees in the program."""
@@ -80,14 +182,21 @@ class SinumerikPaths(SinumerikControl):
         angles = list(self.r.rotary)
         for k, name in enumerate(ROTARY):
             item = words.items.get(name)
-            if item is not None:
-                value = math.radians(words.take(name) or 0.0)
-                absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
-                angles[k] = value if absolute else angles[k] + value
+            if item is None:
+                continue
+            value, now = math.radians(words.take(name) or 0.0), angles[k]
+            absolute = item.mode in ("AC", "DC", "ACP", "ACN") or (self.r.absolute and item.mode != "IC")
+            goal = value + self.modes.turns[k] if absolute else now + value
+            if item.mode == "DC":  # the shorter way round
+                goal = now + math.remainder(goal - now, 2.0 * math.pi)
+            elif item.mode in ("ACP", "ACN"):  # in positive, in negative direction
+                sign = 1.0 if item.mode == "ACP" else -1.0
+                goal = now + sign * ((sign * (goal - now)) % (2.0 * math.pi))
+            angles[k] = goal
         return point_of(angles)
 
     def arc(self, words: SinumerikWords, clockwise: bool) -> None:
-        start, named = self.r.p, words.has(*AXES)
+        start, named, about = self.r.p, words.has(*AXES, "AP"), words.has("AP")
         turns = round(words.take("TURN") or 0.0) + 1
         radius, angle = words.take("CR"), words.take("AR")
         given = words.has(*CENTRES)
@@ -104,10 +213,12 @@ class SinumerikPaths(SinumerikControl):
             end = self.opened(centre, end, angle, clockwise)
         elif angle is not None:
             centre = self.by_angle(start, end, angle, clockwise)
+        elif about and not given:
+            centre = self.modes.pole
         elif not given:
             what = "an end point and " if not named else ""
             self.r.fault(f"the arc has {what}no centre; add I J K of the plane {self.r.plane}, CR= or AR=")
-        self.r.arc(end, centre, clockwise, turns)
+        arc_or_chords(self.r, end, centre, clockwise, turns)
 
     def centre(self, words: SinumerikWords) -> Point:
         """I J K: from the start point; AC(...) from the work zero."""
@@ -165,7 +276,7 @@ class SinumerikPaths(SinumerikControl):
         point = list(start)
         point[one] += (b[1] * aa - a[1] * bb) / twice
         point[two] += (a[0] * bb - b[0] * aa) / twice
-        self.r.arc(end, point_of(point), clockwise=twice < 0)
+        arc_or_chords(self.r, end, point_of(point), twice < 0)
 
     def corner(self, words: SinumerikWords) -> None:
         """RND= CHF= CHR= at the end of this move."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from vcmm.nc.moves import Program
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.setup import Setup
-from vcmm.nc.sinumerik.flow import SinumerikRunner, sections_of
+from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.motion import SinumerikInterpreter
+from vcmm.nc.sinumerik.sections import sections_of
 from vcmm.nc.sinumerik.text import tokenize
 from vcmm.nc.tracer import Tracer, lines_with_ends
 
@@ -28,5 +29,5 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     )
     interpreter = SinumerikInterpreter(recorder, by_m6)
     runner = SinumerikRunner(recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work)
-    runner.run(sections[0])
-    return recorder.program()
+    runner.run_alone(sections[0])
+    return recorder.program(file)

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 from vcmm.nc.expressions import number
 from vcmm.nc.faults import BlockFault
-from vcmm.nc.moves import Point
+from vcmm.nc.frames import AffineMap
+from vcmm.nc.moves import ORIGIN, Point
 from vcmm.nc.radius import SINUMERIK, Style
-from vcmm.nc.recorder import Recorder
+from vcmm.nc.recorder import UNMOVED, Recorder
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.flow import SinumerikRunner
@@ -27,7 +28,12 @@ class SinumerikModes:
     by_m6: bool = False
     cycle: Item | None = None
     cycle_line: int = 0  # where it is defined
+    calling: bool = False  # it is being executed
     rnd: float = 0.0  # RNDM
+    swivel: AffineMap = UNMOVED  # of CYCLE800, outside the frame that the program programs
+    frame: AffineMap = UNMOVED
+    turns: Point = ORIGIN  # shift of the rotary axes by TRANS, rad
+    pole: Point = ORIGIN  # G110 to G112, mm
 
 
 @dataclass(eq=False)
@@ -40,9 +46,10 @@ class SinumerikWords:
     m: list[int] = field(default_factory=list)
     items: dict[str, Item] = field(default_factory=dict)
     commands: list[Item] = field(default_factory=list)
+    positioned: bool = False  # POS[X]=: an axis on its own, at rapid
 
     def has(self, *names: str) -> bool:
-        return any(n in self.items for n in names)
+        return not self.items.keys().isdisjoint(names)
 
     def take(self, name: str) -> float | None:
         item = self.items.pop(name, None)
@@ -54,12 +61,44 @@ class SinumerikWords:
         return number(item.value, self.runner)
 
 
+SAVED = (
+    "motion",
+    "plane",
+    "unit",
+    "absolute",
+    "feed_mode",
+    "offset",
+    "compensation",
+    "exact_stop",
+    "tolerance",
+    "diameter",
+)
+
+
 class SinumerikControl:
     """Recorder and modes. `column`: of the function being executed, for messages."""
 
     def __init__(self, recorder: Recorder, by_m6: bool) -> None:
         self.r, self.modes = recorder, SinumerikModes(by_m6=by_m6)
         self.column = 1
+
+    def frames(self, frame: AffineMap, swivel: AffineMap | None = None) -> None:
+        """The frame of the program, and that of CYCLE800 around it."""
+        self.modes.frame = frame
+        self.modes.swivel = self.modes.swivel if swivel is None else swivel
+        self.r.set_frame(self.modes.swivel.then(frame))
+
+    def kept(self) -> tuple[object, ...]:
+        """Modal G functions and frames, for PROC ... SAVE."""
+        return (*(getattr(self.r, name) for name in SAVED), self.modes.frame, self.modes.swivel)
+
+    def restore(self, kept: tuple[object, ...]) -> None:
+        """The modal G functions and frames of the caller."""
+        for name, value in zip(SAVED, kept):
+            setattr(self.r, name, value)
+        if kept[-2:] != (self.modes.frame, self.modes.swivel):
+            self.frames(kept[-2], kept[-1])  # type: ignore[arg-type]
+        self.r.refresh()
 
 
 def point_of(values: list[float]) -> Point:

@@ -13,15 +13,19 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
 
 from vcmm.core.errors import choose_from
 from vcmm.nc.expressions import (
     TIGHT,
+    Computed,
     ExpressionReader,
     Grammar,
     Value,
     away_from_zero,
     called,
+    evaluate,
     in_degrees,
     number,
     rounded,
@@ -60,7 +64,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
 }  # fmt: skip
 GRAMMAR = Grammar(
     levels={
-        "*": 9, "/": 9, "DIV": 9, "MOD": 9, "+": 8, "-": 8, "B_AND": 7, "B_XOR": 6, "B_OR": 5, "AND": 4, "XOR": 3, "OR": 2,
+        "*": 10, "/": 10, "DIV": 10, "MOD": 10, "+": 9, "-": 9, "B_AND": 8, "B_XOR": 7, "B_OR": 6, "AND": 5, "XOR": 4, "OR": 3, "<<": 2,
         "==": 1, "<>": 1, ">": 1, "<": 1, ">=": 1, "<=": 1,
     },
     operations={
@@ -77,6 +81,7 @@ GRAMMAR = Grammar(
     },
     functions=FUNCTIONS, dividing=("/", "DIV", "MOD"),
 )  # fmt: skip
+FRAME_PARTS = ("TR", "RT", "SC", "MI", "FI")  # of a frame: shift, rotation, scale, mirror, fine shift
 CONSTANTS = {"TRUE": 1.0, "FALSE": 0.0, "$PI": math.pi}
 
 
@@ -101,10 +106,64 @@ def number_of(text: str) -> float:
     return float(re.sub(r"\s", "", text).upper().replace("EX", "E"))
 
 
+@dataclass(frozen=True)
+class VariableValue:
+    """A variable as it is read: an element of an array where there is an index. Called with the program under way, it gives the value.
+
+    A number of R parameters is told by `parameter`.
+    """
+
+    name: str
+    column: int
+    index: tuple[Any, ...] = ()
+    parameter: Callable[[object], int] | None = None
+
+    def __call__(self, known: Any) -> Any:
+        if self.parameter is not None:
+            return known.parameter(self.parameter(known))
+        if self.index:
+            return known.element(self.name, self.indices(known), self.column)
+        return known.variable(self.name, self.column)
+
+    def indices(self, known: Any) -> tuple[Any, ...]:
+        """Numbers and names of axes between the brackets."""
+        return tuple(i(known) if callable(i) else i for i in self.index)
+
+
+def _text(text: str) -> Callable[[Any], Any]:
+    """A text as a value."""
+    return lambda known: text
+
+
+def _compared(
+    operator: str, left: Value, right: Value, plain: Callable[[Any], float | None]
+) -> Callable[[Any], Any]:
+    """== and <> of texts, << of anything; numbers go the plain way."""
+
+    def result(known: Any) -> Any:
+        a, b = (v(known) if callable(v) else v for v in (left, right))
+        if operator == "<<":
+            return f"{_shown(a)}{_shown(b)}"
+        if isinstance(a, str) or isinstance(b, str):
+            return float((str(a).upper() == str(b).upper()) == (operator == "=="))
+        return plain(known)
+
+    return result
+
+
+def _shown(value: Any) -> str:
+    return value if isinstance(value, str) else f"{value or 0.0:g}"
+
+
 class SinumerikReader(ExpressionReader):
     """Reads the tokens of one line, and expressions."""
 
     grammar = GRAMMAR
+
+    def joined(self, operator: str, left: Value, right: Value, column: int) -> Computed:
+        """Texts can be compared and put together."""
+        made = super().joined(operator, left, right, column)
+        return _compared(operator, left, right, made) if operator in ("==", "<>", "<<") else made
 
     def atom(self) -> Value:
         """A number, an R parameter, a constant, a variable or a call of a function."""
@@ -117,10 +176,19 @@ class SinumerikReader(ExpressionReader):
             self.at += 1
             return number_of(token.text)
         if token.kind in ("word", "letter") and token.text[0] in "rR":
-            index = self.index()
-            return lambda known: known.parameter(index(known))
+            return VariableValue("R", token.column, parameter=self.index())
         if token.kind == "name":
             return self.named(self.next())
+        if token.kind == "string":
+            self.at += 1
+            return _text(token.text[1:-1])
+        if (
+            token.kind in ("letter", "word")
+            and token.text[0].upper() in "XYZABCUVWQ"
+            and self.upper(1) != "="
+        ):
+            self.at += 1  # the name of an axis
+            return _text(token.text.upper())
         raise self.fault(f'a number or expression is due here, "{token.text}" stands there')
 
     def index(self) -> Callable[[object], int]:
@@ -144,13 +212,26 @@ class SinumerikReader(ExpressionReader):
         if name in CONSTANTS:
             return CONSTANTS[name]
         if self.upper() == "(":
-            return _call(name, self.arguments(), column)
+            return _call(name, self.optional_arguments(), column)
         if self.upper() == "[":
-            raise self.fault(
-                f"{token.text}[...]: arrays and system variables with an index are not understood; use R parameters",
-                column,
-            )
-        return lambda known: known.variable(name, column)
+            return VariableValue(name, column, self.indices())
+        return VariableValue(name, column)
+
+    def indices(self) -> tuple[Value, ...]:
+        """[ a, b ]: numbers, names of axes, TR and its like."""
+        self.expect("[", "before the index")
+        out: list[Value] = []
+        while not self.accept("]"):
+            token = self.peek()
+            if token is not None and token.kind == "name" and token.text.upper() in FRAME_PARTS:
+                self.at += 1
+                out.append(_text(token.text.upper()))
+            else:
+                out.append(self.expression())
+            if not self.accept(","):
+                self.expect("]", "after the index")
+                break
+        return tuple(out)
 
     def arguments(self) -> list[Value]:
         """( a, b )."""
@@ -167,9 +248,6 @@ class SinumerikReader(ExpressionReader):
             if self.accept(","):
                 given.append(None)
                 continue
-            token = self.peek()
-            if token is not None and token.kind == "string":
-                raise self.fault("a text argument is not understood here; give a number")
             given.append(self.expression())
             if not self.accept(","):
                 self.expect(")", "after the arguments")
@@ -177,12 +255,14 @@ class SinumerikReader(ExpressionReader):
         return given
 
 
-def _call(name: str, arguments: list[Value], column: int) -> Value:
+def _call(name: str, arguments: list[Value | None], column: int) -> Value:
     if name not in FUNCTIONS:
-        raise BlockFault(column, f"the function {name} is not understood.{choose_from(name, FUNCTIONS)}")
-    count = FUNCTIONS[name][0]
-    if len(arguments) != count:
-        raise BlockFault(
-            column, f"{name} takes {count} argument{'s' if count > 1 else ''}, got {len(arguments)}"
+        message = f"the function {name} is not understood.{choose_from(name, FUNCTIONS)}"
+        return lambda known: known.function(
+            name, [a and evaluate(a, known) for a in arguments], column, message
         )
-    return called(GRAMMAR, name, arguments, column)
+    count = FUNCTIONS[name][0]
+    given = [a for a in arguments if a is not None]
+    if len(given) != count:
+        raise BlockFault(column, f"{name} takes {count} argument{'s' if count > 1 else ''}, got {len(given)}")
+    return called(GRAMMAR, name, given, column)
