@@ -152,6 +152,21 @@ def test_a_tilted_plane_turns_the_tool_square_to_it_and_stays_a_line(dialect, te
     assert max(map(abs, done[-1].rotary_end)) < 1e-12  # the plane ends, the axes go back
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["G54 G90 G0 X0 Y0 Z50 T1 D1\nTRAORI\nG1 X10 Y5 Z-2 A3=0.5 B3=0 C3=0.8660254 F500\nTRAFOOF\nM30\n",
+     "G54 G90 G0 X0 Y0 Z50 T1 D1\nTRAORI\nG1 X10 Y5 Z-2 B30 F500\nTRAFOOF\nM30\n",
+     'G54 G90 G0 X0 Y0 Z50 T1 D1\nCYCLE800(1,"",0,57,10,5,-2,0,30,0,0,0,0,1)\nG0 X0 Y0 Z20\nG1 Z0 F200\nCYCLE800()\nM30\n'],
+    ids=["vector", "angle", "swivelled"],
+)  # fmt: skip
+def test_sinumerik_leads_the_tip_and_swivels(text):
+    """Always to (10, 5, -2) of the workpiece with the tool 30 deg from Z towards X."""
+    done, _ = in_machine_axes(moves(text, "sinumerik"), machine(HEAD))
+    last = [m for m in done if m.kind == "line"][-1]
+    assert by_hand(HEAD, np.array(last.end), np.array(last.rotary_end)) == pytest.approx([10.0, 5.0, -402.0], abs=1e-9)
+    assert last.tool_axis_end == pytest.approx((0.5, 0.0, math.sqrt(0.75)), abs=1e-6)
+
+
 def test_klartext_leads_the_tip_under_m128():
     text = "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+50 FMAX M128\nL X+10 Y+5 Z-2 B+20 C+30 F500\nM129\nEND PGM A MM\n"
     done, _ = in_machine_axes(moves(text, "heidenhain"), machine(HEAD))
