@@ -163,7 +163,9 @@ def test_sinumerik_leads_the_tip_and_swivels(text):
     """Always to (10, 5, -2) of the workpiece with the tool 30 deg from Z towards X."""
     done, _ = in_machine_axes(moves(text, "sinumerik"), machine(HEAD))
     last = [m for m in done if m.kind == "line"][-1]
-    assert by_hand(HEAD, np.array(last.end), np.array(last.rotary_end)) == pytest.approx([10.0, 5.0, -402.0], abs=1e-9)
+    assert by_hand(HEAD, np.array(last.end), np.array(last.rotary_end)) == pytest.approx(
+        [10.0, 5.0, -402.0], abs=1e-9
+    )
     assert last.tool_axis_end == pytest.approx((0.5, 0.0, math.sqrt(0.75)), abs=1e-6)
 
 

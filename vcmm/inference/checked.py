@@ -157,9 +157,7 @@ def _unit_hint(scenario: Scenario, given: GivenPoints, placed: Mapping[str, OnSu
     return ""
 
 
-def _frame_hint(
-    scenario: Scenario, points: Array, placed: Mapping[str, OnSurface], in_machine: bool
-) -> str:
+def _frame_hint(scenario: Scenario, points: Array, placed: Mapping[str, OnSurface], in_machine: bool) -> str:
     other: Pose = scenario.pose if in_machine else scenario.pose.inverse()
     if _fits(scenario, placed, other.apply(points)):
         return f"The points fit in the other frame: use --frame {'part' if in_machine else 'machine'}."
