@@ -35,6 +35,9 @@ from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import turns_with
 
 
+LOG_SLACK = 1.0  # s of the cycle time by which a log may be shorter: the way home
+
+
 def set_up(scenario: CutScenario) -> PreparedCut:
     """Read, time and sweep the program; place the part. Raises DataError, UsageError and ModelLimit."""
     program = read_program(scenario.program, scenario.dialect, scenario.setup)
@@ -46,6 +49,7 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     _check_forces(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
+    _check_log(scenario, path)
     job = _placed(scenario, program, path)
     refused = job.process.why_refused(job)
     if refused is not None:
@@ -102,7 +106,7 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
     """Deflection needs forces, and they need to be told what is cut; beside rotary axes off zero none are computed."""
     bends = [e for e in scenario.machine.effects if needs_forces(e)]
     stated = scenario.setup.stock is not None or scenario.setup.bar is not None
-    if bends and not (stated and scenario.setup.material is not None):
+    if bends and not scenario.force_log and not (stated and scenario.setup.material is not None):
         raise UsageError(
             f"{bends[0].id} needs cutting forces: add [stock] with box (or bar) and material, and teeth to milling tools of the set-up, or leave "
             "the effect out"
@@ -113,6 +117,16 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
             f"{bends[0].id} needs cutting forces, but line {line} of the program cuts with a rotary axis off zero, where none are "
             "computed; leave out the effect, or stick_out and compliance of the tools where these bend them"
         )
+
+
+def _check_log(scenario: CutScenario, path: Toolpath) -> None:
+    """A log of forces that ends before the program says nothing of the rest."""
+    for log in list(scenario.force_log.values())[:1]:
+        if log.time[0] > 0.0 or log.time[-1] < path.seconds - LOG_SLACK:
+            raise ModelLimit(
+                f"the force log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
+                "state the dynamics of the machine and of its control, or log the whole program"
+            )
 
 
 def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
