@@ -25,7 +25,9 @@ def test_a_logged_force_bends_the_tool(tmp_path):
     task, world, _ = finished_part(ready)
     moved = world.errors()[:, 0] - 0.0
     normal = task.touches.run.normal[:, 0]
-    assert moved == pytest.approx(12e-3 * normal * normal, abs=2e-5)  # a shift of the whole tool: 12 um cos a along n
+    assert moved == pytest.approx(
+        12e-3 * normal * normal, abs=2e-5
+    )  # a shift of the whole tool: 12 um cos a along n
 
 
 def test_the_log_is_read_at_the_time_of_each_cut(tmp_path):
@@ -36,7 +38,9 @@ def test_the_log_is_read_at_the_time_of_each_cut(tmp_path):
 
 
 def test_a_log_that_ends_early_or_lacks_a_column_is_told(tmp_path):
-    with pytest.raises(ModelLimit, match=r"the force log covers 0\.0 to 5\.0 s, but the program runs from 0 to \d+"):
+    with pytest.raises(
+        ModelLimit, match=r"the force log covers 0\.0 to 5\.0 s, but the program runs from 0 to \d+"
+    ):
         set_up(vcmm.load_cut(scenario(tmp_path, "0,1,0,0\n5,1,0,0\n")))
     path = scenario(tmp_path, "0,1,0,0\n0,1,0,0\n")
     with pytest.raises(DataError, match=r"forces.csv:3: time_s does not increase"):

@@ -19,6 +19,7 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import OFFSET_LABEL, Series
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
+from vcmm.files.columns import read_csv
 from vcmm.files.knowledge import note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
@@ -39,7 +40,6 @@ from vcmm.files.scenario import (
 from vcmm.files.schema import Compliance, Point, Size, Spread, Table, checked_model, read_model
 from vcmm.files.setup import load_setup
 from vcmm.files.toml import Document, Location, check_version, read_toml
-from vcmm.files.columns import read_csv
 from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
 from vcmm.machining.tool_errors import FORCES
 from vcmm.measuring.settings import CORRECTED

@@ -78,7 +78,9 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
     """
     process, scenario = job.process, job.scenario
     states, known = process.states(job, rows)
-    logged = {n: np.interp(states.column("time_s"), log.time, log.value) for n, log in scenario.force_log.items()}
+    logged = {
+        n: np.interp(states.column("time_s"), log.time, log.value) for n, log in scenario.force_log.items()
+    }
     states = later_in_batch(states, job.path, scenario.batch_part, process.fed_in_part(job))
     columns = process.columns(job, rows)
     if logged:

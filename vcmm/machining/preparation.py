@@ -34,7 +34,6 @@ from vcmm.nc.moves import Program
 from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import turns_with
 
-
 LOG_SLACK = 1.0  # s of the cycle time by which a log may be shorter: the way home
 
 
@@ -148,8 +147,8 @@ def _work_zero(scenario: CutScenario, program: Program) -> Array:
     """Point of the part at the work offset of the first cut (3,), workpiece axes."""
     zero = np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
     first = next((m for m in program.moves if m.kind != "rapid"), program.moves[0])
-    if not any(first.rotary_start):
-        return zero
+    if not any(first.rotary_start) or first.tool_axis_end is not None:
+        return zero  # of a led move in the workpiece as it lies with the rotary axes at zero
     return point_of_part(scenario.machine, zero, np.array(first.rotary_start))
 
 

@@ -56,6 +56,8 @@ class CutScenario:
     set_as_cut: bool = False
     step: float = 1.0
     batch_part: int = 1  # which part in a row: wear and warmth of those before it count
-    force_log: Mapping[str, Series] = field(default_factory=dict)  # measured forces, by column; instead of the model
+    force_log: Mapping[str, Series] = field(
+        default_factory=dict
+    )  # measured forces, by column; instead of the model
     fixture: Fixture | None = None  # what `place` may move
     weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1
