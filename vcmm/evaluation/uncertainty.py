@@ -235,7 +235,7 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
     if outcome.tier == EXACT or not np.isfinite(outcome.linear_error):
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
-    too_large = outcome.linear_error > ERROR_SHARE * max((high - low) / 2, 1e-12)
+    too_large = outcome.linear_error > ERROR_SHARE * max((high - low) / 2, NOTED)
     return "the linear model errs by more than a tenth of U" if too_large else ""
 
 
