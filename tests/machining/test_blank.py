@@ -116,3 +116,37 @@ def test_a_shank_is_stated_whole(tmp_path):
     setup = shop.SETUP + 'shank_diameter = "26 mm"\n'
     with pytest.raises(VcmmError, match="cutting_length"):
         set_up(vcmm.load_cut(shop.write(tmp_path, setup=setup)))
+
+
+SLOT = """%
+O1
+G21 G17 G40 G49 G80 G90 G94
+T1 M6
+G54 G0 X-60. Y0 S3000 M3
+G43 H1 Z-4.
+G1 X60. F600
+G0 Z50.
+M30
+%
+"""
+
+
+def test_forces_follow_the_engagement_along_one_move(tmp_path):
+    """One move through a block from X -30 to 30, radius 10 mm: nothing in the air, all of it in the slot, a part at the entry.
+
+    In the middle half the circle is at work. When the axis is 6 mm before the face its tip reaches 4 mm into the block: the arc
+    at work is 2 acos(0.6) = 106 deg instead of 180 deg.
+    """
+    setup = shop.SETUP + 'teeth = 4\n[stock]\nbox = ["60 mm", "60 mm", "20 mm"]\nmaterial = "42CrMo4"\n'
+    ready = set_up(vcmm.load_cut(shop.write(tmp_path, program=SLOT, setup=setup)))
+    blank = ready.blank
+    row = int(np.flatnonzero([ready.line_of(i) == 7 for i in range(len(ready.sweep))])[0])
+
+    def force(x: float) -> float:
+        piece, _ = blank.pieces.at(np.array([row]), np.array([(x + 60.0) / 120.0]))
+        return float(np.linalg.norm(blank.forces[piece[0]]))
+
+    assert force(-50.0) == 0.0
+    assert force(0.0) == pytest.approx(force(15.0), rel=0.02)
+    assert 0.3 * force(0.0) < force(-36.0) < 0.9 * force(0.0)
+    assert force(50.0) == 0.0

@@ -140,6 +140,11 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     there = setup.machine is not None and Path(setup.machine).is_file()
     machine = load_machine(setup.machine) if there else None
     said = list(remarks_on(read.moves, setup, machine))
+    if machine is not None and read.moves:
+        from vcmm.motion.tool_centre import oriented
+
+        moves, singular = oriented(read.moves, machine, str(program))
+        read, said = replace(read, moves=moves), [*said, *singular]
     if setup.machine and not there:
         said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
     return replace(read, warnings=(*read.warnings, *said))
@@ -149,13 +154,16 @@ def _timed(read: Any, setup: Any) -> Any:
     """The motion of the program in time, on the machine of the set-up."""
     from vcmm.core.errors import UsageError
     from vcmm.files.machine import load_machine
+    from vcmm.motion.tool_centre import in_machine_axes
     from vcmm.motion.toolpath import toolpath
 
     if setup is None or setup.machine is None:
         raise UsageError(
             '--time needs the machine: name a set-up with --setup, with machine = "mill.toml" in it'
         )
-    return toolpath(read, load_machine(setup.machine), setup, step=1e9, chord=1e3)
+    machine = load_machine(setup.machine)
+    moves, _ = in_machine_axes(read.moves, machine)
+    return toolpath(moves, machine, setup, step=1e9, chord=1e3)
 
 
 def _show_time(path: Any) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from vcmm.cutting.contactmap import Ints
 from vcmm.machining.states import states_at
 from vcmm.machining.tool_errors import cutting_effects
 from vcmm.machining.zero_setting import setting_rows
+from vcmm.motion.tool_centre import leads
+from vcmm.motion.tool_pose import tip_as_at_zero
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.moves import Move, Point
 from vcmm.nc.setup import Setup, first_tool
@@ -114,29 +117,47 @@ class PathErrors:
     sensitive: Array  # (3,) 1, or 0 for an axis in which nothing can be corrected (Y of a lathe)
     setter: int = 0
 
+    @cached_property
+    def led(self) -> bool:
+        """Whether the tip is led over the workpiece anywhere."""
+        return leads(self.moves)
+
     def run(self, move: Ints, share: Array, tips: Array) -> Run:
-        """The machine at shares (k,) of moves (k,) with its tip at tips (k, 3)."""
+        """The machine at shares (k,) of moves (k,) with its tip at tips (k, 3); in the workpiece where it is led."""
         if self.path is not None:
             near, at = self._moving(move, share)
             found, _ = states_at(self.path, near, at, tips)
         else:
             found = Run({}, np.zeros((len(move), 3)))
         offset = np.array([self.moves[i].tool_offset for i in move.tolist()]).reshape(-1, 3)
-        turned = {
-            letter: np.array([self.moves[i].rotary_end["ABC".index(letter)] for i in move.tolist()])
-            for letter in self.known.machine.axes
-            if letter in "ABC"
-        }
+        angle = self._angles(move, share)
         zero = np.array([self._zero(self.moves[i]) for i in move.tolist()]).reshape(-1, 3)
         columns = {k: v for k, v in found.columns.items() if not k.startswith("tip_")}
         columns |= {f"part_{c}_mm": (tips - zero)[:, i] for i, c in enumerate("xyz")}
         columns |= {name: np.full(len(move), value) for name, value in self.constants.items()}
+        linear = self.axes_at(move, tips, angle, offset) + offset
         position = {
-            letter: (tips + offset)[:, "XYZ".index(letter)] if letter in "XYZ" else turned[letter]
+            letter: linear[:, "XYZ".index(letter)] if letter in "XYZ" else angle[:, "ABC".index(letter)]
             for letter in self.known.machine.axes
         }
         labels = {**found.labels, "tool": np.array([str(self.moves[i].tool) for i in move.tolist()])}
         return Run(position, -offset, columns, labels)
+
+    def _angles(self, move: Ints, share: Array) -> Array:
+        """A, B, C (k, 3) rad at shares of moves, in proportion to the path."""
+        ends = np.array(
+            [(self.moves[i].rotary_start, self.moves[i].rotary_end) for i in move.tolist()]
+        ).reshape(-1, 2, 3)
+        return np.asarray(ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0]))
+
+    def axes_at(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
+        """Tips (k, 3) as with rotary axes at zero: of led moves from points of the workpiece, the others are such points."""
+        out = tips
+        if self.led:
+            there = np.array([self.moves[i].led for i in move.tolist()], dtype=bool)
+            found = tip_as_at_zero(self.known.machine, tips, angle, offset)
+            out = np.where(there[:, None], found, tips)
+        return out
 
     def _moving(self, move: Ints, share: Array) -> tuple[Ints, Array]:
         """Moves that take time: a move of none stands at the end of the one before it."""
@@ -209,13 +230,11 @@ class PathErrors:
         beside (k, 3): from the programmed contour to the tool centre. Raises ModelLimit where it does not settle.
         """
         run = self.run(move, share, nominal + beside)
-        wanted = nominal
+        wanted, angle = nominal, self._angles(move, share)
         for _ in range(8):
-            tips = wanted + beside
+            linear = self.axes_at(move, wanted + beside, angle, -run.offset) - run.offset
             moved = {
-                a: q
-                if a not in "XYZ"
-                else self._asked(a, q, tips[:, "XYZ".index(a)] - run.offset[:, "XYZ".index(a)])
+                a: q if a not in "XYZ" else self._asked(a, q, linear[:, "XYZ".index(a)])
                 for a, q in run.position.items()
             }
             now = replace(run, position=moved)
@@ -234,7 +253,8 @@ def field_of(
     known: KnownErrors, setup: Setup, moves: Sequence[Move], *, set_here: bool = True, constants: Mapping[str, float] | None = None, lathe: bool = False,
 ) -> PathErrors:  # fmt: skip
     """Errors along the motion of a program."""
-    path = toolpath(tuple(moves), known.machine, setup) if known.needs_states and moves else None
+    asked = known.needs_states and moves and not leads(moves)
+    path = toolpath(tuple(moves), known.machine, setup) if asked else None
     moving = np.arange(len(moves)) if path is None else path.timing.moving
     if path is not None and not len(moving):
         path = None

@@ -48,6 +48,7 @@ from vcmm.compensating.writer import Writer
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.evaluation.sampling import Progress
+from vcmm.motion.tool_centre import leads, oriented
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.interpret import interpret, read_for
 from vcmm.nc.moves import Program
@@ -129,6 +130,7 @@ def _read_back(work: Work, tolerance: float, notes: list[str]) -> tuple[str, lis
         text, lines, writer = rewrite(work, tolerance, beside)
         try:
             new = interpret(text, work.dialect.name, work.setup, work.source.name, trace=True)
+            new = _with_angles(new, work.machine, work.source.name)
         except (ModelLimit, DataError) as error:
             if not beside:
                 raise ModelLimit(
@@ -154,7 +156,8 @@ def prepare(
     check_mark(source)
     notes = check_state(machine, machine_file, setup)
     read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
-    known, language, given = known_errors_of(machine), LANGUAGES[name], (read, source)
+    read = _with_angles(read, machine, source.name)
+    known, language, given = _in_states(known_errors_of(machine), read), LANGUAGES[name], (read, source)
     short = without_length(read.moves, setup.tools)
     if short is not None:
         raise UsageError(f"{source.name}: {length_missing(short, setup.tools)}")
@@ -189,6 +192,27 @@ def prepare(
         notes=said,
         carry=carry,
     )
+
+
+def _with_angles(read: Program, machine: Machine, name: str) -> Program:
+    """The program with the angles of rotary axes that only the machine knows: tilted planes, directions of the tool."""
+    if not leads(read.moves):
+        return read
+    moves, said = oriented(read.moves, machine, name)
+    return replace(read, moves=moves, warnings=(*read.warnings, *said))
+
+
+def _in_states(known: KnownErrors, read: Program) -> KnownErrors:
+    """Where the tip is led over the workpiece, the errors that follow from the position of the axes alone are corrected."""
+    if not leads(read.moves):
+        return known
+    kept = tuple(e for e in known.machine.effects if not e.required())
+    rest = [e for e in known.machine.effects if e.required()]
+    said = tuple(
+        f"{e.id} needs more than the position of the axes: not corrected where the tip is led" for e in rest
+    )
+    machine = replace(known.machine, effects=kept)
+    return KnownErrors(machine, machine, (*known.left, *said))
 
 
 def _flat(

@@ -9,6 +9,7 @@ from vcmm.compensating.codes import codes_in
 from vcmm.compensating.source import SourceText, at_line
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
+from vcmm.motion.tool_centre import in_machine_axes
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup
@@ -110,10 +111,10 @@ def _check_known(m: Move, machine: Machine, setup: Setup, at: str) -> None:
         raise DataError(
             f'{at}: tool {m.tool} cuts here, but the set-up does not know it; add [tools.{m.tool}] length = "80 mm"'
         )
-    if any(m.rotary_start) or any(m.rotary_end):
+    if (any(m.rotary_start) or any(m.rotary_end)) and not m.led:
         raise ModelLimit(
-            f"{at}: a rotary axis stands off zero; only programs of X, Y and Z are rewritten. Split the program by position of "
-            "the rotary axes, with a work offset for each"
+            f"{at}: a rotary axis stands off zero; only programs of X, Y and Z are rewritten, and those that lead the tip over the "
+            "workpiece (G43.4, TRAORI, M128). Post the program with tool centre point control"
         )
     for i, letter in enumerate("XYZ"):
         if letter not in machine.axes and abs(m.start[i] - m.end[i]) > TRAVEL:
@@ -143,7 +144,8 @@ def check_travel(
     program: Program, machine: Machine, after: bool, name: str, lines: Sequence[int] = ()
 ) -> None:
     """Axes within their travels at the ends of all moves. lines: source line of each line of the new program."""
-    for m in program.moves:
+    moves, _ = in_machine_axes(program.moves, machine, name)
+    for m in moves:
         for i, letter in enumerate("XYZ"):
             if letter not in machine.axes:
                 continue

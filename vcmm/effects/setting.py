@@ -19,7 +19,8 @@ class WorkOffset(Effect):
     """+shift along one direction: the work zero is set too far by `shift`, so all that is cut lies there.
 
     An offset is added to what X, Y and Z are told, so its directions are those of the machine: with a table turned by 90
-    deg a shift in x shows along z of the part.
+    deg a shift in x shows along z of the part. Where the control leads the tip over the workpiece (columns led_xx ... : what X,
+    Y and Z are told for 1 mm along x, y, z of the part) it turns with the part.
 
     What the machine's own errors do while the zero is set is no part of it: the cutting job subtracts them.
     """
@@ -47,7 +48,11 @@ class WorkOffset(Effect):
         return "command"
 
     def error_motion(self, run: Run) -> Array:
-        return motion(run, **{self.direction.upper(): self.shift * _cut(run)})
+        amount = self.shift * _cut(run)
+        if f"led_{self.direction}x" not in run.columns:
+            return motion(run, **{self.direction.upper(): amount})
+        told = run.vector(*(f"led_{self.direction}{c}" for c in "xyz")) * amount[:, None]
+        return motion(run, X=told[:, 0], Y=told[:, 1], Z=told[:, 2])
 
 
 @dataclass(frozen=True, eq=False)

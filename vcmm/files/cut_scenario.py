@@ -6,18 +6,20 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from vcmm.core.effect import Effect
-from vcmm.core.errors import VcmmError, choose_from
+from vcmm.core.errors import DataError, VcmmError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
-from vcmm.core.run import OFFSET_LABEL
+from vcmm.core.run import OFFSET_LABEL, Series
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
+from vcmm.files.columns import read_csv
 from vcmm.files.environment import EnvironmentTable, Temperatures, columns_of, temperatures_of
 from vcmm.files.knowledge import note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
@@ -37,6 +39,7 @@ from vcmm.files.schema import Compliance, Point, Size, Spread, Table, checked_mo
 from vcmm.files.setup import load_setup
 from vcmm.files.toml import Document, Location, check_version, read_toml
 from vcmm.machining.scenario import IDEAL, OTHER, SAME, CutScenario, Inspection
+from vcmm.machining.tool_errors import FORCES
 from vcmm.measuring.settings import CORRECTED
 from vcmm.nc.setup import Setup, turns_with
 
@@ -79,6 +82,7 @@ class CutTable(Table):
     tools: dict[str, ToolKnowledge] = Field(default_factory=dict, examples=['{ 1 = { u_radius = "3 um" } }'])
     step: Size = 1.0
     batch_part: Annotated[int, Field(ge=1)] = Field(default=1, examples=["20"])
+    force_log: str | None = Field(default=None, examples=['"forces.csv"'])
 
 
 class InspectionTable(Table):
@@ -147,6 +151,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         )
     if model is None or setup is None:
         return None
+    log = problems.attempt(("cut", "force_log"), lambda: _force_log(document, model.cut)) or {}
     known = _known(
         document, machine, setup, cut=model.cut, part=part, environment=environment, problems=problems
     )
@@ -169,9 +174,27 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures), inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
-        batch_part=model.cut.batch_part,
+        batch_part=model.cut.batch_part, force_log=log,
         fixture=placement.fixture if placement else None, weights=model.placement.weights,
     )  # fmt: skip
+
+
+def _force_log(document: Document, cut: CutTable) -> dict[str, Series]:
+    """Columns of measured forces (N, of the part on the tool, workpiece axes) over the time of the program."""
+    if cut.force_log is None:
+        return {}
+    sheet = read_csv(document.path.parent / cut.force_log)
+    names = ("time_s", *FORCES)
+    missing = [n for n in names if n not in sheet.header]
+    if missing:
+        raise DataError(
+            f"{sheet.path}:{sheet.header_line}: the column {missing[0]} is missing; a force log has {', '.join(names)}"
+        )
+    time = sheet.numbers("time_s")
+    back = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(back):
+        raise DataError(f"{sheet.at(int(back[0]) + 1)}: time_s does not increase; sort the rows by time")
+    return {name: Series(time, sheet.numbers(name)) for name in FORCES}
 
 
 def _machine(document: Document, setup: Setup | None, problems: Problems) -> Machine | None:
@@ -214,7 +237,7 @@ def _known(
                 if getattr(cut.tools[name], key):
                     text = f"{key} belongs to a turning tool; tool {name} is {setup.tools[int(name)].shape}"
                     problems.add(("cut", "tools", name, key), text)
-        if cut.tools[name].compliance is not None and not forces_known(setup):
+        if cut.tools[name].compliance is not None and not (forces_known(setup) or cut.force_log):
             text = "compliance needs cutting forces: add [stock] with its size and material to the set-up, or leave compliance out"
             problems.add(("cut", "tools", name, "compliance"), text)
     if problems.found:
@@ -294,7 +317,7 @@ def bending_knowledge(setup: Setup, cut: CutTable) -> tuple[list[Effect], list[I
     """How far each tool bends, where forces are known and its compliance or stick-out is stated."""
     effects: list[Effect] = []
     inputs: list[Input] = []
-    if not forces_known(setup):
+    if not (forces_known(setup) or cut.force_log):
         return effects, inputs
     for number, tool in setup.tools.items():
         said = cut.tools.get(str(number), ToolKnowledge())

@@ -16,6 +16,7 @@ import numpy as np
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.cutting import tools as shapes
+from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.dexels import Dexels, carve
 from vcmm.cutting.force import (
     LINEAR_EDGE,
@@ -29,7 +30,7 @@ from vcmm.cutting.force import (
     to_workpiece,
 )
 from vcmm.cutting.stock import Removal, Stock, block, remove
-from vcmm.cutting.sweeps import UP, Sweep, position
+from vcmm.cutting.sweeps import LINE, UP, Sweep, lengths, pieces, position
 from vcmm.machining.turned_blank import TurnedBlank
 from vcmm.motion.toolpath import CUTS
 from vcmm.nc.moves import Program
@@ -37,14 +38,35 @@ from vcmm.nc.setup import Setup
 
 NODES = 600  # along the longer side, of a map of heights
 RAYS = 100  # along the longest side, where rays are needed
+OFTEN, TURNED = (
+    0.5,
+    0.125,
+)  # of the radius of the tool, rad of an arc: so often the engagement is asked for forces
+MOST_PIECES = 200_000
 LEAST = 1e-3  # of what the whole program removes: less is the difference between two bundles of rays
 
 
 @dataclass(frozen=True, eq=False)
-class Blank:
-    """after: what is left; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (rows, 3) N or None.
+class PathPieces:
+    """The rows of a sweep cut into stretches: sweep of these, first (rows,) of each row and how many (rows,)."""
 
-    shanks: (line, tool, depth mm) where a shank runs in what is left. said: what this stock could not tell.
+    sweep: Sweep
+    first: Ints
+    count: Ints
+
+    def at(self, row: Ints, share: Array) -> tuple[Ints, Array]:
+        """(stretch (k,), share of it (k,)) at shares of rows."""
+        along = np.clip(share, 0.0, 1.0) * self.count[row]
+        inside = np.minimum(along.astype(np.intp), self.count[row] - 1)
+        return self.first[row] + inside, along - inside
+
+
+@dataclass(frozen=True, eq=False)
+class Blank:
+    """after: what is left; removed mm^3; collisions: (line, depth mm) of rapids through material; forces (pieces, 3) N or None.
+
+    pieces: the stretches of the path whose forces these are, each with its own engagement. shanks: (line, tool, depth mm) where a
+    shank runs in what is left. said: what this stock could not tell.
     """
 
     before: Stock | Dexels
@@ -54,6 +76,7 @@ class Blank:
     forces: Array | None
     shanks: tuple[tuple[int, int, float], ...] = ()
     said: tuple[str, ...] = ()
+    pieces: PathPieces | None = None
 
     @property
     def kept_as(self) -> str:
@@ -80,11 +103,15 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
     if np.abs(sweep.axis - UP).max() > 1e-12:
         return _from_all_sides(setup, sweep, rapid, low, low + size)
     before = block(low, low + size, float(size[:2].max() / NODES))
-    removal = remove(before, sweep, rapid)
-    lines = [program.moves[int(sweep.move[row])].source.line for row in removal.collisions]
-    hits = tuple(zip(lines, (float(d) for d in removal.collision_depth)))
     line = cuts_turned(program)
-    forces = None if setup.material is None or line else cutting_forces(setup, program, sweep, removal)
+    asked = setup.material is not None and not line
+    stretches = along_path(sweep, asked)
+    removal = remove(before, stretches.sweep, np.repeat(rapid, stretches.count))
+    deepest: dict[int, float] = {}
+    for row, depth in zip(removal.collisions, removal.collision_depth):
+        hit = program.moves[int(stretches.sweep.move[row])].source.line
+        deepest[hit] = max(deepest.get(hit, 0.0), float(depth))
+    forces = cutting_forces(setup, program, stretches.sweep, removal) if asked else None
     shanks = shank_collisions(setup, program, sweep, removal.stock)
     said = (
         (f"line {line} cuts with a rotary axis off zero: no cutting forces are computed",)
@@ -95,11 +122,24 @@ def machined_blank(setup: Setup, program: Program, sweep: Sweep, zero: Array) ->
         before=before,
         after=removal.stock,
         removed=float(removal.volume.sum()),
-        collisions=hits,
+        collisions=tuple(deepest.items()),
         forces=forces,
         shanks=shanks,
         said=said,
+        pieces=stretches,
     )
+
+
+def along_path(sweep: Sweep, divided: bool) -> PathPieces:
+    """Stretches of at most OFTEN of the tool's radius, and of an eighth of a radian of an arc; the rows themselves if not divided."""
+    count = np.ones(len(sweep), dtype=np.intp)
+    if divided:
+        reach = np.array([t.radius for t in sweep.tools])[sweep.tool]
+        length = np.where(sweep.kind == LINE, lengths(sweep) / (OFTEN * reach), np.abs(sweep.turn) / TURNED)
+        count = np.maximum(np.ceil(length - 1e-9), 1).astype(np.intp)
+        count = np.maximum(count // max(1, int(np.ceil(count.sum() / MOST_PIECES))), 1)
+    parts, _, _, _ = pieces(sweep, count)
+    return PathPieces(parts, np.cumsum(count) - count, count)
 
 
 def cuts_turned(program: Program) -> int:

@@ -85,9 +85,14 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
     """
     process, scenario = job.process, job.scenario
     states, known = process.states(job, rows)
+    logged = {
+        n: np.interp(states.column("time_s"), log.time, log.value) for n, log in scenario.force_log.items()
+    }
     states = later_in_batch(states, job.path, scenario.batch_part, process.fed_in_part(job))
     columns = process.columns(job, rows)
-    if job.blank is not None and job.blank.forces is not None:
+    if logged:
+        columns |= logged
+    elif job.blank is not None and job.blank.forces is not None:
         columns |= by_axis("force_{}_N", process.force(job, rows, job.blank.forces))
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
     return states.with_columns(columns), known

@@ -103,7 +103,9 @@ class MillingProcess(Process):
         return super().columns(job, rows) | {"across_tool": np.linalg.norm(across, axis=1)}
 
     def force(self, job: PreparedCut, rows: ContactRows, forces: Array) -> Array:
-        return force_along(forces, self.sweep, rows.row, rows.share)
+        assert isinstance(job.blank, Blank)
+        assert job.blank.pieces is not None
+        return force_along(forces, job.blank.pieces.sweep, *job.blank.pieces.at(rows.row, rows.share))
 
     def tool_side(
         self, job: PreparedCut, run: Run, setting: Ints, known: Array, inputs: tuple[Input, ...]

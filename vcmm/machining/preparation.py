@@ -27,6 +27,7 @@ from vcmm.machining.turned import turning_of
 from vcmm.machining.turned_faces import with_faces
 from vcmm.machining.turning import TurningProcess
 from vcmm.machining.wrong_unit import unit_hint
+from vcmm.motion.tool_centre import in_machine_axes
 from vcmm.motion.toolpath import Toolpath, toolpath
 from vcmm.nc.interpret import read_for
 from vcmm.nc.moves import Program
@@ -35,6 +36,7 @@ from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import turns_with
 
 FAR = 100.0  # times the travel
+LOG_SLACK = 1.0  # s of the cycle time by which a log may be shorter: the way home
 
 
 def set_up(scenario: CutScenario) -> PreparedCut:
@@ -44,15 +46,23 @@ def set_up(scenario: CutScenario) -> PreparedCut:
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
     _check_lengths(scenario, program)
+    program = _of_axes(scenario, program)
     _check_forces(scenario, program)
     _check_ends(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     _check_travels(scenario, path)
+    _check_log(scenario, path)
     job = _placed(scenario, program, path)
     refused = job.process.why_refused(job)
     if refused is not None:
         raise refused
     return replace(job, blank=job.process.blank(job, _work_zero(scenario, program)))
+
+
+def _of_axes(scenario: CutScenario, program: Program) -> Program:
+    """The program as motions of the axes: where it leads the tip over the workpiece, the machine follows."""
+    moves, remarks_ = in_machine_axes(program.moves, scenario.machine, str(scenario.program))
+    return replace(program, moves=moves, warnings=(*program.warnings, *remarks_))
 
 
 def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> PreparedCut:
@@ -76,6 +86,7 @@ def other_unit(scenario: CutScenario) -> str:
 
 def _hits(scenario: CutScenario, program: Program) -> tuple[int, int]:
     """(inspection points that the program cuts no more than DEPTH too deep, inspection points); travels are not checked."""
+    program = _of_axes(scenario, program)
     path = toolpath(program, scenario.machine, scenario.setup, step=scenario.step)
     job = _placed(scenario, program, path)
     steps = gauge_plan(job.scenario.part, job.scenario.plan).steps
@@ -97,7 +108,7 @@ def _check_forces(scenario: CutScenario, program: Program) -> None:
     """Deflection needs forces, and they need to be told what is cut; beside rotary axes off zero none are computed."""
     bends = [e for e in scenario.machine.effects if needs_forces(e)]
     stated = scenario.setup.stock is not None or scenario.setup.bar is not None
-    if bends and not (stated and scenario.setup.material is not None):
+    if bends and not scenario.force_log and not (stated and scenario.setup.material is not None):
         raise UsageError(
             f"{bends[0].id} needs cutting forces: add [stock] with box (or bar) and material, and teeth to milling tools of the set-up, or leave "
             "the effect out"
@@ -123,6 +134,16 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
                 )
 
 
+def _check_log(scenario: CutScenario, path: Toolpath) -> None:
+    """A log of forces that ends before the program says nothing of the rest."""
+    for log in list(scenario.force_log.values())[:1]:
+        if log.time[0] > 0.0 or log.time[-1] < path.seconds - LOG_SLACK:
+            raise ModelLimit(
+                f"the force log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
+                "state the dynamics of the machine and of its control, or log the whole program"
+            )
+
+
 def _check_travels(scenario: CutScenario, path: Toolpath) -> None:
     """The whole program stays within the travels, but for the way from where the machine happens to stand."""
     later = np.flatnonzero(path.move != path.timing.moving[0])
@@ -142,8 +163,8 @@ def _work_zero(scenario: CutScenario, program: Program) -> Array:
     """Point of the part at the work offset of the first cut (3,), workpiece axes."""
     zero = np.array(scenario.setup.offsets.get(first_offset(program), (0.0, 0.0, 0.0)))
     first = next((m for m in program.moves if m.kind != "rapid"), program.moves[0])
-    if not any(first.rotary_start):
-        return zero
+    if not any(first.rotary_start) or first.tool_axis_end is not None:
+        return zero  # of a led move in the workpiece as it lies with the rotary axes at zero
     return point_of_part(scenario.machine, zero, np.array(first.rotary_start))
 
 

@@ -19,17 +19,17 @@ from functools import cached_property
 
 import numpy as np
 
-from vcmm.core.axes import LINEAR, ROTARY
+from vcmm.core.axes import ROTARY
 from vcmm.core.errors import UsageError
-from vcmm.core.kinematics import Frame, Pose6, commanded_directions, link_frames
+from vcmm.core.kinematics import commanded_directions, link_frames
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.sweeps import Sweep, frames_of, lengths, position
+from vcmm.motion.tool_pose import by_letter, ends_of, tip_and_axis
 from vcmm.nc.moves import Move, Program
 
 Bools = np.typing.NDArray[np.bool_]
-Z = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,27 +93,6 @@ def machine_position(base: Sweep, turned: Array, move: Ints, share: Array) -> tu
     """Tip as with rotary axes at zero (k, 3), mm, and A, B, C (k, 3), rad."""
     tip = position(base.take(move), share)
     return tip, turned[move, 0] + share[:, None] * (turned[move, 1] - turned[move, 0])
-
-
-def by_letter(machine: Machine, linear: Array, angle: Array) -> dict[str, Array]:
-    """Axis letter -> position (k,), for the axes the machine has."""
-    both = {a: linear[:, i] for i, a in enumerate(LINEAR)} | {a: angle[:, i] for i, a in enumerate(ROTARY)}
-    return {a: both[a] for a in machine.chain.letters}
-
-
-def ends_of(machine: Machine, axes: dict[str, Array]) -> tuple[dict[str, Pose6], Frame, Frame]:
-    """Frames of all links and of both ends of the chain at positions (k,)."""
-    count = len(next(iter(axes.values())))
-    return link_frames(machine.chain, machine.axes, Run(axes, np.zeros((count, 3))))
-
-
-def tip_and_axis(machine: Machine, tip: Array, angle: Array, offset: Array) -> tuple[Array, Array]:
-    """Tip and tool axis (k, 3) in workpiece axes; tip as with rotary axes at zero, offset: that of the tool, mm."""
-    _, tool, work = ends_of(machine, by_letter(machine, tip + offset, angle))
-    at = work.undo(tool.apply(-offset))
-    axis = work.turn_back(tool.turn(np.broadcast_to(Z, tip.shape)))
-    axis = axis.round(15)  # cos 90 deg is no 6e-17
-    return at, axis / np.linalg.norm(axis, axis=1)[:, None]
 
 
 def tool_offset_to(machine: Machine, axes: dict[str, Array], at: Array) -> Array:

@@ -48,6 +48,7 @@ class RotaryMillingProcess(MillingProcess):
         columns["cut_length_mm"] = before[row] + share * length[row]
         position = motion.commanded(move, along)
         offset = tool_offset_to(motion.machine, position, at)
+        columns |= self._led(job, motion.base.move[move], Run(position, offset))
         state = path.timing.state(time).position
         really = {letter: state[:, AXES.index(letter)] for letter in position}
         for letter, c in zip("XYZ", "xyz"):
@@ -55,6 +56,16 @@ class RotaryMillingProcess(MillingProcess):
                 really[letter] = really[letter] + columns[f"follow_{c}_mm"]
         moved = nominal_tip(motion.machine.chain, motion.machine.axes, Run(really, offset))
         return Run(position, offset, columns, labels), moved - at
+
+    def _led(self, job: PreparedCut, move: Ints, run: Run) -> dict[str, Array]:
+        """Where the control leads the tip over the workpiece: what X, Y, Z are told for 1 mm along each axis of the part, else
+        the axis itself; led: 1 there. Nothing where no move is led."""
+        led = np.array([job.program.moves[i].tool_axis_end is not None for i in move.tolist()], dtype=bool)
+        if not any(m.tool_axis_end is not None for m in job.program.moves):
+            return {}
+        told = np.where(led[:, None, None], np.linalg.inv(commands_to_work(job.machine, run)), np.eye(3))
+        names = {f"led_{d}{c}": told[:, i, j] for j, d in enumerate("xyz") for i, c in enumerate("xyz")}
+        return {"led": led.astype(float), **names}
 
     def cutters(self, surface: CutSurface, candidates: CutCandidates) -> Solids:
         plain, known = super().cutters(surface, candidates), candidates.row >= 0
@@ -103,6 +114,8 @@ class RotaryMillingProcess(MillingProcess):
     ) -> ToolSide:
         ways = commands_to_work(job.machine, run)
         turn = ways @ np.linalg.inv(ways[np.maximum(setting[:, 0], 0)])
+        if "led" in run.columns:  # the control turns its zero with the part
+            turn[run.columns["led"] > 0.5] = np.eye(3)
         return ToolSide(job.machine, run, setting, known, inputs, turn)
 
     def why_refused(self, job: PreparedCut) -> VcmmError | None:

@@ -12,7 +12,8 @@ from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.cutting.sweeps import LINE, Sweep, checked
 from vcmm.cutting.tools import Cutter
-from vcmm.machining.rotary import Bools, RotaryMotion, machine_position, tip_and_axis
+from vcmm.machining.rotary import Bools, RotaryMotion, machine_position
+from vcmm.motion.tool_pose import tip_and_axis
 
 SEARCH = 0.002  # mm: by which a row may miss the turning tool; what it finds is then put right exactly
 SEARCH_RAPID = 0.05  # mm: the same of rapids, which should touch nothing

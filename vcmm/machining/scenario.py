@@ -9,6 +9,7 @@ from pathlib import Path
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
+from vcmm.core.run import Series
 from vcmm.measuring.fixture import Fixture
 from vcmm.measuring.plan import Plan
 from vcmm.measuring.qualification import Qualification
@@ -55,5 +56,8 @@ class CutScenario:
     set_as_cut: bool = False
     step: float = 1.0
     batch_part: int = 1  # which part in a row: wear and warmth of those before it count
+    force_log: Mapping[str, Series] = field(
+        default_factory=dict
+    )  # measured forces, by column; instead of the model
     fixture: Fixture | None = None  # what `place` may move
     weights: Mapping[str, float] = field(default_factory=dict)  # of the characteristics in `place`, sum 1

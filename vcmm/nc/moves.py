@@ -34,6 +34,8 @@ class Move(NamedTuple):
     turns: started turns of an arc, 1 up to a full circle; a helix has an end beside its plane. clockwise as seen
     against the normal of the plane (G2), None unless it is an arc.
     compensation: "left" | "right" while cutter radius compensation is on; the points are those of the centre path.
+    led: tool centre point control or a tilted plane: the points are those of the tip in the workpiece as it lies with the
+    rotary axes at zero, the tool is long along its own axis, and the rotary axes follow their words or the tool axis.
     """
 
     kind: str
@@ -58,6 +60,11 @@ class Move(NamedTuple):
     )
     offset: str = "G54"  # work offset in force
     rewritable: bool = True  # False where the axes run in machine coordinates (G28, G53): never rewritten
+    led: bool = False  # the tip is led over the workpiece: see above
+    tool_axis_start: Point | None = (
+        None  # unit vectors from the tip to the spindle, workpiece axes; None: as A, B, C stand
+    )
+    tool_axis_end: Point | None = None
 
 
 class Remark(NamedTuple):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 from vcmm.nc.faults import ProgramFault
 from vcmm.nc.frames import AffineMap, in_plane, rotation, translation
@@ -53,6 +53,7 @@ class Recorder(ModalState):
     p: Point = ORIGIN
     q: Point = ORIGIN
     rotary: Point = ORIGIN
+    aimed: Point | None = None  # tool axis at the end of the last move
     tool_data: Tool = NO_TOOL
     tool_axis: int = 2
     moves: list[Move] = field(default_factory=list)
@@ -283,8 +284,26 @@ class Recorder(ModalState):
             rotary_end=self.rotary if rotary is None else rotary, plane=plane or self.plane, centre=centre, turns=turns,
             clockwise=clockwise, feed=feed, spindle=self.spindle(start, end), tool=self.tool, tool_offset=self.tool_offset,
             compensation=None, seconds=seconds, exact_stop=stop, tolerance=None if stop else self.tolerance,
-            offset=self.offset, rewritable=rewritable,
+            offset=self.offset, rewritable=rewritable, **self.leading(rewritable),
         )  # fmt: skip
+
+    def point_to(self, direction: Point) -> None:
+        """The tool is to point along a direction of the workpiece, from its tip to the spindle."""
+        size = math.hypot(*direction)
+        if size < 1e-9:
+            self.fault("the direction of the tool has no length; give a vector, as in I0 J0 K1")
+        self.aim = (direction[0] / size, direction[1] / size, direction[2] / size)
+
+    def leading(self, rewritable: bool) -> dict[str, Any]:
+        """What of a move says that its tip is led over the workpiece, and which way the tool points."""
+        if not rewritable or not (self.led or self.tilted):
+            return {}
+        if not self.tilted:
+            return {"led": True, "tool_axis_start": self.aimed or self.aim, "tool_axis_end": self.aim}
+        x, y, z = (row[2] for row in self.world.matrix)
+        size = math.hypot(x, y, z)
+        axis = (x / size, y / size, z / size)
+        return {"led": True, "tool_axis_start": axis, "tool_axis_end": axis}
 
     def emit(
         self, kind: str, end: Point, *, start: Point | None = None, rotary: Point | None = None, feed: float | None = None,
@@ -305,6 +324,7 @@ class Recorder(ModalState):
         self.q = (end[0] + o[0], end[1] + o[1], end[2] + o[2])
         if rotary is not None:
             self.rotary = rotary
+        self.aimed = self.aim
 
     def side_on(self, rewritable: bool) -> RadiusCompensation | None:
         """Compensation of a move; a mirror image is cut with the tool on the other side."""

@@ -56,6 +56,9 @@ class ModalState:
     offset: str = "G54"
     tool: int = 0
     tool_offset: Point = ORIGIN
+    led: bool = False  # tool centre point control is on
+    tilted: bool = False  # a tilted plane is in force, and the tool stands square to it
+    aim: Point | None = None  # tool axis that the program asks for, workpiece axes
     compensation: RadiusCompensation | None = None
     exact_stop: bool = False
     exact_once: bool = False

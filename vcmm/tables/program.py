@@ -53,10 +53,17 @@ def moves(name: str, program: Program) -> ResultTable[Move]:
 
 
 def move_json(m: Move) -> dict[str, Any]:
-    """One move; rotary axes and the time of a dwell only where there are any."""
+    """One move; rotary axes, tool axes and the time of a dwell only where there are any.
+
+    led: the points are those of the tip in the workpiece as it lies with the rotary axes at zero.
+    """
     out = records(MOVES, [m])[0]
-    if any(m.rotary_start) or any(m.rotary_end):
-        out |= {"rotary_start_rad": list(m.rotary_start), "rotary_end_rad": list(m.rotary_end)}
+    if any(m.rotary_start) or any(m.rotary_end) or m.led:
+        ends = (("rotary_start_rad", m.rotary_start), ("rotary_end_rad", m.rotary_end))
+        out |= {name: dict(zip("ABC", angles)) for name, angles in ends}
+    if m.led or m.tool_axis_end is not None:
+        ways = (("tool_axis_start", m.tool_axis_start), ("tool_axis_end", m.tool_axis_end))
+        out |= {name: None if way is None else list(way) for name, way in ways} | {"led": m.led}
     if m.kind == "dwell":
         out["seconds"] = m.seconds
     return out

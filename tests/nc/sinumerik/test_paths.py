@@ -98,10 +98,10 @@ def test_tangential_circle():
 
 
 def test_splines_and_transformations_are_told():
-    text = "G1 X1 F100\nBSPLINE X2 Y3\nX4\nTRAORI\nG1 X5 A3=0 B3=0 C3=1"
+    text = "G1 X1 F100\nBSPLINE X2 Y3\nX4\nTRAORI\nG1 X5 A3=0 B3=0 C3=1 LEAD=5"
     assert [m.end[:2] for m in moves(text, SURVEY)] == [(1, 0), (2, 3), (4, 3), (5, 3)]
     assert list(told(text)) == [
         "BSPLINE (spline)",
         "TRAORI (5-axis transformation)",
-        "tool directions (A3= B3= C3=, LEAD, TILT)",
+        "tool directions (LEAD, TILT, A4= B4= C4=)",
     ]

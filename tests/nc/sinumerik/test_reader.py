@@ -13,7 +13,6 @@ from vcmm.core.errors import DataError
     ("text", "message"),
     [
         ("G1 X1 F100\nBSPLINE X5", r"part.mpf:2:1: BSPLINE \(spline\)"),
-        ("N5 TRAORI", "part.mpf:1:4: TRAORI"),
         ("G0 X1\nG33 Z5 K1", "part.mpf:2:1: G33"),
         ("G0 X1\n  CALL_ME(3)", "part.mpf:2:3: CALL_ME is neither a subprogram"),
         ("G1 X=depth F1", "part.mpf:1:6: the variable DEPTH is not defined"),

@@ -152,10 +152,12 @@ class KlartextPaths(KlartextTechnology):
         vectors = tuple(f"{v}{a}" for v in "NT" for a in AXES)
         words = read_words(reader, vectors)
         self.r.assume(
-            "3-D compensation and tool directions (LN)", "the points as programmed, the rotary axes as they are", "LN is not understood; program the points with L"
+            "3-D compensation and tool directions (LN)", "the points as programmed, the tool along TX TY TZ", matters=False,
         )  # fmt: skip
-        for name in vectors:
-            words.take(name)
+        taken = {name: words.take(name) for name in vectors}
+        if any(taken[f"T{a}"] is not None for a in AXES):
+            x, y, z = (taken[f"T{a}"] or 0.0 for a in AXES)
+            self.r.point_to((x, y, z))
         rapid = self.technology(words)
         if words.has(*AXES, *ROTARY):
             turned = self.turning(words)

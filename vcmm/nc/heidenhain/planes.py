@@ -52,8 +52,8 @@ def _values(reader: KlartextReader, names: tuple[str, ...]) -> dict[str, float]:
 def _tell(frames: KlartextFrames) -> None:
     r = frames.recorder
     r.assume(
-        "how the machine tilts (PLANE, cycle 19)", "the rotary axes stay; points lie in the tilted plane of the workpiece",
-        "PLANE and cycle 19 hang on the kinematics of the machine and are not understood; program the points in machine axes",
+        "how the machine tilts (PLANE, cycle 19)", "points lie in the tilted plane of the workpiece, the tool square to it",
+        matters=False,
     )  # fmt: skip
 
 

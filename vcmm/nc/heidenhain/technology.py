@@ -102,15 +102,16 @@ class KlartextTechnology:
 
     def tip(self, on: bool, column: int | None = None) -> None:
         """M128, FUNCTION TCPM: the tip keeps to the programmed points while rotary axes turn."""
+        self.r.led = on
         if on:
             self.r.assume(
                 "M128 or TCPM (the tip is led while rotary axes turn)", "the points of the tip as programmed",
-                "M128 is not understood; it may change the path or the feed, remove it or program what it does", column=column,
+                column=column, matters=False,
             )  # fmt: skip
         else:
+            self.r.aim = None
             self.r.assume(
                 "the end of M128 (M129)", "passed over", column=column, matters=False,
-                otherwise="M129 is not understood; it may change the path or the feed, remove it or program what it does",
             )  # fmt: skip
 
     def beside(self, words: KlartextWords) -> None:

@@ -185,6 +185,7 @@ class KlartextFrames:
         if made == AffineMap():
             self.maps.pop(INNER, None)
             self.shifts[INNER] = [0.0] * 3
+        self.recorder.tilted = made != AffineMap()
         self.put(PLANE, made)
 
 

@@ -56,6 +56,7 @@ class IsoControl(Recorder):
     scale: tuple[Point, Point] | None = None  # G51: centre, factors
     mirrors: dict[int, float] = field(default_factory=dict)  # G51.1: axis -> where its mirror stands
     tilt: AffineMap = UNMOVED  # G68.2
+    vectors: bool = False  # G43.5: I J K of a line are the direction of the tool
     polar: PolarWords | None = None  # G16
     base_motion: str = "G0"  # what G80 leaves in force, where cycles are a group of their own
     unit_said: bool = False  # G20 or G21 has been read

@@ -78,21 +78,25 @@ def polar_words(c: IsoControl, code: str) -> None:
 
 
 def tilted(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
-    """G68.2 X Y Z I J K: origin and Euler angles (Z, new X, new Z, degrees) of a tilted plane. The turn of the rotary axes that
-    puts the tool square to it (G53.1) is not modelled: moves are those of the tip over the workpiece as clamped."""
+    """G68.2 X Y Z I J K: origin and Euler angles (Z, new X, new Z, degrees) of a tilted plane. Moves are those of the tip over
+    the workpiece as clamped, the tool square to the plane; how the rotary axes bring it there (G53.1) the machine decides."""
     what = f"{code}, a tilted working plane"
-    refusal = f"{code} (tilted working planes) is not understood by vcmm; have the program posted without it"
     if code not in ("G68.2", "G268"):
-        c.assume(what, "the rotary axes stay; the path is that over the workpiece", refusal, column=column)
+        c.assume(
+            what,
+            "the path over the workpiece; the axes follow from the machine",
+            column=column,
+            matters=False,
+        )
         w.used |= set("XYZABCIJKPQRH")
         if code in ("G269", "G255"):
-            c.tilt = AffineMap()
+            c.tilt, c.tilted = AffineMap(), False
             c.rebuild()
         return
-    c.assume(what, "the path in the tilted plane, the rotary axes as programmed", refusal, column=column)
+    c.assume(what, "the path in the tilted plane, the tool square to it", column=column, matters=False)
     origin = [0.0 if (n := w.take(axis)) is None else length(c, w, axis, n) for axis in AXES]
     first, second, third = (math.radians(w.take(k) or 0.0) for k in CENTRE_WORDS)
     w.used |= set("PQR")
     turn = rotation(2, first).then(rotation(0, second)).then(rotation(2, third))
-    c.tilt = translation(_point(origin)).then(turn)
+    c.tilt, c.tilted = translation(_point(origin)).then(turn), True
     c.rebuild()

@@ -112,7 +112,10 @@ def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> N
 
 
 def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
-    """G0 or G1."""
+    """G0 or G1. With G43.5 I J K say where the tool points, from its tip to the spindle, in workpiece axes."""
+    if c.vectors and any(w.has(k) for k in "IJK"):
+        x, y, z = (w.take(k) or 0.0 for k in "IJK")
+        c.point_to((x, y, z))
     p, rotary = target(c, w)
     c.straight(p, rapid, rotary)
     corner_words(c, w)

@@ -27,6 +27,9 @@ def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None
 def tool_length(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     """G43, G44, G43.1, G43.2, G49."""
     offset = _offset_of(c, w, code, column)
+    c.led = code in ("G43.4", "G43.5", "G143", "G234")
+    if not c.led:
+        c.aim, c.vectors = None, False
     follows = c.language.length_follows and w.has("Z")
     c.tool_offset = offset
     if not follows:
@@ -37,14 +40,15 @@ def _offset_of(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
     if code == "G49":
         return ORIGIN
     if code in ("G43.4", "G43.5", "G143", "G234"):
-        refusal = f"{code} (tool centre point control) is not understood by vcmm; have the program posted without it"
         c.assume(
             f"{code}, tool centre point control",
-            "the path of the tip over the workpiece, as G43",
-            refusal,
+            "the path of the tip over the workpiece; the axes follow from the machine",
             column=column,
+            matters=False,
         )
-        w.used |= {"P", "Q", "I", "J", "K"}
+        c.vectors = code == "G43.5"
+        if not c.vectors:
+            w.used |= {"P", "Q", "I", "J", "K"}
     if code == "G43.1":
         old = list(c.tool_offset)
         for i, axis in enumerate(AXES):

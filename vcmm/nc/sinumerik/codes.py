@@ -24,7 +24,6 @@ IDLE = frozenset(  # they change no path here
         "CDOF",
         "CDOF2",
         "COMPOF",
-        "TRAFOOF",
         "WALIMON",
         "WALIMOF",
         "CFC",
@@ -220,6 +219,20 @@ def _told(
     return change
 
 
+def _led(on: bool) -> Callable[[SinumerikControl], None]:
+    """TRAORI and its end: the tip is led over the workpiece, the axes follow from the machine."""
+
+    def change(i: SinumerikControl) -> None:
+        i.r.led = on
+        if on:
+            what = "TRAORI (5-axis transformation)"
+            i.r.assume(what, "the points of the tip as programmed", column=i.column, matters=False)
+        else:
+            i.r.aim = None
+
+    return change
+
+
 LINES = "straight lines between its points"
 
 
@@ -250,7 +263,7 @@ SWITCHES: dict[str, Callable[[SinumerikControl], None]] = {
     **{n: _told(f"{n} (spline)", LINES, motion="G1") for n in ("ASPLINE", "BSPLINE", "CSPLINE")},
     "POLY": _told("POLY (polynomial)", LINES, motion="G1"), "INVCW": _told("INVCW (involute)", LINES, motion="G1"),
     "INVCCW": _told("INVCCW (involute)", LINES, motion="G1"), "CT": _set(motion="CT"),
-    "TRAORI": _told("TRAORI (5-axis transformation)", "the points of the tip as programmed"),
+    "TRAORI": _led(True), "TRAFOOF": _led(False),
     "TRANSMIT": _told("TRANSMIT (face machining with C)", "the points as programmed"),
     "TRACYL": _told("TRACYL (cylinder transformation)", "the points as programmed"), "TRAANG": _told("TRAANG (inclined axis)", "the points as programmed"),
     "CDON": _told("CDON (look-ahead for bottlenecks)", "passed over: only neighbouring blocks meet"),

@@ -187,11 +187,12 @@ def swivel(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     if made != AffineMap():
         kind = "" if mode >> 6 == 0 else ", its angles as rotations axis by axis"
         i.r.assume(
-            "how the machine tilts (CYCLE800)", f"the rotary axes stay; points lie in the tilted plane of the workpiece{kind}",
-            "CYCLE800 hangs on the kinematics of the machine and is not understood; program the points in machine axes", column=item.first,
+            "how the machine tilts (CYCLE800)", f"points lie in the tilted plane of the workpiece, the tool square to it{kind}",
+            column=item.first, matters=False,
         )  # fmt: skip
     additive = round(v[2]) % 10 == 1
     i.frames(i.modes.frame, i.modes.swivel.then(made) if additive else made)
+    i.r.tilted = i.modes.swivel != AffineMap()
 
 
 def pattern(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:

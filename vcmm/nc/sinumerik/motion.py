@@ -218,12 +218,15 @@ class SinumerikInterpreter(SinumerikSpecials):
             self.modes.rnd = (words.take("RNDM") or 0.0) * self.r.unit
         if words.has(*PASSED):
             words.items = {k: v for k, v in words.items.items() if k not in PASSED}
+        if words.has("A3", "B3", "C3"):
+            x, y, z = (words.take(name) or 0.0 for name in ("A3", "B3", "C3"))
+            r.point_to((x, y, z))
         if words.has(*DIRECTIONS):
             words.items = {k: v for k, v in words.items.items() if k not in DIRECTIONS}
             r.assume(
-                "tool directions (A3= B3= C3=, LEAD, TILT)",
+                "tool directions (LEAD, TILT, A4= B4= C4=)",
                 "the rotary axes stay as they are",
-                f"tool directions (A3=, LEAD){LATER}",
+                f"tool directions (LEAD, TILT, A4=){LATER}",
             )
 
     def tool(self, item: Item, words: SinumerikWords) -> None:
