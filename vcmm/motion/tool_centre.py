@@ -20,8 +20,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vcmm.core.axes import ROTARY
 from vcmm.core.errors import ModelLimit, UsageError
-from vcmm.core.kinematics import ROTARY
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.motion.tool_pose import pointed, rotary_of, tip_and_axis, tip_as_at_zero

@@ -15,7 +15,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vcmm.core.kinematics import LINEAR, ROTARY, Frame, Pose6, link_frames
+from vcmm.core.axes import LINEAR, ROTARY
+from vcmm.core.kinematics import Frame, Pose6, link_frames
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 
