@@ -19,7 +19,6 @@ import hashlib
 import json
 import os
 import queue
-import random
 import re
 import shutil
 import signal
@@ -27,6 +26,7 @@ import subprocess
 import sys
 import time
 import tomllib
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import count
@@ -126,13 +126,20 @@ def _options() -> argparse.Namespace:
 
 
 def drawn(seed: int, number: int, rooms: tuple[str, ...]) -> list[Site]:
-    """So many changes, every place as likely as any other."""
+    """So many changes, every place as likely as any other; one that is not touched keeps its rank when others change."""
     files = sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "vcmm").rglob("*.py"))
     files = [f for f in files if not f.startswith(LEFT_OUT)]
     if rooms:
         files = [f for f in files if f.startswith(tuple(f"vcmm/{room}/" for room in rooms))]
     places = [site for file in files for site in sites(ROOT, file)]
-    random.Random(seed).shuffle(places)
+    seen: Counter[str] = Counter()
+
+    def rank(site: Site) -> str:
+        name = "|".join((str(seed), site.file, site.owner, site.kind, site.before, site.after))
+        seen[name] += 1
+        return hashlib.sha256(f"{name}|{seen[name]}".encode()).hexdigest()
+
+    places.sort(key=rank)
     out: list[Site] = []
     for place in places:
         if len(out) == number:
