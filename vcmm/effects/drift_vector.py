@@ -70,7 +70,7 @@ class StepVector(_Vector):
         lambda: np.zeros(3),
         "um",
         "size of the step",
-        shape="(directions,)",
+        shape="(3,)",
         typical=Typical(2 * UM, "a slipped clamp or a bump: 1-10 um"),
     )
     t1: float = param(
@@ -103,7 +103,7 @@ class DriftVector(_Vector):
         lambda: np.zeros(3),
         "um/h",
         "speed of the drift",
-        shape="(directions,)",
+        shape="(3,)",
         typical=Typical(2 * UM / HOUR, "as linear_drift"),
     )
 
@@ -133,7 +133,7 @@ class ThermalVector(_Vector):
         lambda: np.zeros(3),
         "um/K",
         "displacement per temperature difference",
-        shape="(directions,)",
+        shape="(3,)",
         typical=Typical(2 * UM, "as thermal_drift"),
     )
     tau: float = param(
