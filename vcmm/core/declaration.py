@@ -46,7 +46,7 @@ class Typical:
     """How large one element of a linear parameter is when it matters, and where the figure comes from.
 
     amount: canonical unit (mm, rad, s, N, kg and what is made of them); turn: the same for a rotation (component EA.,
-    EB., EC.). Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
+    EB., EC.); most: the largest size that a machine has, 0 = 64 times the amount. Diagnosis takes it as the width of a prior, spread over a wide range, so it need only be right within a factor
     of a few. A `why` with arithmetic is an estimate from mechanics or optics; "usual" is an order of magnitude quoted for
     CMMs and machining centres in the literature (Slocum, Precision Machine Design, 1992; Schwenke et al., CIRP Annals 57
     (2008) 660; Weckenmann et al., CIRP Annals 53 (2004) 657; Bryan, CIRP Annals 39 (1990) 645), no limit of any standard.
@@ -55,6 +55,7 @@ class Typical:
     amount: float
     why: str
     turn: float = 0.0
+    most: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class Words:
 class Prior:
     """How probable an effect is before anything was recorded, beside the equal share that every name has.
 
-    share: of a second shape of a family, against the first. rare_in: kinds of recording in which it is ten times rarer;
+    share: of a second shape of a family, against the first, also where it sits at places of its own. rare_in: kinds of recording in which it is ten times rarer;
     rare_without: it is so where the recording lacks this label.
     """
 

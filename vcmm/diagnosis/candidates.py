@@ -142,6 +142,7 @@ def _shared_prior(families: Sequence[Family], problem: Problem) -> tuple[Family,
             prior = 1.0 / len(same)
         if any(o.effect is not None and _rare(o.effect, problem) for o in family.options):
             prior *= RARER
+        prior *= max((o.effect.prior.share for o in family.options if o.effect is not None), default=1.0)
         out.append(replace(family, log_prior=float(np.log(prior))))
     return tuple(out)
 

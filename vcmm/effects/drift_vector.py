@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from vcmm.core.declaration import HOUR, UM, Typical, Words
+from vcmm.core.declaration import HOUR, UM, Prior, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
@@ -22,6 +22,7 @@ PLANES = ("xyz", "xy", "xz", "yz")
 @dataclass(frozen=True, eq=False)
 class _Vector(Effect):
     several = True
+    prior = Prior(share=0.3)  # most things move along one axis
     directions: str = at("xyz", "xyz, or two of them: workpiece axes", quiet=True, forms=PLANES)
 
     def __post_init__(self) -> None:
@@ -69,7 +70,7 @@ class StepVector(_Vector):
         lambda: np.zeros(3),
         "um",
         "size of the step",
-        shape="(directions,)",
+        shape="(3,)",
         typical=Typical(2 * UM, "a slipped clamp or a bump: 1-10 um"),
     )
     t1: float = param(
@@ -102,7 +103,7 @@ class DriftVector(_Vector):
         lambda: np.zeros(3),
         "um/h",
         "speed of the drift",
-        shape="(directions,)",
+        shape="(3,)",
         typical=Typical(2 * UM / HOUR, "as linear_drift"),
     )
 
@@ -132,7 +133,7 @@ class ThermalVector(_Vector):
         lambda: np.zeros(3),
         "um/K",
         "displacement per temperature difference",
-        shape="(directions,)",
+        shape="(3,)",
         typical=Typical(2 * UM, "as thermal_drift"),
     )
     tau: float = param(

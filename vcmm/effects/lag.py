@@ -39,7 +39,7 @@ class ServoLag(Effect):
         0.0,
         "ms",
         '1/Kv less its nominal value; `"1/Kv"` is read too',
-        typical=Typical(1e-4, "gains 1/Kv = 15-60 ms matched to 1 %: 5 um at 50 mm/s"),
+        typical=Typical(1e-4, "gains 1/Kv = 15-60 ms matched to 1 %: 5 um at 50 mm/s", most=0.06),
     )
 
     @property
@@ -108,7 +108,7 @@ class RotaryReadoutDelay(Effect):
         0.0,
         "ms",
         "time between passing an angle and reading it",
-        typical=Typical(1e-4, "one cycle of a converter or bus: 0.05-1 ms; faults reach 30 ms"),
+        typical=Typical(1e-4, "one cycle of a converter or bus: 0.05-1 ms; faults reach 30 ms", most=0.1),
     )
 
     def __post_init__(self) -> None:

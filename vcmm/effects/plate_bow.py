@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.declaration import Opposite, Typical, Words
+from vcmm.core.declaration import Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -26,6 +26,7 @@ class PlateBow(Effect):
     cites = "arc over a chord: s = R arcsin(r / R) = r + r^3 / (6 R^2); Siegmund et al., SDSS technical notes 19941206, 19950130"
     belongs_to = "part"
     needs_cut = True
+    prior = Prior(share=0.1)  # few plates are held bent
     on_cut_part = "stated"
     words = Words(
         seen="holes lie further out with the third power of their distance from the middle ({c})",

@@ -66,7 +66,9 @@ class LostMotion(_Reversal):
         0.0,
         "um/m",
         "lost motion per travelled length",
-        typical=Typical(4e-6, "usual: wind-up 1-10 um over 1 m"),
+        typical=Typical(
+            4e-6, "usual: wind-up 1-10 um over 1 m; short worn screws 10 um over 10 mm", most=2e-3
+        ),
     )
 
     def error_motion(self, run: Run) -> Array:

@@ -38,7 +38,7 @@ class LostMotionCurve(Effect):
         0.0,
         "um/m",
         "lost motion per travelled length, of the straight part",
-        typical=Typical(4e-6, "as lost_motion"),
+        typical=Typical(4e-6, "as lost_motion", most=2e-3),
     )
     curve: Any = param(
         lambda: np.zeros(1),

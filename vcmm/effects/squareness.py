@@ -43,7 +43,9 @@ class Squareness(Effect):
         0.0,
         "urad",
         "angle between the axes, right-hand about the first letter",
-        typical=Typical(10 * URAD, "usual: stale squareness 1-50 urad"),
+        typical=Typical(
+            10 * URAD, "usual: stale squareness 1-50 urad; frames set by eye 1-3 mrad", most=5e-3
+        ),
     )
 
     def __post_init__(self) -> None:
@@ -93,14 +95,16 @@ class RotaryLocation(Effect):
         "um",
         "shift of the centre line (X0, Y0, Z0 errors)",
         only="XYZ",
-        typical=Typical(10 * UM, "five-axis machines: 5-50 um"),
+        typical=Typical(10 * UM, "five-axis machines: 5-50 um; links of an arm to 2 mm", most=2.0),
     )
     tilt: float = param(
         0.0,
         "urad",
         "tilt of the centre line (A0, B0, C0 errors)",
         only="ABC",
-        typical=Typical(20 * URAD, "five-axis machines: 10-100 urad"),
+        typical=Typical(
+            20 * URAD, "five-axis machines: 10-100 urad; mounts set up in the field to 1 deg", most=20e-3
+        ),
     )
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vcmm.core.axes import LINEAR, ROTARY, is_rotary
-from vcmm.core.declaration import UM, URAD, Typical, Words
+from vcmm.core.declaration import UM, URAD, Prior, Typical, Words
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array, Run
@@ -22,6 +22,7 @@ from vcmm.core.run import Array, Run
 class _TwoDirections(Effect):
     per = "axis"
     several = True
+    prior = Prior(share=0.3)  # most are set along one axis
     letters: ClassVar[str] = ROTARY  # of the two numbers: turns, or shifts
     axis: str = at("C", "axis")
 
@@ -63,7 +64,7 @@ class AxisLean(_TwoDirections):
     axis: str = at("Z", "Z, the axis that stands on the other two")
     angle: Any = param(
         lambda: np.zeros(2), "urad", "A0Z and B0Z", shape="(2,)",
-        typical=Typical(10 * URAD, "as squareness"),
+        typical=Typical(10 * URAD, "as squareness", most=5e-3),
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -91,7 +92,7 @@ class CentreLineTilt(_TwoDirections):
     )
     tilt: Any = param(
         lambda: np.zeros(2), "urad", "the two tilts, in the order of the alphabet", shape="(2,)",
-        typical=Typical(20 * URAD, "as rotary_location"),
+        typical=Typical(20 * URAD, "as rotary_location", most=20e-3),
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -117,7 +118,7 @@ class CentreLineOffset(_TwoDirections):
     )
     offset: Any = param(
         lambda: np.zeros(2), "um", "the two offsets, in the order of the alphabet", shape="(2,)",
-        typical=Typical(10 * UM, "as rotary_location"),
+        typical=Typical(10 * UM, "as rotary_location", most=2.0),
     )  # fmt: skip
 
     def __post_init__(self) -> None:

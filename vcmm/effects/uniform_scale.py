@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from vcmm.core.axes import LINEAR
-from vcmm.core.declaration import Opposite, Typical, Words
+from vcmm.core.declaration import Opposite, Prior, Typical, Words
 from vcmm.core.effect import Effect, param
 from vcmm.core.run import Array, Run
 
@@ -29,6 +29,9 @@ class UniformScale(Effect):
     per = "machine"
     cites = "JCGM 100:2008, H.1: one temperature for all lengths; ISO 1 (20 degC)"
     simple = True
+    prior = Prior(
+        share=0.05
+    )  # beside the scale of one axis it is that of another in disguise: 3 nats, beyond what a swap must win
     words = Words(
         seen="all axes travel too far in proportion to the distance ({k})",
         causes="machine or part was warmer or colder than taken, or a wrong coefficient of expansion",
