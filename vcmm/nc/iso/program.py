@@ -269,7 +269,13 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if "turning" in w.g:
         turning(r, w, index, lambda at: _run_line(r, at))
-    if call in (98, 198):
+    if call == 198 and not w.has("P"):
+        c.assume(
+            "M198, a code of the machine builder",
+            "passed over: no motion",
+            "M198 needs P, the number of the subprogram",
+        )
+    elif call in (98, 198):
         call_program(r, w, index, w.m_columns["call"])
     elif call == 97:
         call_block(r, w, index, w.m_columns["call"])
