@@ -36,6 +36,7 @@ _PLAIN = re.compile(
 )
 _MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", re.IGNORECASE)
 _ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
+_AXIS_WORDS = re.compile(r"(?<![A-Z#<_])[XYZ][ \t]*[-+]?[ \t]*[.\d#\[]", re.IGNORECASE)
 _NOTE = re.compile(r"\([^()]*\)|;.*")
 LOOKED_AT = 300_000  # characters in which the style of numbers is looked for
 LEADER = 500  # lines among which the first % is looked for
@@ -65,6 +66,11 @@ def run(
         c.assume("the unit, for want of G20 and G21", "mm", matters=False)
     if not made:
         c.remark("no axis moves in this program", 1)
+        if language.survey and _AXIS_WORDS.search(_NOTE.sub("", text)):
+            c.assume(
+                "the moves of this program",
+                "none: what it needs from its caller or its machine keeps them from being reached",
+            )
     _tool_left_in_the_changer(c)
     program = c.program(name)
     if flow is None:
