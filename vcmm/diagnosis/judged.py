@@ -25,7 +25,7 @@ from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import EVEN_ODDS, Unknown
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
-from vcmm.diagnosis.select import Selection, Setting, basis_of, joint
+from vcmm.diagnosis.select import Selection, Setting, Term, basis_of, joint
 from vcmm.diagnosis.shortfall import failing_fold, of_fold
 from vcmm.diagnosis.simple_part import MOSTLY
 from vcmm.diagnosis.two_searches import FEW, best_road
@@ -35,7 +35,9 @@ FIELD = "field"  # a covariance beside those of the machine's Inputs
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """Terms that hold, and what they compete with. failed: terms were held back; tied: see Chosen."""
+    """Terms that hold, and what they compete with. failed: terms were held back; thought: all that the search named; tied: see
+    Chosen.
+    """
 
     problem: Problem
     stage: Stage
@@ -48,6 +50,7 @@ class Judged:
     failed: bool
     field: Field | None = None
     rest: Unknown | None = None
+    thought: Sequence[Term] = ()
 
 
 def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> Judged:
@@ -67,7 +70,18 @@ def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> J
     field = rival_field(used, selection, setting, stage.sample) if selection.terms else None
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     return Judged(
-        used, stage, setting, parts, selection, places, chosen.mistake, chosen.tied, failed, field, rest
+        used,
+        stage,
+        setting,
+        parts,
+        selection,
+        places,
+        chosen.mistake,
+        chosen.tied,
+        failed,
+        field,
+        rest,
+        chosen.selection.terms,
     )
 
 
@@ -77,7 +91,7 @@ def beside_field(
     """The search again beside a field that stands, which then is one more covariance; as it was where nothing is found so, or
     where nothing is left without a name.
     """
-    if first.rest is None or not first.selection.terms:
+    if first.rest is None or not first.thought:
         return first
     field = first.field or rival_field(first.problem, first.selection, first.setting, first.stage.sample)
     if field is None or not field.stands:
@@ -106,7 +120,7 @@ def _told_before(first: Judged, second: Judged) -> bool:
     a name has too much; what is new beside it is a shadow of what it leaves out.
     """
     white = first.stage.white
-    basis = basis_of(first.selection.terms, first.problem.m)
+    basis = basis_of(first.thought, first.problem.m)
     fit = second.selection.fit
     assert fit is not None
     for i, term in enumerate(second.selection.terms):
