@@ -111,11 +111,12 @@ def unit_of(d: Diagnosis) -> tuple[str, float]:
     return ("urad", 1e6) if d.angle else ("um", 1e3)
 
 
-def line(name: str, d: Diagnosis, raw: tuple[float, float], seconds: float) -> str:
-    """One row of the first table."""
+def line(name: str, d: Diagnosis, seconds: float) -> str:
+    """One row of the first table: what was said, and the rms of all rows as they are with what is written."""
     unit, scale = unit_of(d)
     named = "; ".join(
-        f"{a.effect} {' '.join(a.where.values())}".strip()
+        ("candidate " if a.doubtful else "")
+        + f"{a.effect} {' '.join(a.where.values())}".strip()
         + (f" (or {', '.join(a.cannot_be_told_from)})" if a.cannot_be_told_from else "")
         for a in d.answer
     )
@@ -124,7 +125,7 @@ def line(name: str, d: Diagnosis, raw: tuple[float, float], seconds: float) -> s
         f"{h.fold} {h.rms_before * scale:.3g} -> {h.rms_after * scale:.3g}" for h in d.fit.held_out
     )
     fit = f"{d.fit.before * scale:.3g} -> {d.fit.after * scale:.3g} {unit}"
-    rows = f"{raw[0] * scale:.3g} -> {raw[1] * scale:.3g}"
+    rows = f"{d.fit.candidates * scale:.3g}"
     return f"| {name} | {d.verdict}: {named or 'no name'}{unknown} | {fit} | {rows} | {held or 'none'} | {seconds:.0f} s |"
 
 
@@ -138,13 +139,6 @@ def terms(d: Diagnosis) -> str:
     return "\n".join(
         [*out, *(f"    noise: {f}" for f in d.noise_findings), *(f"    {w}" for w in d.warnings)]
     )
-
-
-def raw_rms(problem: Problem, d: Diagnosis) -> tuple[float, float]:
-    """rms of all rows as they are, nuisance fitted by least squares, before and after."""
-    every = np.ones(problem.m, dtype=bool)
-    before, after = (without_nuisance(r, problem, every) for r in (problem.residual, left(problem, d)))
-    return rms(before), rms(after)
 
 
 def find(folder: Path, stated: str) -> Path | None:
@@ -169,7 +163,7 @@ def told(name: str, folder: Path, seed: int, details: bool) -> str:
         except VcmmError as error:
             return f"| {name} | refused: {error} | | | | |"
         seconds = time.perf_counter() - start
-        row = line(name, d, raw_rms(make_problem(recording, machine), d), seconds)
+        row = line(name, d, seconds)
     return f"{row}\n{terms(d)}" if details else row
 
 
@@ -211,7 +205,9 @@ def main() -> int:
     folder = Path(data) / "data" / "recordings"
     single = [n for n in args.names if n in RECORDINGS]
     if single or not args.names:
-        print("| recording | what vcmm said | rms before -> after | of all rows | held-out rms | time |")
+        print(
+            "| recording | what vcmm said | all rows, before -> written | with candidates | held-out rms | time |"
+        )
         print("|---|---|---|---|---|---|")
     for name in single if args.names else RECORDINGS:
         print(told(name, folder, args.seed, args.terms), flush=True)

@@ -103,11 +103,12 @@ def test_keys_of_the_document(folder, capsys):
     wanted = {
         "schema", "version", "seed", "inputs", "warnings", "verdict", "answer", "unknown", "location", "mistake", "noise",
         "fit", "not_testable", "invisible", "detectable", "next_measurement", "improved_machine", "verdict_reasons",
+        "calibration_pulls",
     }  # fmt: skip
     assert set(found) == wanted
     keys = {"effect", "where", "parameters", "probability", "share", "cannot_be_told_from", "evidence_nats"}
     assert keys <= set(found["answer"][0])
-    assert {"rms_before_um", "rms_after_um", "noise_um", "held_out"} == set(found["fit"])
+    assert {"rms_before_um", "rms_after_um", "candidates_rms_um", "noise_um", "held_out"} == set(found["fit"])
     assert "part_expansion" in found["not_testable"]  # no temperature column
 
 

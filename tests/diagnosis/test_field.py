@@ -127,9 +127,9 @@ def test_nothing_is_left_where_nothing_is(seed):
 
 
 def test_a_right_name_keeps_its_probability():
-    problem, white, null, selection, _ = searched(("backlash",), 14.0, 23)
-    field = rival_field(problem, selection, white, null, 4.0)
-    assert field is None or field.share > 0.99
+    problem, white, null, selection, setting = searched(("backlash",), 14.0, 23)
+    field = rival_field(problem, selection, setting, null)
+    assert field is None or not field.wins
     assert departure(problem, selection, white, null) is None
 
 
@@ -164,7 +164,7 @@ def test_a_curve_that_follows_a_swirl_loses_to_a_field():
     option = Option(None, columns, np.ones(k), tuple(map(str, range(k))), 0.0)
     selection = joint((Term(family, option, white.apply(columns), 1.0),), setting)
     assert selection.delta(0) > 8  # it does follow much of it
-    field = rival_field(problem, selection, white, null, 4.0)
+    field = rival_field(problem, selection, replace(setting, threshold=4.0), null)
     assert field is not None
     assert field.wins
     assert {"X", "Y", "tip_x", "tip_y"} >= set(field.unknown.covariates[:2])
@@ -174,13 +174,15 @@ def test_what_a_field_leaves_to_the_names():
     """A field as good as the names and its price: one half; 5 nats worse: 1 / (1 + e^-5) = 0.9933."""
     unknown = Unknown(("X",), "a dependence", 0.0)
     answer = Answer("clamping", {}, {}, 0.8, 1.0, (), 12.0, rival_probability=0.2)
-    (half,) = weighed((answer,), Field(0.0, unknown, (0,)))
+    (half,) = weighed((answer,), Field(0.0, unknown, (0,), np.zeros((3, 0))))
     assert (half.probability, half.rival_probability) == pytest.approx((0.4, 0.1))
-    (most,) = weighed((answer,), Field(-UNNAMED, unknown, (0,)))
+    (most,) = weighed((answer,), Field(-UNNAMED, unknown, (0,), np.zeros((3, 0))))
     assert most.probability == pytest.approx(0.8 * 0.99331, abs=1e-4)
     assert weighed((answer,), None) == (answer,)
-    assert Field(1e4, unknown, (0,)).share == pytest.approx(np.exp(-14.0), rel=1e-5)  # no surer than that
-    assert weighed((answer, answer), Field(0.0, unknown, (1,)))[0] == answer
+    assert Field(1e4, unknown, (0,), np.zeros((3, 0))).share == pytest.approx(
+        np.exp(-14.0), rel=1e-5
+    )  # no surer than that
+    assert weighed((answer, answer), Field(0.0, unknown, (1,), np.zeros((3, 0))))[0] == answer
 
 
 def test_a_field_that_wins_is_the_unknown_and_the_names_are_candidates():

@@ -78,7 +78,10 @@ def circle(error, rho=0.6, noise=0.3 * UM, seed=2):
         (lambda r: np.zeros(r.n), []),
         (lambda r: -0.5 * 2 * UM * r.columns["sense_Y"] * r.columns["ny"], ["backlash"]),
         (lambda r: -8e-6 * r.position["Y"] * r.columns["nx"], ["squareness"]),
-        (lambda r: -3e-4 * r.columns["speed_X_mm_s"] * r.columns["nx"], ["servo_lag"]),
+        (
+            lambda r: -3e-4 * r.columns["speed_X_mm_s"] * r.columns["nx"],
+            ["servo_lag", "servo_lag"],
+        ),  # of X, or of Y
     ],
 )
 def test_circular_test(error, names):

@@ -30,9 +30,11 @@ def answer(probability: float, rivals: float = 0.0) -> Answer:
 
 
 def test_a_name_is_doubtful_where_it_and_its_rivals_are_less_probable_than_not() -> None:
-    """0.3 + 0.1 < 0.5 <= 0.3 + 0.6; a rival set that holds the rest is an open choice and no doubt."""
+    """0.3 alone is no finding, whatever its rivals hold; with exact aliases of 0.3 more it is one: no row could tell them apart."""
     assert answer(0.3, 0.1).doubtful
-    assert not answer(0.3, 0.6).doubtful
+    assert answer(0.3, 0.6).doubtful
+    assert not replace(answer(0.3, 0.6), alias_probability=0.6).doubtful
+    assert replace(answer(0.9), withheld="the rows become worse").doubtful
     assert not answer(0.5).doubtful
 
 
@@ -42,13 +44,14 @@ def test_a_size_that_may_be_anything_is_no_finding() -> None:
     assert replace(answer(0.99), share=0.001, parameters={"k": wide}).doubtful
     assert not replace(answer(0.99), share=0.001, parameters={"k": tight}).doubtful
     assert not replace(answer(0.99), share=0.3, parameters={"k": wide}).doubtful
-    said = doubts((replace(answer(0.99), share=0.001, parameters={"k": wide}),), ())
+    said = doubts((replace(answer(0.99), share=0.001, parameters={"k": wide}),))
     assert "orders of magnitude" in said[0]
 
 
 def test_doubtful_names_and_folds_made_worse_speak_against_the_names() -> None:
-    assert doubts((answer(0.9),), ()) == ()
-    said = doubts((answer(0.9), answer(0.2)), ("far zone Y",))
+    assert doubts((answer(0.9),)) == ()
+    worse = replace(answer(0.9), withheld="it makes rows worse that were not fitted (far zone Y)")
+    said = doubts((answer(0.9), answer(0.2), worse))
     assert len(said) == 2
     assert "backlash X is a candidate" in said[0]
     assert "far zone Y" in said[1]

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from vcmm.diagnosis.accepted import written
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Diagnosis
 
 
 def left(problem: Problem, d: Diagnosis) -> np.ndarray:
-    """The residual (m,) without what was named. Terms without a crisp number stay in."""
+    """The residual (m,) with the machine that is written."""
     eye = problem.observer
-    gone = [eye.through(a.fitted, a.fitted.error_motion(eye.run)) for a in d.answer if a.fitted is not None]
+    gone = [eye.through(a.fitted, a.fitted.error_motion(eye.run)) for a in written(d.answer)]
     own = {e.id: e for e in problem.machine.effects}
-    assert not any(
-        a.fitted.id in own for a in d.answer if a.fitted is not None
-    )  # these machines have no errors
+    assert not any(a.fitted.id in own for a in written(d.answer))  # these machines have no errors
     return np.asarray(problem.residual - np.sum(gone, axis=0) if gone else problem.residual)
 
 

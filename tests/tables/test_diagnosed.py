@@ -13,7 +13,7 @@ from vcmm.tables.table import in_terminal, on_page
 def answer(**changes):
     given = {
         "effect": "backlash", "where": {"axis": "Y"}, "parameters": {"gap": Estimate(1.5, 0.19, (1.12, 1.871), "um")},
-        "probability": 0.976, "share": 0.77, "cannot_be_told_from": (), "fitted": None,
+        "probability": 0.976, "share": 0.77, "cannot_be_told_from": (), "fitted": None, "share_of_rows": 0.8,
     }  # fmt: skip
     return SimpleNamespace(**{**given, **changes})
 
@@ -24,9 +24,9 @@ def test_answers_and_candidates_stand_apart():
     )
     first, second = diagnosed.answers(d)
     assert in_terminal(first).rows == [
-        ["backlash", "Y", "gap = 1.50 um (95 %: 1.12 to 1.87)", "0.976", "77%", "–"]
+        ["backlash", "Y", "gap = 1.50 um (95 %: 1.12 to 1.87)", "0.976", "77%", "80%", "–"]
     ]
-    assert in_terminal(second).rows[0][1::4] == ["–", "a, b"]
+    assert in_terminal(second).rows[0][1::5] == ["–", "a, b"]
     assert on_page(first).heads[0] == "effect"
     assert diagnosed.answers(SimpleNamespace(found=(), candidates=())) == []
 
@@ -37,10 +37,12 @@ def test_folds():
         fold="pose 2", rms_before=1.5e-3, rms_after=5e-4, effect_energy_left=math.nan, gain=12.34
     )
     d = SimpleNamespace(
-        angle=False, fit=SimpleNamespace(before=2e-3, after=1e-3, noise=9e-4, held_out=(held,))
+        angle=False,
+        fit=SimpleNamespace(before=2e-3, after=1e-3, noise=9e-4, held_out=(held,), candidates=5e-4),
     )
     assert in_terminal(diagnosed.folds(d)).rows == [
         ["all rows, fitted", "2 um", "1 um", "noise 0.9 um", "–"],
+        ["with candidates too", "2 um", "0.5 um", "noise 0.9 um", "–"],
         ["pose 2", "1.5 um", "0.5 um", "–", "+12.3 nats"],
     ]
 

@@ -153,16 +153,18 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
 
 
 def of_the_machine(selection: Selection, places: Sequence[Standing], setting: Setting) -> Selection:
-    """Terms that are errors of the instrument give way to names of the machine that repeat them exactly: both remain named,
-    and a machine file can hold only the latter.
+    """Terms that no machine file can hold (errors of the instrument, a calibration that is stale as a whole) give way to names
+    that repeat them exactly and that one can hold; both remain named.
     """
     terms = list(selection.terms)
     for i, place in enumerate(places):
-        if _of_instrument(terms[i]):
+        if not _has_a_number(terms[i]):
             others = (_at_place(setting.found, selection, i, j) for j in place.exact)
-            terms[i] = next((t for t in others if not _of_instrument(t)), terms[i])
+            terms[i] = next((t for t in others if _has_a_number(t)), terms[i])
     return selection if list(selection.terms) == terms else fitted_again(terms, setting, rounds=1)
 
 
-def _of_instrument(term: Term) -> bool:
-    return term.option.effect is not None and term.option.effect.per == "instrument"
+def _has_a_number(term: Term) -> bool:
+    """Can a machine file hold it?"""
+    effect = term.option.effect
+    return effect is not None and effect.per != "instrument" and not any("@" in n for n in term.option.labels)

@@ -239,7 +239,7 @@ def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array)
         basis = orthonormal(np.concatenate([null[:, :0], *(t.white for t in terms)], axis=1))
         rows = pulled(white, basis, np.column_stack([selection.y, null[:, :NULLS]]))
         over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
-        groups = (g for g in over if not {n for k in g for n in k.names} <= curves)
+        groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
         found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
     return found
 

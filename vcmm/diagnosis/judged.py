@@ -15,6 +15,7 @@ from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.answers import of_the_machine
 from vcmm.diagnosis.candidates import Catalogue, Family
 from vcmm.diagnosis.confusion import Standing, standing
+from vcmm.diagnosis.evidence import Dictionary
 from vcmm.diagnosis.field import Field, is_simple, kept_terms, rival_field
 from vcmm.diagnosis.holdout import Fold, folds, is_free_curve, wins_everywhere
 from vcmm.diagnosis.kept_terms import that_hold
@@ -24,17 +25,19 @@ from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import EVEN_ODDS, Unknown
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
-from vcmm.diagnosis.select import Selection, Setting, basis_of, joint
+from vcmm.diagnosis.select import Selection, Setting, Term, basis_of, joint
 from vcmm.diagnosis.shortfall import failing_fold, of_fold
 from vcmm.diagnosis.simple_part import MOSTLY
-from vcmm.diagnosis.two_searches import best_road
+from vcmm.diagnosis.two_searches import FEW, best_road
 
 FIELD = "field"  # a covariance beside those of the machine's Inputs
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """Terms that hold, and what they compete with. failed: terms were held back; tied: see Chosen."""
+    """Terms that hold, and what they compete with. failed: terms were held back; thought: all that the search named; tied: see
+    Chosen.
+    """
 
     problem: Problem
     stage: Stage
@@ -47,21 +50,38 @@ class Judged:
     failed: bool
     field: Field | None = None
     rest: Unknown | None = None
+    thought: Sequence[Term] = ()
 
 
-def judged(chosen: Chosen, stage: Stage, seed: int) -> Judged:
-    """The better of the two roads, what its terms are worth, and a field that may stand for them."""
+def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> Judged:
+    """The better of the two roads, what its terms are worth, and a field that may stand for them.
+
+    in_field: a field stands beside the calibration already. No further shape without physics is weighed, and a fold, in which
+    the field is as free again, refuses no term here; what makes rows worse is not handed over all the same.
+    """
     used, selection = chosen.problem, chosen.selection
     setting = replace(setting_of(used, stage), start=selection.y)
     parts = folds(used, stage.u, stage.noise.rho)
-    held_by = partial(that_hold, generic=stage.generic)
+    held_by = _as_they_are if in_field else partial(that_hold, generic=stage.generic)
+    shapes = None if in_field else stage.generic
     selection, failed = best_road(used, parts, selection, setting, held_by)
-    selection = of_the_machine(selection, _standings(used, parts, selection, setting, stage), setting)
-    places = _standings(used, parts, selection, setting, stage)
+    selection = of_the_machine(selection, _standings(used, parts, selection, setting, shapes), setting)
+    places = _standings(used, parts, selection, setting, shapes)
     field = rival_field(used, selection, setting, stage.sample) if selection.terms else None
     rest = _rest(used, stage, selection, setting, parts, seed, field)
     return Judged(
-        used, stage, setting, parts, selection, places, chosen.mistake, chosen.tied, failed, field, rest
+        used,
+        stage,
+        setting,
+        parts,
+        selection,
+        places,
+        chosen.mistake,
+        chosen.tied,
+        failed,
+        field,
+        rest,
+        chosen.selection.terms,
     )
 
 
@@ -71,28 +91,27 @@ def beside_field(
     """The search again beside a field that stands, which then is one more covariance; as it was where nothing is found so, or
     where nothing is left without a name.
     """
-    if first.rest is None or not first.selection.terms:
+    if first.rest is None or not first.thought:
         return first
     field = first.field or rival_field(first.problem, first.selection, first.setting, first.stage.sample)
     if field is None or not field.stands:
         return first
     beside = first.problem.with_statement(FIELD, field.columns)
-    axes = set(field.unknown.covariates)
-    stage = staged(beside, _without_curves(known, axes), generics, first.stage.noise, seed, nulls)
+    stage = staged(beside, _simple(known), generics, first.stage.noise, seed, nulls)
     chosen = search(beside, stage)
-    second = judged(chosen, chosen.stage, seed)
+    second = judged(chosen, chosen.stage, seed, in_field=True)
     if not second.selection.terms or _lost(first, second) or not _told_before(first, second):
         return first
     what = described(field.unknown, first.problem, first.setting, joint((), first.setting), first.parts)
     return replace(second, mistake=first.mistake, field=None, rest=what)
 
 
-def _without_curves(known: Catalogue, axes: set[str]) -> Catalogue:
-    """The catalogue without free curves over axes that a field lies over: they say the same once more."""
-    kept = [
-        f for f in known.families
-        if not (is_free_curve(f.name) and str(f.where.get("component", ""))[2:] in axes)
-    ]  # fmt: skip
+def _simple(known: Catalogue) -> Catalogue:
+    """The catalogue without names of more numbers than FEW: shapes of their own, as free as a field, which say it once more."""
+    kept = []
+    for family in (f for f in known.families if not is_free_curve(f.name)):
+        few = tuple(o for o in family.options if o.columns.shape[1] <= FEW)
+        kept += [replace(family, options=few)] if few else []
     return replace(known, families=tuple(kept))
 
 
@@ -101,7 +120,7 @@ def _told_before(first: Judged, second: Judged) -> bool:
     a name has too much; what is new beside it is a shadow of what it leaves out.
     """
     white = first.stage.white
-    basis = basis_of(first.selection.terms, first.problem.m)
+    basis = basis_of(first.thought, first.problem.m)
     fit = second.selection.fit
     assert fit is not None
     for i, term in enumerate(second.selection.terms):
@@ -129,14 +148,25 @@ def _found(one: Judged) -> set[str]:
     return {t.family.id for t, p in pairs if p.with_aliases >= EVEN_ODDS}
 
 
+def _as_they_are(
+    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting
+) -> Selection:
+    """Every term holds."""
+    return selection
+
+
 def _standings(
-    problem: Problem, parts: Sequence[Fold], selection: Selection, setting: Setting, stage: Stage
+    problem: Problem,
+    parts: Sequence[Fold],
+    selection: Selection,
+    setting: Setting,
+    generic: Dictionary | None,
 ) -> list[Standing]:
     """Every term among its rivals. A shape without physics is none of a simple name that wins all its folds: it has no linear
     part, no wave and no step of its own.
     """
     shapes = [
-        None if is_simple(t) and wins_everywhere(problem, parts, selection, i) else stage.generic
+        None if is_simple(t) and wins_everywhere(problem, parts, selection, i) else generic
         for i, t in enumerate(selection.terms)
     ]
     return [standing(selection, setting, i, shape) for i, shape in enumerate(shapes)]

@@ -82,9 +82,8 @@ def setting_of(problem: Problem, stage: Stage) -> Setting:
 
 def setting_under(problem: Problem, stage: Stage, white: Whitener) -> Setting:
     """The same with another whitener, that of another calibration."""
-    raw, clip = white.apply(problem.residual), stage.noise.noise.clip
-    refiner = Refiner(problem, white)
-    return Setting(stage.found, white, raw, clip, stage.threshold, refiner, clipped(raw, white, clip))
+    raw = white.apply(problem.residual)
+    return Setting(stage.found, white, raw, stage.noise.noise.clip, stage.threshold, Refiner(problem, white))
 
 
 @dataclass(frozen=True, eq=False)

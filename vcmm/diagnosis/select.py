@@ -80,14 +80,14 @@ class Setting:
     clip: float
     threshold: float
     refine: Refiner
-    start: Array
+    start: Array | None = None  # None: raw, outliers pulled in about nothing
 
 
 def joint(terms: Sequence[Term], setting: Setting) -> Selection:
     """Refit of all terms together; outliers are clipped about the fit, twice. Clipping costs a factor 1 / (share of the
     rows that it leaves alone)^2 of the covariance (Huber, Robust Statistics (1981), 7.6).
     """
-    y = setting.start
+    y = clipped(setting.raw, setting.white, setting.clip) if setting.start is None else setting.start
     if not terms:
         return Selection((), None, y, y)
     x = np.concatenate([t.white for t in terms], axis=1)
@@ -168,8 +168,12 @@ def select_simply(setting: Setting) -> Selection:
     Here a curve may come beside a simple name that it holds, and take over where the name no longer pays; it does not
     push it out. See vcmm.diagnosis.two_searches for what becomes of it.
     """
-    simple = _forward(joint((), setting), setting, _one_number)
-    return best_subset(_forward(simple, setting, _any, keep=True), setting) if simple.terms else simple
+    every = replace(setting, start=setting.raw)  # not cleaned about what another road found
+    simple = _forward(joint((), every), every, _one_number)
+    if not simple.terms:
+        return simple
+    own = replace(setting, start=simple.y)
+    return best_subset(_forward(joint(simple.terms, own), own, _any, keep=True), own)
 
 
 def _any(family: Family) -> bool:

@@ -1,7 +1,8 @@
 """Two roads to an answer: everything at once, or one number per name first. Rows held out decide between them.
 
 The evidence of the rows that were fitted favours curves, since nature is never quite straight; what counts is what is
-predicted where conditions go beyond the fit. Where both predict alike, the evidence of all rows decides.
+predicted where conditions go beyond the fit. Where both predict alike, the evidence of all rows decides, as far as errors of
+templates leave it to say.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 from vcmm.diagnosis.holdout import Fold, judge
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.select import Selection, Setting, Term, select_simply, worth
+from vcmm.diagnosis.select import Selection, Setting, Term, mismatch, select_simply, worth
 
 FEW = 3  # numbers of a name, beyond which it is a shape of its own
 EQUAL = 3.0  # nats: predictions that differ by less are alike
@@ -22,7 +23,8 @@ def best_road(
 ) -> tuple[Selection, bool]:
     """The better of `straight` and the simple road, of each what `gated` lets through; whether it held terms back there.
 
-    One term of one number, or the same names: nothing to choose.
+    Where rows held out cannot tell them apart, the simple road is better if it has fewer numbers, or if its evidence falls short
+    by no more than errors of templates may bring. One term of one number, or the same names: nothing to choose.
     """
     first = gated(problem, parts, straight, setting)
     short = len(first.terms) < len(straight.terms)
@@ -35,7 +37,10 @@ def best_road(
     if not second.terms:
         return first, short
     lead = _gain(problem, parts, second, first, setting) - _gain(problem, parts, first, second, setting)
-    if lead > EQUAL or (lead > -EQUAL and worth(second, setting) > worth(first, setting)):
+    forgiven = max(mismatch(first), mismatch(second))
+    alike = lead > -EQUAL
+    cheaper = numbers(second) < numbers(first)
+    if lead > EQUAL or (alike and (cheaper or worth(second, setting) > worth(first, setting) - forgiven)):
         return second, len(second.terms) < len(simple.terms)
     return first, short
 
@@ -43,6 +48,11 @@ def best_road(
 def free(term: Term) -> bool:
     """Has it many numbers? Then it may stand for several simple names."""
     return term.white.shape[1] > FEW
+
+
+def numbers(selection: Selection) -> int:
+    """Free numbers of all terms."""
+    return sum(t.white.shape[1] for t in selection.terms)
 
 
 def names(selection: Selection) -> set[str]:
