@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.charts import PlottedBudget
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
@@ -255,7 +256,7 @@ class _Evaluation:
             mean=(law.centre if isinstance(law, Linear) else law.mean) - shift, bias=float(self.bias[i]), corrected=shift != 0,
             u=u, k=float("nan"), p=self.settings.p, interval=(nominal, nominal), interval_kind=self.settings.kind,
             coverage_shown=not why, extreme=not outcome.tangent, tolerance=gps.tolerance(c, nominal), decision=None,
-            budget=outcome.lines,
+            budget=PlottedBudget(outcome.lines),
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
