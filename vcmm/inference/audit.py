@@ -19,9 +19,9 @@ from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.inference.belts import Inverse, coverage
-from vcmm.inference.form_family import KNOWN, OTHER
+from vcmm.inference.form_family import OTHER
 from vcmm.inference.job import LEAST, LEAST_OTHER, PreparedTask, known_of
-from vcmm.inference.pairs import Pairs, pairs
+from vcmm.inference.pairs import Pairs, both, pairs
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task
@@ -107,12 +107,11 @@ def _kinds(known: PreparedTask, parts: int, seed: int) -> Sequence[tuple[str, Pa
     assert known.drawing is not None
     fresh = seed + 1000
 
-    def mixed(number: int, **how: float) -> Pairs:
-        drawn = [pairs(known.drawing, parts // len(KNOWN), fresh + number, f, **how) for f in KNOWN]  # type: ignore[arg-type]
-        return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
-
-    out = [(PRIOR, mixed(0, most=known.most))]
-    out += [(f"form {r:g} x noise", mixed(1 + k, ratio=r)) for k, r in enumerate(RATIOS)]
+    out = [(PRIOR, both(known.drawing, parts, fresh, most=known.most))]
+    out += [
+        (f"form {r:g} x noise", both(known.drawing, parts, fresh + 1 + k, ratio=r))
+        for k, r in enumerate(RATIOS)
+    ]
     return [*out, (ANOTHER, pairs(known.drawing, parts, fresh + 9, OTHER, most=known.most))]
 
 
