@@ -128,7 +128,8 @@ class CharacteristicResult:
             limits=from_nominal(self.tolerance) if self.tolerance else None,
             marks={"result": (self.value - self.nominal) * scale},
             unit=unit,
-            title=f"{self.name}: deviation from {self.nominal:g} {self.unit}",
+            title=f"{self.name}: deviation from {self.nominal:g} {self.unit}"
+            + (" as indicated; interval of the true value" if self.true_value else ""),
             ax=ax,
         )
 
