@@ -133,7 +133,7 @@ that the inverse has never seen. *Claimed* is what `vcmm evaluate` says of itsel
 |---|---|---|---|---|---|---|---|
 {chr(10).join(lines)}
 
-Bands of a claimed coverage: 93 to 97 % over the prior, at least 93 % at every fixed form, at least 90 % for the other family.
+Bands of a claimed coverage: 93 to 99 % over the prior (the interval holds each of two families, so it holds more of both together), at least 93 % at every fixed form, at least 90 % for the other family.
 """
 
 

@@ -81,6 +81,13 @@ def changed(given: GivenPoints, row: int, point: tuple[float, float, float]) -> 
     return replace(given, points=points)
 
 
+def without(given: GivenPoints, gone) -> GivenPoints:
+    """The rows of which `gone` (feature, point) is false."""
+    kept = [i for i, (f, p) in enumerate(zip(given.features, given.points)) if not gone(f, p)]
+    where, features = tuple(given.where[i] for i in kept), tuple(given.features[i] for i in kept)
+    return replace(given, points=given.points[kept], where=where, features=features)
+
+
 @pytest.mark.parametrize(
     ("how", "message"),
     [
@@ -93,6 +100,8 @@ def changed(given: GivenPoints, row: int, point: tuple[float, float, float]) -> 
         (lambda g, s: replace(g, features=("top",) * len(g.features)), 'no points of "front"'),
         (lambda g, s: replace(g, features=None, points=g.points[:5], where=g.where[:5]), "5 rows without a column feature"),
         (lambda g, s: replace(g, normals=np.tile([0.0, 0.0, -1.0], (len(g.points), 1))), "180 deg off the outward normal"),
+        (lambda g, s: without(g, lambda f, p: f == "bore" and p[2] > 10.0), 'points of "bore": cylinder: the points do not determine'),
+        (lambda g, s: without(g, lambda f, p: f == "front" and p[0] > -30.0), 'points of "front": plane needs at least 3 points, got 2'),
         (lambda g, s: replace(g, styli=("donw",) * len(g.points)), 'no stylus "donw". Did you mean "down"'),
     ],
 )  # fmt: skip

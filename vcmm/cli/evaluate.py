@@ -45,19 +45,21 @@ def evaluate_command(
     out
         Folder for evaluation.json, values.csv, a sheet for the auditor per part, and of one part report.html and budget.csv.
     """
+    from vcmm.api import evaluate
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
     from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
 
-    _refuse(points, values, frame, tip_centres)
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
-    settings = _settings(loaded.settings, seed=seed, trials=trials)
     with progress() as report, about(scenario):
-        parts = _evaluated(loaded, (points, values), (frame, tip_centres), settings, report)
-    content = _document(parts, settings, scenario, points or values)
+        parts = evaluate(
+            loaded, points=points, values=values, frame=frame, tip_centres=tip_centres, seed=seed, trials=trials,
+            progress=report,
+        )  # fmt: skip
+    content = _document(parts, scenario, points or values)
     if folder:
         _write(folder, loaded, parts, content, (scenario, points or values))
     if json:
@@ -68,46 +70,18 @@ def evaluate_command(
     return 1 if any(d.text == "does not conform" for d in decisions) else 0
 
 
-def _document(parts: Any, settings: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
+def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
     from vcmm.console.documents import document, sources
     from vcmm.tables.inferred import evaluate_json
 
     assert measured is not None
     return document(
         "vcmm.uncertainty/1",
-        evaluate_json(parts, settings.trials),
-        seed=settings.seed,
+        evaluate_json(parts),
+        seed=parts[0].uncertainty.seed,
         files=[*sources(scenario), measured],
         warnings=list(dict.fromkeys(w for p in parts for w in p.warnings)),
     )
-
-
-def _refuse(points: Path | None, values: Path | None, frame: str, tip_centres: bool) -> None:
-    from vcmm.core.errors import UsageError
-
-    if (points is None) == (values is None):
-        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
-    if values is not None and (frame != "part" or tip_centres):
-        raise UsageError("--frame and --tip-centres are about points; values have neither")
-
-
-def _settings(settings: Any, **changes: int | None) -> Any:
-    from dataclasses import replace
-
-    return replace(settings, **{k: v for k, v in changes.items() if v is not None})
-
-
-def _evaluated(loaded: Any, files: Any, how: Any, settings: Any, report: Any) -> Any:
-    from vcmm.files.measured import read_measured_points, read_measured_values
-    from vcmm.inference.job import evaluate_points, evaluate_values
-
-    points, values = files
-    if values is not None:
-        return evaluate_values(loaded, read_measured_values(values), settings=settings, progress=report)
-    return evaluate_points(
-        loaded, read_measured_points(points), in_machine=how[0] == "machine", tip_centres=how[1],
-        settings=settings, progress=report,
-    )  # fmt: skip
 
 
 def _show(parts: Any, warnings: list[str]) -> None:

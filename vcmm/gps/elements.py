@@ -64,7 +64,10 @@ def place(
     # only a line needs them: its residuals have a direction, those of surfaces a sign
     offsets = by.turn(raw.residuals[..., None] * raw.normals) if feature.kind == "line" else np.zeros((1, 3))
     points = np.zeros((0, 3)) if measured is None else by.apply(measured)
-    return MeasuredElement(feature, by.apply_each(raw.point), axis, raw.sizes, raw.residuals, offsets, points)
+    return MeasuredElement(
+        feature=feature, point=by.apply_each(raw.point), axis=axis, sizes=raw.sizes, residuals=raw.residuals,
+        offsets=offsets, points=points,
+    )  # fmt: skip
 
 
 def _signed(feature: Feature, axis: Array) -> Array:

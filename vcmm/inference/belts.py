@@ -73,7 +73,10 @@ class FamilyInverse:
         return out
 
     def interval(self, p: float, found: Array, rest: Array | None) -> tuple[Array, Array]:
-        """Ends (m,), (m,) of the interval of the true value. Where it begins at 0 only its upper end can miss: it misses more."""
+        """Ends (m,), (m,) of the interval of the true value. Where it begins at 0 only its upper end can miss: it misses more.
+
+        Of sizes, whose errors change their sign with the roughness, it goes half way to those of the classes beside it.
+        """
         low, high = (self.quantile(level, found, rest) for level in ((1.0 - p) / 2.0, (1.0 + p) / 2.0))
         if not self.bounded:
             if rest is None:

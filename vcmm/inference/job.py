@@ -20,7 +20,7 @@ from vcmm.gps.decision import Decision, decide, undecided
 from vcmm.inference.belts import Inverse, coverage, inverse_of
 from vcmm.inference.form_family import KNOWN, OTHER
 from vcmm.inference.given import GivenPoints, GivenValue
-from vcmm.inference.pairs import MOST, Drawing, pairs, prepared, rest_of
+from vcmm.inference.pairs import MOST, Drawing, both, pairs, prepared, rest_of
 from vcmm.inference.points import measured_task
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
@@ -29,6 +29,7 @@ from vcmm.part.part import Characteristic
 
 PARTS, COUNTED = 24_000, 2000  # drawn for the belts; drawn anew to count
 FEWER = 8000  # where elements by contact are searched in every one of them
+FIXED = (0.0, 20.0)  # form over noise: perfect parts and coarse ones are counted by themselves
 LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
 NEAR = (
     1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
@@ -247,6 +248,7 @@ def inverses(
     count = (FEWER if in_contact(drawing.task) else PARTS) // len(KNOWN)
     made = [pairs(drawing, count, seed, family, most=most) for family in KNOWN]
     anew = [pairs(drawing, COUNTED // len(KNOWN), seed + 1, family, most=most) for family in KNOWN]
+    anew += [both(drawing, COUNTED, seed + 3 + k, ratio=ratio) for k, ratio in enumerate(FIXED)]
     other = pairs(drawing, COUNTED, seed + 2, OTHER, most=most)
     out = {}
     for i in numbers:

@@ -18,7 +18,7 @@ from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.gps import characteristics as gps
 from vcmm.inference.dense import surface_model
-from vcmm.inference.form_family import FAMILIES, left_over, motions
+from vcmm.inference.form_family import FAMILIES, KNOWN, left_over, motions
 from vcmm.measuring.task import Task
 
 BLOCK = 2000
@@ -97,6 +97,12 @@ def pairs(
         for at in range(0, count, BLOCK)
     ]
     return Pairs(*(np.concatenate(x) for x in zip(*parts)))
+
+
+def both(drawing: Drawing, count: int, seed: int, most: float = MOST, ratio: float | None = None) -> Pairs:
+    """Parts of the families that the inverse knows, as many of each."""
+    drawn = [pairs(drawing, count // len(KNOWN), seed, family, most, ratio) for family in KNOWN]
+    return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
 
 
 def _block(

@@ -61,8 +61,9 @@ def shown(part: EvaluatedPart) -> ResultTable[Evaluated]:
     return ResultTable(title, SHOWN, part.characteristics, caption)
 
 
-def evaluate_json(parts: Sequence[EvaluatedPart], trials: int) -> dict[str, Any]:
+def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
     """The body of the JSON document: as of `uncertainty` for one part, a list of parts for several."""
+    trials = parts[0].uncertainty.trials
     if len(parts) == 1 and not parts[0].part:
         return {"trials": trials, "characteristics": records(DOCUMENT, parts[0].characteristics)}
     listed = [{"part": p.part, "characteristics": records(DOCUMENT, p.characteristics)} for p in parts]
