@@ -117,6 +117,7 @@ IDLE = frozenset(  # they change no path here
         "DIAMCHANA",
         "ENS",
         "NEWCONF",
+        "SETMS",
         "WRTPR",
         "STRINGIS",
         "STOLF",
