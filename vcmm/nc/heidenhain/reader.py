@@ -309,6 +309,8 @@ class _Runner:
         target = self.find(reader)
         if reader.accept("REP"):
             times = round(reader.value("REP"))
+            if times > LONGEST:
+                raise reader.fault(f"{times} repetitions are more than {LONGEST} blocks; check REP")
             if reader.accept("/"):
                 reader.value("REP")
             remaining = self.left.pop(here, times)
