@@ -93,7 +93,7 @@ HERE = {
     "fanuc", "haas", "mazak", "fanuc-lathe", "fanuc-lathe-b", "haas-lathe", "linuxcnc", "mach3", "grbl", "sinumerik", "heidenhain", "okuma",
 }  # fmt: skip
 ENDINGS: dict[str, tuple[tuple[str, ...], float]] = {
-    "ngc": (("linuxcnc",), 4), "mpf": (("sinumerik",), 6), "spf": (("sinumerik",), 6), "arc": (("sinumerik",), 3), "h": (("heidenhain",), 6),
+    "ngc": (("linuxcnc",), 8), "mpf": (("sinumerik",), 6), "spf": (("sinumerik",), 6), "arc": (("sinumerik",), 3), "h": (("heidenhain",), 6),
     "tap": (("mach3",), 1.5), "gcode": (("grbl",), 1), "eia": (("mazak",), 4), "min": (("okuma",), 8), "ssb": (("okuma",), 8),
     "sub": (("okuma",), 2), "lib": (("okuma",), 3),
 }  # fmt: skip

@@ -151,8 +151,8 @@ def folder_counts(rows: Sequence[FolderRow]) -> ResultTable[Any]:
 def reason_kind(reason: str) -> str:
     """A reason without place and numbers, so that equal ones count together."""
     plain = re.sub(r"^.*?:\d+:\d+: ", "", reason)
-    plain = re.sub(r'"[^"]*"|#?<[^>]*>|[-+]?\d+(?:\.\d+)?', "..", plain)
-    return plain.split(";")[0].split(". ")[0][:100]
+    plain = re.sub(r'"[^"]*"|#?<[^>]*>|[-+]?\d+(?:\.\d+)?', "…", plain)
+    return re.split(r"[;(]|\. |, as in", plain)[0].strip()[:110]
 
 
 def folder_reasons(rows: Sequence[FolderRow]) -> ResultTable[Any]:

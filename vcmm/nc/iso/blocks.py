@@ -184,6 +184,11 @@ def _comment_end(text: str, begin: int, dialect: Dialect) -> int:
             depth -= 1
             if depth == 0:
                 return at + 1
+    first = text.find(")", begin)
+    if (
+        dialect.survey and dialect.nested_comments and first >= 0
+    ):  # Fanuc itself ends a comment at the first ")"
+        return first + 1
     raise BlockFault(begin + 1, 'the comment is never closed; add ")" on the same line')
 
 

@@ -14,6 +14,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import in_plane
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
+from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Point
 
 CENTRE_WORDS = "IJK"
@@ -250,7 +251,11 @@ def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
     if c.language.survey and not c.arcs_seen and not c.arc_absolute and _misfit(c, ends, centre):
         other = _centre(c, w, ends, given, True)
         if not _misfit(c, ends, other):
-            c.assume("how I J K count", "from the work zero: they fit no relative centre", column=c.column)
+            value, entry = (
+                "from the work zero: they fit no relative centre",
+                SetupEntry("", "arc_centre", '"absolute"'),
+            )
+            c.assume("how I J K count", value, blank=entry, column=c.column)
             c.arc_absolute, centre = True, other
     _check_radii(c, ends, centre)
     return centre

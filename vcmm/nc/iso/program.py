@@ -36,6 +36,7 @@ _PLAIN = re.compile(
 )
 _MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", re.IGNORECASE)
 _ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
+_AXIS_WORDS = re.compile(r"(?<![A-Z#<_])[XYZ][ \t]*[-+]?[ \t]*[.\d#\[]", re.IGNORECASE)
 _NOTE = re.compile(r"\([^()]*\)|;.*")
 LOOKED_AT = 300_000  # characters in which the style of numbers is looked for
 LEADER = 500  # lines among which the first % is looked for
@@ -65,6 +66,11 @@ def run(
         c.assume("the unit, for want of G20 and G21", "mm", matters=False)
     if not made:
         c.remark("no axis moves in this program", 1)
+        if language.survey and _AXIS_WORDS.search(_NOTE.sub("", text)):
+            c.assume(
+                "the moves of this program",
+                "none: what it needs from its caller or its machine keeps them from being reached",
+            )
     _tool_left_in_the_changer(c)
     program = c.program(name)
     if flow is None:
@@ -269,7 +275,13 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if "turning" in w.g:
         turning(r, w, index, lambda at: _run_line(r, at))
-    if call in (98, 198):
+    if call == 198 and not w.has("P"):
+        c.assume(
+            "M198, a code of the machine builder",
+            "passed over: no motion",
+            "M198 needs P, the number of the subprogram",
+        )
+    elif call in (98, 198):
         call_program(r, w, index, w.m_columns["call"])
     elif call == 97:
         call_block(r, w, index, w.m_columns["call"])
@@ -292,7 +304,7 @@ def _plain_lines(r: IsoRunner) -> None:
     c = r.c
     if (
         c.motion not in ("G0", "G1") or c.world.matrix is not UNITY or c.feed_mode != "G94" or c.surface
-        or c.diameter or c.exact_once or c.language.lathe
+        or c.diameter or c.exact_once or c.language.lathe or c.polar is not None
         or (c.language.words == "macro" and c.language.decimal_point != "calculator")
     ):  # fmt: skip
         return
