@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from vcmm.nc.drilling import counted
+
 Vec = tuple[float, float]
 
 
@@ -23,7 +25,7 @@ class PathPiece(NamedTuple):
 
 def rings(half: float, step: float) -> list[float]:
     """Distances from the middle line of the rings that clear a half width: equal, at most `step` apart, the last one `half`."""
-    count = max(1, math.ceil(half / step - 1e-9)) if step > 0 else 1
+    count = max(1, counted(math.ceil(half / step - 1e-9))) if step > 0 else 1
     return [half * (k + 1) / count for k in range(count)] if half > 0 else [0.0]
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from vcmm.nc.faults import BlockFault
 from vcmm.nc.moves import PLANES
 from vcmm.nc.recorder import Recorder
 
 STILL = 1e-12  # mm
+MOST = 100_000  # holes of a pattern, infeeds of a hole
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +80,17 @@ def depths_of(
     surface: float, final: float, step: float, less: float = 0.0, least: float = 0.0
 ) -> list[float]:
     """Depths of the infeeds, mm: each `less` shorter than the one before, but not below `least`."""
+    if step > 0:
+        counted((surface - final) / (min(step, least or step) if less else step))
     out, infeed = [surface], step
     while out[-1] - final > 1e-9:
         out.append(max(out[-1] - infeed, final) if infeed > 0 else final)
         infeed = max(infeed - less, least or min(step, infeed)) if less else infeed
     return out[1:]
+
+
+def counted(number: float) -> int:
+    """How many holes, infeeds or repetitions, as a whole number. Raises BlockFault beyond `MOST`."""
+    if not number <= MOST:
+        raise BlockFault(0, f"{number:.6g} repetitions are more than {MOST}; check the numbers of this block")
+    return round(number)

@@ -47,8 +47,8 @@ def evaluate(value: Value, known: Any) -> float | None:
 def number(value: Value, known: Any) -> float:
     """The number now; 0 for a vacant variable. Raises BlockFault where a text stands."""
     now = (value(known) if callable(value) else value) or 0.0
-    if isinstance(now, str):
-        raise BlockFault(0, f'the text "{now}" stands where a number is due')
+    if not isinstance(now, float | int):
+        raise BlockFault(0, f'"{now}" stands where a number is due')
     return now
 
 
@@ -90,8 +90,8 @@ def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: i
         if operator in grammar.equal and (a is None or b is None):
             return float((a is b) == grammar.equal[operator])
         x, y = a or 0.0, b or 0.0
-        if isinstance(x, str) or isinstance(y, str):
-            raise BlockFault(column, f"a text and {operator} make no number")
+        if not (isinstance(x, float | int) and isinstance(y, float | int)):
+            raise BlockFault(column, f"{operator} needs numbers on both sides")
         if operator in grammar.dividing and y == 0.0:
             raise BlockFault(column, "division by zero; check the parameters used here")
         try:

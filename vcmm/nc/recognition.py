@@ -82,6 +82,7 @@ SIGNS: tuple[Sign, ...] = (
     Sign(("Fagor",), 6, r"^%\d{5}[ \t]*$", "a five-digit number behind %"),
     Sign(("Fagor",), 5, r"^[ \t]*\(RPT|^[ \t]*\(P\d+=|\bP\d+=P\d+|#PATH ORIGIN|\$IF\b", "Fagor words", "all"),
     Sign(("NC-110 of Balt-System",), 14, r"^[ \t]*(?:N\d+[ \t]*)?\((?:UAO|UCG|UTO|DIS|UIO)[ \t]*,", "three-letter commands in brackets", "all"),
+    Sign(("HEIDENHAIN DIN/ISO",), 14, r"^%[^\n]*\bG7[01][ \t]*\*?[ \t]*$|^N?\d+[ \t]+G99[ \t]+T\d+[ \t]+L", "% with G70 or G71 behind it, G99 T L"),
     Sign(("Acramatic of Cincinnati",), 14, r"^[ \t]*:?[ \t]*\((?:PGM|MSG)[ \t]*,[ \t]*NAME", "(PGM, NAME=", "all"),
     Sign(("a control with ACC words",), 14, r"\bACC[ \t]*\d+|^%NPG", "ACC and %NPG"),
     Sign(("BeagleG",), 12, r"#[A-Z]\w*[ \t]*=", "parameters with names as in #r=50"),

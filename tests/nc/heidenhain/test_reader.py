@@ -200,3 +200,11 @@ def test_plain_lines_mean_what_they_mean_word_by_word(monkeypatch):
     monkeypatch.setattr("vcmm.nc.heidenhain.text.plain_block", lambda text, number: None)
     assert survey(text)[0].moves == short
     assert len(short) > 300
+
+
+def test_splines_and_conditions_on_texts_are_told():
+    program, told = survey(
+        'SPL X+10 Y+5 K3X+1 K2X+1 K1X+1 F200\nFN 9: IF QS1 EQU "A" GOTO LBL 1\nL X+3 FMAX\nLBL 1'
+    )
+    assert [m.end[:2] for m in program.moves] == [(10, 5), (3, 5)]
+    assert {"splines (SPL)", "a condition on texts"} <= told.keys()

@@ -74,3 +74,10 @@ def test_bad_values():
 def test_a_text_where_a_number_is_due_is_refused(text: str):
     with pytest.raises(DataError):
         moves(text)
+
+
+def test_frames_as_values():
+    """$P_UIFR[1] is G54: a shift, and a turn of 90 deg about Z inside it: X 1 lies along Y."""
+    check("$P_UIFR[1]=CTRANS(X,10,Y,5):CROT(Z,90)\nG54 G0 X1 Y0", (10, 6, 0))
+    check("DEF FRAME _F\n_F=CTRANS(X,7)\n$P_UIFR[2]=_F\nG55 G0 X1", (8, 0, 0))
+    assert "the setting of $P_UIFR[1]" in told("$P_UIFR[1]=CROT(X,30)")

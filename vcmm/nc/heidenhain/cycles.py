@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+from vcmm.nc.drilling import counted
 from vcmm.nc.heidenhain.holes import HOLES, OLD_HOLES
 from vcmm.nc.heidenhain.machining import Action, MachiningCycle
 from vcmm.nc.heidenhain.milling import OLD_POCKETS, POCKETS
@@ -250,7 +251,7 @@ class KlartextCycles:
 
 def circle_points(c: MachiningCycle) -> list[tuple[float, float]]:
     """220: Q241 points on a circle of diameter Q244 about Q216, Q217, from Q245 by Q247, or evenly to Q246."""
-    count, first, span = round(c.plain("Q241")), c.plain("Q245"), c.plain("Q246") - c.plain("Q245")
+    count, first, span = counted(c.plain("Q241")), c.plain("Q245"), c.plain("Q246") - c.plain("Q245")
     closed = abs(abs(span) - 360.0) < 1e-9
     step = c.plain("Q247") or span / max(count if closed else count - 1, 1)
     angles = [math.radians(first + k * step) for k in range(count)]
@@ -261,7 +262,7 @@ def circle_points(c: MachiningCycle) -> list[tuple[float, float]]:
 def row_points(c: MachiningCycle) -> list[tuple[float, float]]:
     """221: Q243 rows of Q242 points, Q238 and Q237 apart, from Q225, Q226, turned about it by Q224; to and fro."""
     out, w = [], math.radians(c.plain("Q224"))
-    columns, lines = round(c.plain("Q242")), round(c.plain("Q243", 1.0))
+    columns, lines = counted(c.plain("Q242")), counted(c.plain("Q243", 1.0))
     for line in range(lines):
         for k in range(columns) if line % 2 == 0 else reversed(range(columns)):
             x, y = k * c.mm("Q237"), line * c.mm("Q238")

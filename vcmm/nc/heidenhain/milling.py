@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.clearing import PathPiece, circle, moved, rectangle, rows
-from vcmm.nc.drilling import depths_of
+from vcmm.nc.drilling import counted, depths_of
 from vcmm.nc.heidenhain.machining import Action, MachiningCycle
 from vcmm.nc.moves import PLANES
 
@@ -175,7 +175,7 @@ def old_slot(c: MachiningCycle) -> None:
 # -- faces --------------------------------------------------------------------------------------------------------------
 def multipass(c: MachiningCycle) -> None:
     """230: Q240 rows from Q225, Q226 at Q227, each Q218 long, over Q219; Q206 down, Q207 along, Q209 across."""
-    level, count = c.mm("Q227"), round(c.plain("Q240", 2.0))
+    level, count = c.mm("Q227"), counted(c.plain("Q240", 2.0))
     ends = rows((c.mm("Q225"), c.mm("Q226")), (c.mm("Q218"), c.mm("Q219")), count)
     c.to(None, None, level + c.mm("Q200"), True)
     c.to(*ends[0], None, True)

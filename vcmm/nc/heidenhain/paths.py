@@ -164,6 +164,22 @@ class KlartextPaths(KlartextTechnology):
             self.line(self.target(words), rapid, turned)
         return self.after(words)
 
+    def spline(self, reader: KlartextReader) -> bool:
+        """SPL: the end point and the coefficients K of a spline."""
+        words = KlartextWords()
+        while reader.upper() in tuple(AXES):
+            name = reader.upper()
+            reader.at += 1
+            words.values[name] = reader.value(name)
+        reader.rest()
+        self.r.assume(
+            "splines (SPL)",
+            "straight lines between their points",
+            "SPL is not understood; program the points with L",
+        )
+        self.line(self.target(words), False)
+        return False
+
     def polar_line(self, reader: KlartextReader) -> bool:
         """LP."""
         words = read_words(reader, POLAR)
@@ -270,9 +286,9 @@ class KlartextPaths(KlartextTechnology):
     # -- approach and departure --
     def approach(self, reader: KlartextReader) -> bool:
         """APPR LT LN CT LCT."""
-        kind = self.kind(reader, "APPR")
+        kind, polar = self.kind(reader, "APPR")
         before = self.r.feed if self.r.feed_mode == "G94" else None
-        words = read_words(reader, ("LEN", "R", "CCA"))
+        words = read_words(reader, ("LEN", "R", "CCA", *(POLAR if polar else ())))
         self.r.free("APPR")
         self.technology(words)
         if self.r.compensation is None:
@@ -280,19 +296,21 @@ class KlartextPaths(KlartextTechnology):
         data = self.data(kind, words)
         direct = kind == "LCT"  # PS to PH at the feed of the block
         self.said.append(Said(data, self.last_rapid and not direct, None if direct else before))
-        self.r.straight(self.target(words), False)
+        self.r.straight(self.polar(words)[0] if polar else self.target(words), False)
         self.r.moves[-1] = self.r.moves[-1]._replace(kind="approach", seconds=float(len(self.said) - 1))
         self.tangent, self.last_rapid = None, False
         return self.after(words)
 
-    def kind(self, reader: KlartextReader, what: str) -> str:
+    def kind(self, reader: KlartextReader, what: str) -> tuple[str, bool]:
+        """LT LN CT LCT, or with P before it, where the point is given by PR and PA."""
         kind = reader.upper()
-        if kind not in KINDS:
+        base = kind[1:] if kind[:1] == "P" else kind
+        if base not in KINDS:
             raise reader.fault(
                 f"{what} takes LT, LN, CT or LCT{f', {kind} is not understood' if kind else ''}"
             )
         reader.at += 1
-        return kind
+        return base, base != kind
 
     def data(self, kind: str, words: KlartextWords) -> Approach:
         length, radius, angle = words.take("LEN"), words.take("R"), words.take("CCA")
@@ -308,8 +326,8 @@ class KlartextPaths(KlartextTechnology):
 
     def departure(self, reader: KlartextReader) -> bool:
         """DEP LT LN CT LCT; the tool ends without radius compensation."""
-        kind = self.kind(reader, "DEP")
-        words = read_words(reader, ("LEN", "R", "CCA"))
+        kind, polar = self.kind(reader, "DEP")
+        words = read_words(reader, ("LEN", "R", "CCA", *(POLAR if polar else ())))
         last = next(
             ((m, s) for m, s in zip(reversed(self.r.moves), reversed(self.r.sides)) if planar(m)), None
         )
@@ -318,7 +336,7 @@ class KlartextPaths(KlartextTechnology):
         words.sided, words.side = False, None
         self.technology(words)
         data, r = self.data(kind, words), self.r
-        goal = self.target(words)
+        goal = self.polar(words)[0] if polar else self.target(words)
         tip = r.world.apply(goal)
         one, two, normal = PLANES[r.plane]
         r.compensation = None

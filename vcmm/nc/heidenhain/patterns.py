@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from vcmm.nc.drilling import counted
 from vcmm.nc.heidenhain.text import KlartextReader
 
 Spot = tuple[float, float, float]  # in the plane and along the tool axis, in the unit of the program
@@ -49,13 +50,13 @@ def _points(kind: str, w: Mapping[str, float]) -> Iterator[Spot]:
         yield x, y, z
     elif kind == "ROW":
         turn = math.radians(w.get("ROT", 0.0))
-        for k in range(round(w.get("NUM", 1.0))):
+        for k in range(counted(w.get("NUM", 1.0))):
             d = k * w.get("D", 0.0)
             yield x + d * math.cos(turn), y + d * math.sin(turn), z
     elif kind in ("PAT", "FRAME"):
         yield from _grid(kind, w, (x, y, z))
     else:
-        count, start = round(w.get("NUM", 1.0)), w.get("START", 0.0)
+        count, start = counted(w.get("NUM", 1.0)), w.get("START", 0.0)
         step = w.get("STEP", 0.0) if kind == "PITCHCIRC" else 360.0 / max(count, 1)
         for k in range(count):
             angle = math.radians(start + k * step)
@@ -64,7 +65,7 @@ def _points(kind: str, w: Mapping[str, float]) -> Iterator[Spot]:
 
 def _grid(kind: str, w: Mapping[str, float], origin: Spot) -> Iterator[Spot]:
     """Rows to and fro; of a frame its border only. ROTX and ROTY turn the two directions, ROT the whole."""
-    columns, lines = round(w.get("NUMX", 1.0)), round(w.get("NUMY", 1.0))
+    columns, lines = counted(w.get("NUMX", 1.0)), counted(w.get("NUMY", 1.0))
     turn = w.get("ROT", 0.0)
     p, q = math.radians(turn + w.get("ROTX", 0.0)), math.radians(turn + 90.0 + w.get("ROTY", 0.0))
     for line in range(lines):

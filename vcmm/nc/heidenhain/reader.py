@@ -147,7 +147,7 @@ class _Runner:
             "L": paths.straight, "LP": paths.polar_line, "CC": paths.set_pole, "APPR": paths.approach, "DEP": paths.departure,
             "RND": lambda r: paths.corner(r, "round"), "CHF": lambda r: paths.corner(r, "chamfer"), "BEGIN": self.begin, "END": self.end,
             "BLK": self.blank, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
-            "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "PLANE": lambda r: plane(paths.cycles.frames, r),
+            "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
             "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
             "QS": self.parameters.text, "ERROR": self.parameters.text,
         }  # fmt: skip
@@ -309,6 +309,8 @@ class _Runner:
         target = self.find(reader)
         if reader.accept("REP"):
             times = round(reader.value("REP"))
+            if times > LONGEST:
+                raise reader.fault(f"{times} repetitions are more than {LONGEST} blocks; check REP")
             if reader.accept("/"):
                 reader.value("REP")
             remaining = self.left.pop(here, times)

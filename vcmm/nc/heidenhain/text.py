@@ -51,7 +51,7 @@ _PLAIN = re.compile(
 _PLAIN_AXIS = re.compile(rf"([XYZ])({_VALUE})")
 
 
-class PlainLine(NamedTuple):
+class PlainKlartext(NamedTuple):
     """L with X, Y, Z and F alone, with plain numbers: what most blocks are."""
 
     axes: tuple[tuple[int, float], ...]
@@ -84,13 +84,13 @@ class KlartextBlock:
             self._tokens = tuple(row[1:] if row[0].kind == "number" else row)
         return self._tokens
 
-    def read(self) -> PlainLine | None:
+    def read(self) -> PlainKlartext | None:
         """The words of a plain line; None for others."""
         match = _PLAIN.match(self.text) if self.text else None
         if match is None:
             return None
         axes = tuple(("XYZ".index(w[1]), float(w[2])) for w in _PLAIN_AXIS.finditer(match[1]))
-        return PlainLine(axes, match[2] is not None, None if match[3] is None else float(match[3]))
+        return PlainKlartext(axes, match[2] is not None, None if match[3] is None else float(match[3]))
 
 
 def plain_block(text: str, number: int) -> KlartextBlock | None:

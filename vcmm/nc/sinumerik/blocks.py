@@ -66,7 +66,7 @@ class Item(NamedTuple):
     indices: tuple[Value, ...] = ()
 
 
-class PlainLine(NamedTuple):
+class PlainSinumerik(NamedTuple):
     """A block of nothing but N, G0 or G1, X, Y, Z and F with plain numbers: what most lines are."""
 
     motion: str | None
@@ -94,14 +94,14 @@ class SinumerikBlock:
             self._items = parse_block(line_tokens(self.text), self.line).items
         return self._items
 
-    def read(self) -> PlainLine | None:
+    def read(self) -> PlainSinumerik | None:
         """The words of a plain line; None for others."""
         match = _PLAIN.match(self.text) if self.plain else None
         if match is None:
             return None
         axes = tuple(("XYZ".index(w[1]), float(w[2])) for w in _PLAIN_AXIS.finditer(match[3]))
         motion = f"G{match[2]}" if match[2] else None
-        return PlainLine(motion, axes, None if match[4] is None else float(match[4]))
+        return PlainSinumerik(motion, axes, None if match[4] is None else float(match[4]))
 
 
 def plain_block(text: str, line: int) -> SinumerikBlock | None:

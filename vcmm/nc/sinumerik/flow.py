@@ -204,6 +204,8 @@ class SinumerikRunner:
         )
         value = number(start, self) if kind == "FOR" else now + 1.0
         self.assign(item._replace(value=value))
+        if kind == "FOR":
+            self.bounded(number(end, self) - value, head.column)
         inside, outside = (at + 1, partner + 1) if kind == "FOR" else (partner + 1, at + 1)
         return inside if value <= number(end, self) else outside
 
@@ -245,6 +247,15 @@ class SinumerikRunner:
         return at + 1
 
     @staticmethod
+    def bounded(times: float, column: int) -> int:
+        """Repetitions; those that no program lives to see are refused at once."""
+        if times > LONGEST:
+            raise BlockFault(
+                column, f"{times:.6g} repetitions are more than {LONGEST} blocks; check their number"
+            )
+        return round(times)
+
+    @staticmethod
     def same(a: Any, b: Any) -> bool:
         """Of numbers or texts."""
         return a == b if isinstance(a, str) or isinstance(b, str) else abs((a or 0.0) - (b or 0.0)) < 1e-9
@@ -273,7 +284,7 @@ class SinumerikRunner:
                 "the repeated part holds its own REPEAT; end it before, with ENDLABEL: or a second label",
             )
         self.nested += 1
-        for _ in range(round(number(times, self))):
+        for _ in range(self.bounded(number(times, self), flow.column)):
             if self.part(section, first, last):
                 break
         self.nested -= 1
@@ -316,7 +327,7 @@ class SinumerikRunner:
         r = self.recorder
         source, file = r.source, r.file
         r.file = section.file or file
-        for _ in range(times):
+        for _ in range(self.bounded(times, item.first)):
             self.scopes.append(self._scope(section, given))
             self.run(section)
             self._back(section, given, self.scopes.pop())

@@ -23,7 +23,7 @@ SPECIAL = ("G4", "G53", "G153", "G74", "G75", "G110", "G111", "G112", "G58", "G5
 CALLS = ("CALL", "PCALL", "EXTCALL", "ISOCALL", "MCALL")
 HOMES = ("X1", "Y1", "Z1", "A1", "B1", "C1")  # machine axes of G74 and G75
 PASSED = (  # they change speeds and spindles, not the path
-    "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "ANG", "OFFN", "DISR",
+    "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "DISR",
     "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "DL", "SPINU",
 )  # fmt: skip
 DIRECTIONS = (*(f"{a}{n}" for a in ROTARY for n in (2, 3, 4, 5)), "LEAD", "TILT", "THETA")
@@ -221,6 +221,8 @@ class SinumerikInterpreter(SinumerikSpecials):
         if words.has("A3", "B3", "C3"):
             x, y, z = (words.take(name) or 0.0 for name in ("A3", "B3", "C3"))
             r.point_to((x, y, z))
+        if words.take("OFFN"):
+            r.assume("OFFN= (oversize of the contour)", "none", f"OFFN= (oversize of the contour){LATER}")
         if words.has(*DIRECTIONS):
             words.items = {k: v for k, v in words.items.items() if k not in DIRECTIONS}
             r.assume(

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.clearing import PathPiece, circle, moved, rectangle, rows
-from vcmm.nc.drilling import depths_of
+from vcmm.nc.drilling import counted, depths_of
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Point
@@ -35,7 +35,7 @@ def row(i: SinumerikPaths, given: Numbers) -> Spots:
     w, u = math.radians(turn), i.r.unit
     out = [
         ((a + (first + k * step) * math.cos(w)) * u, (b + (first + k * step) * math.sin(w)) * u)
-        for k in range(round(count))
+        for k in range(counted(count))
     ]
     here = _here(i)
     return out[::-1] if out and math.dist(out[-1], here) < math.dist(out[0], here) else out
@@ -45,7 +45,7 @@ def ring(i: SinumerikPaths, given: Numbers) -> Spots:
     """HOLES2(CPA, CPO, RAD, STA1, INDA, NUM): on a circle; INDA 0 spreads them evenly."""
     a, b, radius, start, step, count = padded(given, 6)
     step, u = step or 360.0 / max(count, 1.0), i.r.unit
-    angles = [math.radians(start + k * step) for k in range(round(count))]
+    angles = [math.radians(start + k * step) for k in range(counted(count))]
     return [((a + abs(radius) * math.cos(w)) * u, (b + abs(radius) * math.sin(w)) * u) for w in angles]
 
 
@@ -54,7 +54,7 @@ def grid(i: SinumerikPaths, given: Numbers) -> Spots:
     a, b, turn, d1, d2, n1, n2 = padded(given, 7)
     w, u = math.radians(turn), i.r.unit
     along = abs(d1) <= abs(d2)
-    inner, outer = (round(abs(n1)), round(abs(n2))) if along else (round(abs(n2)), round(abs(n1)))
+    inner, outer = (counted(abs(n1)), counted(abs(n2))) if along else (counted(abs(n2)), counted(abs(n1)))
     out: Spots = []
     for line in range(outer):
         for k in range(inner) if line % 2 == 0 else reversed(range(inner)):
