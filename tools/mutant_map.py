@@ -114,8 +114,14 @@ class Coverage:
         """
         calling = self.callers.get(f"{file}:{owner}", set()) if owner else set()
         knowing = {t for t in self.seconds if file in self.files_of(t.split("::")[0])}
-        knowing |= {t for f in self._callers_of_file(file) for t in self.callers[f]}
+        above = self._above_kernels(file) if file.endswith("_kernels.py") else ()
+        knowing |= {t for one in (file, *above) for f in self._callers_of_file(one) for t in self.callers[f]}
         return [*self._ranked(file, calling), *self._ranked(file, knowing - calling)]
+
+    def _above_kernels(self, kernels: str) -> set[str]:
+        """Files that lead to compiled loops, whose calls are not seen."""
+        every = {name.split(":")[0] for name in self.callers}
+        return {f for f in every if kernels in _kernels_behind(self.root, (f,))}
 
     def _callers_of_file(self, file: str) -> Iterator[str]:
         return (f for f in self.callers if f.startswith(f"{file}:"))
@@ -139,15 +145,22 @@ class Coverage:
         """Files of vcmm that a test file imports itself, and the kernels behind them."""
         if test_file not in self._imports:
             direct = _imported(self.root, self.root / test_file)
-            behind = {
-                k for d in direct for k in _imported(self.root, self.root / d) if k.endswith("_kernels.py")
-            }
-            self._imports[test_file] = frozenset(direct | behind)
+            self._imports[test_file] = frozenset(direct | _kernels_behind(self.root, direct))
         return self._imports[test_file]
 
     @cached_property
     def _imports(self) -> dict[str, frozenset[str]]:
         return {}
+
+
+def _kernels_behind(root: Path, files: Iterable[str]) -> set[str]:
+    """The compiled loops that files call, and the loops that these call in turn."""
+    behind: set[str] = set()
+    left = set(files)
+    while left:
+        left = {k for f in left for k in _imported(root, root / f) if k.endswith("_kernels.py")} - behind
+        behind |= left
+    return behind
 
 
 def _imported(root: Path, file: Path) -> set[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from vcmm.core.errors import UsageError, choose_from
 
 _HERE = Path(__file__).parent
+KINDS = {"mill": "pallet_block", "lathe": "turned_shaft"}  # what somebody who cuts asks for -> its example
 
 
 def folder() -> Path:
@@ -24,11 +25,12 @@ def scenarios() -> dict[str, str]:
 
 
 def path(name: str) -> Path:
-    """Path of an embedded scenario. Raises UsageError with the closest name."""
+    """Path of an embedded scenario, also by its kind (mill, lathe). Raises UsageError with the closest name."""
     known = scenarios()
-    if name not in known:
-        raise UsageError(f'there is no scenario "{name}".{choose_from(name, known)}')
-    return folder() / f"{name}.toml"
+    one = name if name in known else KINDS.get(name, name)
+    if one not in known:
+        raise UsageError(f'there is no scenario "{name}".{choose_from(name, [*known, *KINDS])}')
+    return folder() / f"{one}.toml"
 
 
 def companions(name: str) -> dict[str, Path]:

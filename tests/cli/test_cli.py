@@ -169,6 +169,7 @@ def test_list_says_what_there_is(capsys):
 @pytest.mark.parametrize("effect", [e.name for e in ALL])
 def test_explain(capsys, effect):
     found = document(capsys, "explain", effect)
+    assert found["text"]
     assert set(found) == HEAD | {"effect", "text", "sign", "per", "needs", "cites", "parameters", "places"}
     assert found["effect"] == effect
     assert found["sign"] in ("tip error: actual - nominal", "reading: indicated - true")
@@ -177,6 +178,38 @@ def test_explain(capsys, effect):
     out = capsys.readouterr().out
     assert "keys of the [[effects]] table" in out
     assert found["cites"] in out
+
+
+def test_explain_knows_errors_by_any_name(capsys):
+    """xty, TXY and EYX are one error: X is not straight, and departs towards Y."""
+    for word in ("EYX", "xty"):
+        found = document(capsys, "explain", word)
+        assert (found["error"], found["text"], found["unit"]) == ("EYX", "straightness of X in Y", "um")
+        assert found["sign"] == "+ is a motion towards +Y"
+    square = document(capsys, "explain", "C0Y")
+    assert (square["text"], square["unit"], square["effect"]) == (
+        "squareness of Y to X",
+        "urad",
+        "squareness",
+    )
+    assert square["sign"] == "+ is a right-hand rotation about Z"
+    assert document(capsys, "explain", "A0C")["effect"] == "rotary_location"
+    assert run(["explain", "EXX"]) == 0
+    out = capsys.readouterr().out
+    assert "positioning of X" in out
+    assert 'component = "EXX"' in out
+
+
+def test_explain_knows_figures_and_their_former_symbols(capsys):
+    for word in ("E0_MPE", "MPE_E"):
+        (one,) = document(capsys, "explain", word)["meanings"]
+        assert (one["symbol"], one["source"]) == ("E0_MPE", "ISO 10360-2:2009")
+    meanings = document(capsys, "explain", "E")["meanings"]  # of an axis, and formerly of a measured length
+    assert [m["source"] for m in meanings] == ["ISO 10360-2:2009", "ISO 230-2:2014"]
+    assert run(["explain", "MPE_E"]) == 0
+    assert "also      MPE_E" in capsys.readouterr().out
+    assert run(["explain", "EQX"]) == 2
+    assert "figures such as E0_MPE" in capsys.readouterr().err
 
 
 def test_explain_knows_readings(capsys):

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.compensating.mill import SETUP, body, rough, run
+from tests.compensating.mill import SETUP, body, rough, run, scale
 
 FANUC = (
     "%\nO1\nG54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50.\nG98 G83 X50. Y20. Z-30. R2. Q5.\nX350.\nG80\nM30\n%\n"
@@ -53,3 +53,11 @@ def test_what_leads_to_a_hole_stops_above_it_at_any_height(tmp_path):
     text = SINUMERIK.format(cycle="81(10,0,2,-30)")
     lines = body(run(tmp_path, text, rough(), replace(SETUP, dialect="sinumerik")))
     assert not any("Z" in line for line in lines if line.startswith(("X49", "X349")))
+
+
+def test_a_digit_of_an_inch_program_is_told_in_mm(tmp_path):
+    """3 in / 1.00015 = 2.99955007 in, written 2.9996: 4.993e-5 in = 1.268 um are rounded off."""
+    text = "%\nO1\nG20 G54 G90 G17 S1000 M3 F10.\nG0 X0 Y0 Z2.\nG98 G81 X3. Y2. Z-1. R.1\nG80\nM30\n%\n"
+    found = run(tmp_path, text, scale(150.0))
+    assert any("X2.9996" in line for line in body(found))
+    assert found.rounding.largest == pytest.approx(1.2682e-3, rel=1e-3)

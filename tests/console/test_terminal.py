@@ -26,3 +26,15 @@ def test_remarks_and_progress_leave_stdout_alone(capsys):
         report("half", 0.5)
     out, err = capsys.readouterr()
     assert (out, err) == ("", "note\n")
+
+
+def test_a_name_stays_on_one_line_and_words_behind_it_give_way(capsys):
+    name, words = (
+        "bore A to bore B of the base plate",
+        "the repeatability of the machine along X, as stated " * 5,
+    )
+    show_table(listing("t", ["characteristic", "why"], [[name, words]]))
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(name in line for line in lines) == 1
+    assert max(len(line) for line in lines) <= 160
+    assert sum("repeatability" in line for line in lines) >= 2

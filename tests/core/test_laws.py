@@ -224,3 +224,12 @@ def test_joint_samples():
     np.testing.assert_allclose(law.covariance, [[1, 2], [2, 4]])
     np.testing.assert_allclose(law.u, [1, 2])
     np.testing.assert_allclose(law.project(np.array([1.0, 1.0])).values, [1, 7])
+
+
+def test_the_bound_of_a_sample_holds_its_characteristic_function():
+    """Values spread over bins of width w: |sin(w t / 2) / (w t / 2)| is at most 2 / (w t), and never more than 1."""
+    law = Samples(np.array([-1.0, 0.0, 0.5, 2.0]))
+    width = law._bins[2]
+    t = np.concatenate([[0.0, 0.1, 1.0], np.array([2.0, 20.0, 200.0]) / width])
+    assert law.bound(t) == pytest.approx([1.0, 1.0, 1.0, 1.0, 0.1, 0.01])
+    assert (np.abs(law.cf(t)) <= law.bound(t) + 1e-12).all()

@@ -183,3 +183,13 @@ def test_wrong_use_is_explained() -> None:
         surface_left(np.zeros((1, 3)), np.array([[0, 0, 2.0]]), path(np.eye(3), (flat(1.0),)))
     with pytest.raises(UsageError, match="corner radius"):
         bull(5.0, 5.0)
+
+
+def test_a_ray_along_the_path_meets_the_end_that_looks_at_it() -> None:
+    """Ball of 5 mm along x from 0 to 30, centre at height 5: from -20 forwards at -5, from 50 backwards at 35, 15 mm on."""
+    sweep = lines([[0, 0, 0]], [[30, 0, 0]], (ball(5.0),))
+    points, normals = np.array([[-20.0, 0, 5], [50.0, 0, 5]]), np.array([[1.0, 0, 0], [-1.0, 0, 0]])
+    left = surface_left(points, normals, sweep, depth=1.0, height=100.0)
+    assert left.s == pytest.approx([15.0, 15.0], abs=1e-12)
+    assert left.t[:, 0] == pytest.approx([0.0, 1.0])
+    assert left.normal[:, 0] == pytest.approx(-normals, abs=1e-12)

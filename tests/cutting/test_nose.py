@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vcmm.cutting.envelope import UNCUT, surface_left
-from vcmm.cutting.nose import capsules, entry, removed_by
+from vcmm.cutting.nose import Capsules, _near, capsules, entry, removed_by
 from vcmm.cutting.sweeps import join
 from vcmm.cutting.tools import insert
 from vcmm.cutting.turning import curved, straight, tip_of_centre
@@ -53,3 +53,13 @@ def test_a_ray_and_a_circle_by_hand():
     s = entry(np.array([[-3.0, 0.6], [-3.0, 1.1]]), np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([1.0, 1.0]))
     assert s[0] == pytest.approx(2.2)  # enters where x = -0.8
     assert np.isinf(s[1])
+
+
+def test_what_lies_beside_the_points_is_kept_within_the_reach_on_either_side():
+    # noses of 0.5 mm at radius 20; points from z = 0 to 1; reach 2: -2 to 3 for the material, so -2.5 to 3.5 for the centres
+    z = np.array([-2.6, -2.4, 0.5, 3.4, 3.6])
+    at, m = np.stack([np.full(5, 20.0), z], axis=1), np.arange(5)
+    path = Capsules(at, at, np.full(5, 0.5), m, np.zeros(5), np.ones(5))
+    points = np.array([[20.0, 0.0, 0.0], [20.0, 0.0, 1.0]])
+    assert _near(path, points, 2.0).row.tolist() == [1, 2, 3]
+    assert _near(path, points + [0, 0, 90.0], 2.0).row.tolist() == [0]  # one at least

@@ -167,3 +167,18 @@ def test_correlated_field_outside_is_refused():
     field = CorrelatedField(CUBE, np.full((8, 3), 1e-3), 150.0, np.zeros((8, 3)))
     with pytest.raises(ModelLimit, match="outside the hull of the nodes"):
         field.error_motion(_run((50.0, 100.0, 1.0)))
+
+
+def test_a_field_that_names_no_nodes_covers_a_machine_on_both_sides_of_its_zero_height():
+    # nothing is stated but the volume: any place from (0, 0, -10 m) to 10 m may be asked for, and nothing is added there
+    places = _run((5000.0, 10.0, -5000.0), (1.0, 9999.0, 5000.0))
+    for effect in (ResidualField(), CorrelatedField(length=1e3)):
+        assert np.abs(effect.error_motion(places)).max() == 0.0
+
+
+def test_far_from_all_nodes_the_nearest_one_speaks_alone():
+    """exp(-39^2 / 2) is below the smallest number there is: the share of the nearer node is 1 nevertheless."""
+    values = np.array([[1.0, 2.0, 3.0], [9.0, 9.0, 9.0]])
+    nodes = np.array([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0]])
+    far = CorrelatedField(nodes=nodes, length=10.0, deviation=np.ones((2, 3)), values=values)
+    assert far.error_motion(_run((390.0, 0.0, 0.0)))[0, :3] == pytest.approx([1.0, 2.0, 3.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -554,3 +555,12 @@ def test_a_drilled_plate_tells_scale_and_squareness(tmp_path):
     assert rms == pytest.approx(5.23, abs=0.01)
     assert found[3:5].mean() == pytest.approx(-34.6e-6, abs=1e-6)
     assert abs(found[5]) == pytest.approx(64.2e-6, abs=1.5e-6)
+
+
+def test_a_direction_that_no_column_of_the_run_holds_is_written(tmp_path):
+    first = read(tmp_path, PROBE, TOUCHES)
+    columns = {name: values for name, values in first.run.columns.items() if name not in ("nx", "ny", "nz")}
+    bare = replace(first, run=replace(first.run, columns=columns))
+    save_recording(bare, tmp_path / "again" / "copy.toml", machine="../machine.toml")
+    again, _ = load_recording(tmp_path / "again" / "copy.toml")
+    assert again.direction == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, 0.6, 0.8]]))

@@ -112,6 +112,15 @@ def test_what_is_refused(tmp_path, old, new, words):
     assert all(word in message for word in words), message
 
 
+def test_the_effect_that_names_no_sensor_is_shown_where_it_stands(tmp_path):
+    drift = '[[effects]]\neffect = "thermal_drift"\ndirection = "z"\nsensor = "{}"\n'
+    path = edited(tmp_path, ("[job]\n", drift.format("air") + drift.format("prat") + "[job]\n"))
+    with pytest.raises(DataError) as caught:
+        load_scenario(path)
+    line = line_of(path.read_text(), 'sensor = "prat"')
+    assert str(caught.value).startswith(f"{path}:{line}: ")
+
+
 def test_points_from_a_file(tmp_path):
     (tmp_path / "front.csv").write_text(
         "x_mm,y_mm,z_mm,nx,ny,nz\n-30,-40,5,0,-1,0\n30,-40,5,0,-1,0\n0,-40,15,0,-1,0\n"

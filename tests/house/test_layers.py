@@ -24,6 +24,7 @@ ROOMS = (
     "gps",
     "effects",
     "report",
+    "charts",
     "nc",
     "nc.iso",
     "nc.sinumerik",
@@ -46,6 +47,7 @@ ROOMS = (
     "console",
     "pages",
     "papers",
+    "papers.echerfaoui2017",
     "papers.gaska2014",
     "papers.marin2004",
     "papers.abbe_milling",
@@ -81,7 +83,7 @@ LONGEST_FUNCTION, LONGEST_MODULE = 60, 400
 
 @dataclass(frozen=True)
 class Import:
-    """`module` imports `target`; late = inside a function."""
+    """`module` imports `target`; late = inside a function, or for types alone."""
 
     module: str
     target: str
@@ -113,9 +115,15 @@ def imports_of(module: str) -> Iterator[Import]:
                 assert child.level == 0, f"{module}:{child.lineno}: write the full name, vcmm...."
                 for name in {_target(str(child.module), alias.name) for alias in child.names}:
                     yield Import(module, name, child.lineno, late)
-            yield from walk(child, late or isinstance(child, ast.FunctionDef | ast.Lambda))
+            yield from walk(
+                child, late or isinstance(child, ast.FunctionDef | ast.Lambda) or _for_types(child)
+            )
 
     yield from walk(tree(module), False)
+
+
+def _for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
 def _target(module: str, name: str) -> str:

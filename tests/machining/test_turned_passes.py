@@ -23,3 +23,6 @@ def test_a_ball_rests_on_the_feed_marks(tmp_path):
     assert on.min() == pytest.approx(0.0782 * UM, abs=0.004 * UM)
     assert on.max() == pytest.approx(0.3907 * UM, abs=0.004 * UM)
     assert (on >= found.contact_s[:, 0] - 1e-12).all()
+    # a ball of 2 mm comes down 2 - sqrt(4 - 0.025^2) = 0.15626 um between them
+    wide = found.contact_s[:, 0] + ready.process.lifted(ready, found, np.arange(len(points)), 2.0)
+    assert wide.min() == pytest.approx(0.2345 * UM, abs=0.004 * UM)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -186,3 +188,10 @@ def test_a_larger_cutter_takes_from_walls_and_slopes_not_from_floors():
     moved = ToolRadius("1", dr=0.005).error_motion(run)[:, :3]
     # along n: -dr (1 - n_z): 5 um from a wall, nothing from a floor, 5 x (1 - 0.8) = 1 um from the slope of a ball
     assert (moved * normals).sum(axis=1) == pytest.approx([-0.005, 0.0, -0.001], abs=1e-15)
+
+
+def test_an_influence_on_both_machines_is_counted_once():
+    """Cut under a and b, probed under b, c and d: b is one influence, c and d follow behind."""
+    under = lambda *ids: [SimpleNamespace(input=SimpleNamespace(id=i)) for i in ids]  # noqa: E731
+    both = SimpleNamespace(_cut=under("a", "b"), _probing=under("b", "c", "d"))
+    assert Cutting._place.func(both) == [1, 2, 3]

@@ -227,3 +227,13 @@ def test_mesh_contact_against_the_distance_to_the_mesh() -> None:
         assert closest(soup, start[hit] + share * travel[hit, None] * direction)[0].min() > 0.7
     for way in np.linspace(5.0, 25.0, 40):
         assert closest(soup, start[~hit] + way * direction)[0].min() > 0.7
+
+
+def test_a_bore_that_opens_at_45_deg_is_met_along_its_own_generator() -> None:
+    # inside the cone x = 10 + z; the centre of a tip of 1 mm runs on x = 10 - sqrt(2) + z. From the axis towards (1, 0, -1) it
+    # goes against the generator: the quadratic has no square term. x = t / sqrt(2) = 10 - sqrt(2) - t / sqrt(2): t = 5 sqrt(2) - 1
+    bore = Feature("bore", "cone", np.zeros(3), Z, np.array([10.0, math.pi / 4]), True, (12.0,))
+    way = np.array([[1.0, 0.0, -1.0]]) / math.sqrt(2.0)
+    assert touch(bore, np.zeros((1, 3)), way, 1.0, np.zeros((1, 3))) == pytest.approx(
+        5.0 * math.sqrt(2.0) - 1.0, abs=1e-12
+    )

@@ -36,6 +36,13 @@ def test_chord_and_step_are_kept():
     assert np.diff(toolpath([line((0, 0, 0), (10, 0, 0))], mill(), step=0.5).tip[:, 0]).max() <= 0.5 + 1e-9
 
 
+def test_no_element_is_divided_more_than_asked_for():
+    # 10 mm in steps of 0.5 mm: 21 places, besides those where the motion changes its phase
+    x = toolpath([line((0, 0, 0), (10, 0, 0))], mill(), step=0.5).tip[:, 0]
+    assert (np.abs(x * 2 - np.round(x * 2)) < 1e-9).sum() == 21
+    assert len(x) <= 21 + 7  # seven phases of a motion of limited jerk
+
+
 def test_reversals_stand_in_the_rows():
     """A circle turns X back at 0 and 180 deg, Y at 90 and 270 deg: rows are there, and distances count from them."""
     path = toolpath([circle(25.0, 3000.0)], mill(), step=7.0, chord=1.0)

@@ -10,6 +10,7 @@ from vcmm.nc.moves import Move, Source
 from vcmm.nc.offsetting import (
     ContourPiece,
     NoMeeting,
+    _beside_both,
     corner,
     in_space,
     is_inside,
@@ -71,3 +72,12 @@ def test_moves_as_pieces():
     assert planar(move)
     assert not planar(Move("line", Source(1, 1, 2), (0.0, 0.0, 1.0), (0.0, 0.0, 2.0)))
     assert in_space("ZX", (1.0, 2.0), 3.0) == (2.0, 3.0, 1.0)
+
+
+def test_a_shared_point_of_two_smooth_pieces_by_hand():
+    # h 5, turn 0.01: 5 x 1e-4 / 8 = 6.25e-5 inside the rounding; beside a parallel arc of 15 + 5 = 20: 0.05^2 / 160 = 1.5625e-5
+    before = ContourPiece((0.0, 0.0), (10.0, 0.0))
+    after = ContourPiece((10.0, 0.0), (25.0, -15.0), (10.0, -15.0), -math.pi / 2)
+    assert _beside_both(before, before, 5.0, 0.01) == pytest.approx(6.25e-5)
+    assert _beside_both(before, after, 5.0, 0.01) == pytest.approx(6.25e-5 + 1.5625e-5)
+    assert _beside_both(after, after, 5.0, 0.01) == pytest.approx(6.25e-5 + 2 * 1.5625e-5)

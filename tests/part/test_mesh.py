@@ -49,3 +49,12 @@ def test_a_written_triangle_is_read(tmp_path):
     path = tmp_path / "t.obj"
     path.write_text("v 0 0 0\nv 4 0 0\nv 0 3 0\nf 1 2 3\n")
     assert np.sort(load_mesh(path).vertices, axis=0).tolist() == np.sort(TRIANGLE.vertices, axis=0).tolist()
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces"),
+    [((3, 2), (1, 3)), ((3, 3), (1, 4)), ((3, 4), (1, 4)), ((9,), (1, 3)), ((3, 3), (3,))],
+)
+def test_vertices_and_faces_have_three_columns(vertices, faces):
+    with pytest.raises(DataError, match=r"needs vertices \(v, 3\) and faces \(f, 3\)"):
+        Mesh(np.zeros(vertices), np.zeros(faces, dtype=np.intp))

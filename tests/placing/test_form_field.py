@@ -8,7 +8,7 @@ import pytest
 from vcmm.fit import gauss
 from vcmm.measuring.strategies import Around, Levels, plan_points
 from vcmm.part.form import Lobes
-from vcmm.part.part import Feature, normal
+from vcmm.part.part import Feature, frame, normal
 from vcmm.placing.design import Design, Target, TouchCandidates
 from vcmm.placing.form_field import _lobed, _polynomials, _spherical, form_factor, surface_grid
 from vcmm.placing.motions import motions_of
@@ -124,6 +124,14 @@ def test_polynomials_and_harmonics_have_the_power_of_their_degree():
     line = FEATURES[1]
     power = (_polynomials(line, surface_grid(line, 4001)) ** 2).mean(axis=0)
     assert power == pytest.approx([1 / 4, 1 / 9, 1 / 16, 1 / 25], rel=5e-3)
+    plane = FEATURES[0]
+    u, v, _ = frame(plane)
+    corner = plane.point + 0.5 * (plane.extent[0] * u + plane.extent[1] * v)
+    # at the corner every Legendre polynomial is 1: sqrt((2 i + 1) (2 j + 1)) / (i + j); (0, 2), (1, 1) and (3, 1)
+    there = sorted(_polynomials(plane, corner[None])[0])
+    for i, j in ((0, 2), (1, 1), (3, 1)):
+        assert np.isclose(there, np.sqrt((2 * i + 1) * (2 * j + 1)) / (i + j)).any()
+    assert there[-1] == pytest.approx(1.5)  # (1, 1): 3 / 2, the largest
     ball = FEATURES[2]
     square = _spherical(ball, surface_grid(ball, 4)) ** 2
     assert square[:, :5].sum(axis=1) == pytest.approx(5 / 4)
@@ -142,3 +150,10 @@ def test_grids_keep_the_margin():
     assert surface_grid(ball, 8)[:, 2].mean() == pytest.approx(0.0, abs=1e-9)
     assert np.abs(surface_grid(tyre, 16)[:, 2]).max() == pytest.approx(4.0)
     assert len(surface_grid(cone, 12)) == 12 * 5
+
+
+def test_a_leaning_wall_is_out_by_opposite_amounts_at_its_ends():
+    # the first column beyond the circle's own 31 (1 and 15 pairs): Legendre degree 1 alone, weight 1/2 (k = 0) x sqrt(3) / 2
+    wall = Feature("wall", "cylinder", np.array([0.0, 0.0, 5.0]), np.array([0.0, 0.0, 1.0]), np.array([10.0]), True, (30.0,))  # fmt: skip
+    foot, middle, head = np.array([10.0, 0.0, 5.0]), np.array([10.0, 0.0, 20.0]), np.array([10.0, 0.0, 35.0])
+    assert _lobed(wall, np.array([foot, middle, head]))[:, 31] == pytest.approx([-0.4330127, 0.0, 0.4330127])

@@ -38,3 +38,12 @@ def test_histogram_labels_do_not_touch() -> None:
 def test_histogram_refuses(edges: list[float], counts: list[float]) -> None:
     with pytest.raises(DataError):
         report.histogram(edges, counts, x_label="x", title="t")
+
+
+def test_the_name_of_the_interval_stands_over_its_middle() -> None:
+    drawn = the_svg(report.histogram([0, 4], [8], interval=(1, 3), x_label="x", title="t"))
+    inside = [r for r in rects(drawn, "accent") if value(r, "width") > 0]
+    low = min(value(r, "x") for r in inside)
+    high = max(value(r, "x") + value(r, "width") for r in inside)
+    (name,) = [t for t in drawn.iter("text") if t.text == "coverage interval"]
+    assert value(name, "x") == pytest.approx((low + high) / 2, abs=0.1)

@@ -21,3 +21,13 @@ def test_polar_radii() -> None:
     assert 250 - x2 == pytest.approx(174 * (0.34 + 0.66 / 3), abs=0.02)
     with pytest.raises(DataError, match="polar"):
         report.polar([0.0], [NAN], title="t")
+
+
+def test_angles_stand_outside_the_circle_without_touching_it() -> None:
+    drawn = the_svg(report.polar([0.0, math.pi / 2, math.pi], [2.0, -1.0, 0.0], title="t"))
+    at = {
+        t.text: (float(t.get("x") or NAN) - 250, 200 - float(t.get("y") or NAN)) for t in drawn.iter("text")
+    }
+    assert at["90°"] == pytest.approx((0.0, 174 + 13 - 4.3), abs=0.02)  # above, a line of text higher
+    assert at["0°"] == pytest.approx((174 + 7, -4.3), abs=0.02)
+    assert at["45°"] == pytest.approx((181 / math.sqrt(2), 181 / math.sqrt(2) - 4.3), abs=0.02)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.report.drawn import coordinates, display_of, the_svg
 from vcmm import report
+from vcmm.report.scene_order import _side_of
 from vcmm.report.scene_paint import basis
 
 COLOURS = ("#ff0000", "#00ff00", "#0000ff", "#ffff00", "#ff00ff", "#00ffff")
@@ -86,3 +87,10 @@ def test_a_part_on_a_table_cuts_nothing(view: tuple[float, float]) -> None:
     ]
     below = view[1] < 0  # then the table hides the part and is drawn last
     assert [(p.get("fill") or "").startswith("#00") for p in faces] == [below] * 3 + [not below] * 3
+
+
+def test_a_piece_through_the_plane_is_cut() -> None:
+    eps = 1e-9
+    ends = {"low": [0.0, 0.5], "high": [0.5, 1.0], "in": [0.5, 0.5], "": [0.0, 1.0]}
+    for side, at in ends.items():
+        assert _side_of(np.array(at), 0.5, eps) == side

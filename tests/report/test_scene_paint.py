@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
+
 import numpy as np
 import pytest
 
 from tests.report.drawn import display_of, the_svg, value
 from vcmm import report
-from vcmm.report.scene_paint import basis, ellipse
+from vcmm.report.scene_paint import _polygon, basis, ellipse
 from vcmm.report.text import text_width
 
 CUBE = report.SceneBox((-100, -100, -100), (100, 100, 100), opacity=0.0)
@@ -55,3 +57,9 @@ def test_labels_do_not_touch_and_stay_inside() -> None:
     for label in (first, second):
         assert 0 <= value(label, "x") <= 300 - text_width(label.text or "", 12)
     assert abs(value(first, "y") - value(second, "y")) >= 13
+
+
+def test_glass_lets_through_and_has_no_stroke() -> None:
+    solid, glass = (ET.fromstring(_polygon("M0 0H1V1Z", "#123456", opacity)) for opacity in (1.0, 0.4))
+    assert (solid.get("fill-opacity"), solid.get("stroke")) == (None, "#123456")
+    assert (glass.get("fill-opacity"), glass.get("stroke")) == ("0.4", None)

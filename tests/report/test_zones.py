@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import xml.etree.ElementTree as ET
 
 import pytest
 
@@ -50,3 +51,12 @@ def test_zones_without_result_and_bad_limits() -> None:
     for lower, upper, guard in ((None, None, 0.1), (2.0, 1.0, 0.1), (0.0, 1.0, -1.0), (0.0, 1.0, NAN)):
         with pytest.raises(UsageError):
             report.zones(lower, upper, 0.5, 0.1, guard, unit="mm", title="t")
+
+
+def test_a_thin_line_stands_where_the_guard_band_begins() -> None:
+    # limits 10 and 20, guard 1: zones meet at 9, 11, 19 and 21; the limits themselves have their own lines
+    drawn = the_svg(report.zones(10.0, 20.0, 12.5, 1.0, 1.0, unit="mm", title="t", width=500))
+    dashed = sorted(
+        value(line, "x1") for line in drawn.iter("line") if "dash" in ET.tostring(line, "unicode")
+    )
+    assert dashed == pytest.approx([(x - 7.32) / 15.36 * 500 for x in (9, 11, 19, 21)], abs=0.01)

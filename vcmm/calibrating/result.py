@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcmm import charts
 from vcmm.calibrating.identified import Identified, is_angle
 from vcmm.calibrating.model import ErrorModel
 from vcmm.calibrating.readings import Readings
 from vcmm.calibrating.solve import ErrorPosterior
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +47,12 @@ class Calibration:
         part = self.kept.slices[name]
         nodes = self.kept.labels[1][part]
         return nodes, self.theta[part], np.sqrt(np.diag(self.covariance)[part])
+
+    def plot(self, name: str, ax: Axes | None = None) -> Axes:
+        """One identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
+        nodes, value, u = self.band(name)
+        unit, scale = ("µrad", 1e6) if is_angle(name) else ("µm", 1e3)
+        return charts.band(nodes, value * scale, u * scale, unit=unit, title=name, ax=ax)
 
     def figures(self) -> list[Mapping[str, object]]:
         """One row per identified error: size and uncertainty, um or urad."""

@@ -1,22 +1,94 @@
-"""vcmm explain: one effect in words, formula, parameters, source."""
+"""vcmm explain: an effect, a geometric error or a figure of a standard in words, with formula, sign, source."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+if TYPE_CHECKING:
+    from vcmm.core.figures import StandardFigure
 
-def explain_command(effect: str, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
-    """Explain an effect: formula, sign, parameters with units, needed columns, source, how to write it in a file.
+
+def explain_command(word: str, *, json: Annotated[bool, Parameter(name="--json")] = False) -> int:
+    """Explain an effect (backlash), a geometric error (EXX, xty, C0Y) or a figure (E0_MPE, A): sign, unit, source, how to write it.
 
     Parameters
     ----------
-    effect
-        Name of an effect; see `vcmm list effects`.
+    word
+        Name of an effect (see `vcmm list effects`), of an error in any literature (`vcmm list aliases`), of a figure.
     json
         Print one JSON document.
     """
+    from vcmm.core.error_names import known
+    from vcmm.core.errors import UsageError
+    from vcmm.core.figures import standard_figures
+    from vcmm.effects import BY_NAME, find
+
+    figures = standard_figures(word)
+    if word in BY_NAME:
+        return _effect(word, json)
+    if figures:
+        return _figures(word, figures, json)
+    if known(word):
+        return _error(word, json)
+    try:
+        find(word)
+    except UsageError as error:
+        raise UsageError(
+            f"{error} Errors such as EYX or C0Y and figures such as E0_MPE are explained too"
+        ) from None
+    return 2
+
+
+def _figures(word: str, figures: tuple[StandardFigure, ...], json: bool) -> int:
+    from vcmm.console.documents import document, print_json
+
+    if json:
+        print_json(document("vcmm.explain/1", {"figure": word, "meanings": [f._asdict() for f in figures]}))
+        return 0
+    for one in figures:
+        former = ", ".join(one.former)
+        print(
+            f"{one.symbol}\n\n{one.words}\n\nsource    {one.source}"
+            + (f"\nalso      {former}" if former else "")
+            + "\n"
+        )
+    return 0
+
+
+def _error(word: str, json: bool) -> int:
+    from vcmm.console.documents import document, print_json
+    from vcmm.core.effect import place_fields
+    from vcmm.core.error_names import canonical, described
+    from vcmm.effects import made_for
+
+    row = described(canonical(word))
+    kind = made_for(row.role, row.name)
+    key = next(f.name for f in place_fields(kind))
+    if json:
+        body = {
+            "error": row.name,
+            "text": row.words,
+            "also": row.also,
+            "sign": row.sign,
+            "unit": row.unit,
+            "effect": kind.name,
+            "key": key,
+        }
+        print_json(document("vcmm.explain/1", body))  # fmt: skip
+        return 0
+    print(f"{row.name}\n\n{row.words}\n")
+    print(
+        f"sign      {row.sign} (machine axes; the tip error that follows: vcmm field)\nunit      {row.unit}\nsource    ISO 230-1\nalso      {row.also}\n"
+    )
+    print(
+        f'in a machine file: effect = "{kind.name}" with {key} = "{row.name}"; see vcmm explain {kind.name}'
+    )
+    return 0
+
+
+def _effect(effect: str, json: bool) -> int:
     from inspect import cleandoc
 
     from vcmm.console.documents import document, print_json

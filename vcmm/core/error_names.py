@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from typing import NamedTuple
 
 from vcmm.core.errors import UsageError, choose_from
 
@@ -62,6 +63,36 @@ def table() -> list[tuple[str, str, str, str]]:
     rows = [_component_row(direction, axis) for axis in LINEAR for direction in DIRECTIONS]
     rows += [_square_row(name) for name in SQUARE]
     return rows + [_location_row(f"{d}0{axis}") for axis in ROTARY for d in _location_directions(axis)]
+
+
+class DescribedError(NamedTuple):
+    """An ISO 230-1 error in words: other names, sign, unit of files, role of the effect that holds it in a machine file."""
+
+    name: str
+    words: str
+    also: str
+    sign: str
+    unit: str
+    role: str
+
+
+def described(name: str) -> DescribedError:
+    """A canonical name in words. Raises UsageError for other names."""
+    row = next((r for r in table() if r[0] == name), None)
+    if row is None:
+        raise UsageError(f'unknown error name "{name}".{choose_from(name, _examples(name))}')
+    also = ", ".join(text for text in row[1:3] if text != "–") or "–"
+    role = (
+        "angle between axes"
+        if name in SQUARE
+        else "rotary axis location"
+        if name[1] == "0"
+        else "error table"
+    )
+    direction = name[1] if role == "error table" else name[0]
+    about = LINEAR[ROTARY.index(direction)] if direction in ROTARY else ""
+    sign = f"+ is a right-hand rotation about {about}" if about else f"+ is a motion towards +{direction}"
+    return DescribedError(name, row[3], also, sign, "urad" if about else "um", role)
 
 
 def _iso(word: str) -> str:

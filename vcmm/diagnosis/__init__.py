@@ -1,6 +1,6 @@
 """What physics a recording holds that the machine file lacks.
 
-Imports core, effects, response, evaluation, files.
+Imports core, effects, charts, response, evaluation, files.
 
 Order (each step one module): problem -> mistakes -> noise -> locate -> candidates, evidence, null -> select -> holdout
 -> field (names against the unknown) -> confusion -> adequacy, neighbours -> power -> nextstep -> result.

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vcmm import charts
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
 from vcmm.diagnosis.discrepancy import Shape
@@ -18,6 +19,9 @@ from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.power import Detectable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
@@ -126,6 +130,11 @@ class Diagnosis:
     map: tuple[Place, ...] = ()  # evidence over every covariate, best direction each; p is not asked
     chance: float = 0.0  # the largest score of 99 % of null recordings
     reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Names found and candidates, with their probability."""
+        names = [f"{a.effect} {' '.join(map(str, a.where.values()))}".strip() for a in self.answer]
+        return charts.probabilities(names, [a.probability for a in self.answer], self.verdict, ax)
 
     @property
     def found(self) -> tuple[Answer, ...]:

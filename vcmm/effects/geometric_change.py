@@ -60,16 +60,6 @@ class GeometricChange(Effect):
             raise UsageError(f"{self.id}: nodes must hold the two ends of the travel, the lower one first")
 
     @classmethod
-    def from_table(cls, table: Effect, orders: int = 4) -> GeometricChange:
-        """No change yet, over the range of a stored component table or spline. Raises UsageError for other effects."""
-        component = str(getattr(table, "component", ""))
-        grids = dict(zip(getattr(table, "arguments", ()), getattr(table, "grids", ())))
-        nodes = grids.get(component[-1:], getattr(table, "nodes", None))
-        if nodes is None:
-            raise UsageError(f"{table.id} has no table over axis {component[-1:]}; its change has no range")
-        return cls(component, np.asarray(nodes, dtype=float), np.zeros(orders))
-
-    @classmethod
     def placed(cls, place: Mapping[str, Any], site: Site) -> GeometricChange:
         axis = place["component"][2]
         q = site.run.q(axis)

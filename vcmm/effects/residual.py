@@ -301,9 +301,12 @@ class CorrelatedField(Effect):
         """K with a jitter that keeps the factor stable."""
         return self._kernel(np.asarray(self.nodes, dtype=float)) + 1e-10 * np.eye(len(self.nodes))
 
-    def _kernel(self, points: Array) -> Array:
+    def _kernel(self, points: Array, nearest: bool = False) -> Array:
+        """Correlation with the nodes; nearest: in units of that with the nearest one, which far away is below any number."""
         nodes = np.asarray(self.nodes, dtype=float)
         squared = ((points[:, None, :] - nodes) ** 2).sum(axis=2)
+        if nearest:
+            squared -= squared.min(axis=1, keepdims=True)
         return np.exp(-squared / (2 * self.length**2))
 
     def _weights(self, tip: Array) -> tuple[Array, Array]:
@@ -312,7 +315,7 @@ class CorrelatedField(Effect):
         bad = np.flatnonzero(((tip < low - 1e-6) | (tip > high + 1e-6)).any(axis=1))
         if len(bad):
             raise _outside(tip[bad[0]], "the nodes", int(bad[0]))
-        near = self._kernel(tip)
+        near = self._kernel(tip, nearest=True)  # a factor per row falls out of both
         weights = np.linalg.solve(self._jittered, near.T).T
         size = np.sqrt((weights * near).sum(axis=1))  # w^T K w = w . k, since K w = k
         share = near / near.sum(axis=1, keepdims=True)

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from vcmm import charts
+from vcmm.charts import PlottedBudget
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.summary import Summary
 from vcmm.gps.decision import Decision
+from vcmm.report.histogram import filled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SHOWN_IN = {"mm": ("µm", 1e3), "rad": ("µrad", 1e6)}
 
 
 @dataclass(frozen=True)
@@ -56,7 +67,7 @@ class CharacteristicResult:
     extreme: bool  # an extreme value or root, or curved over its own spread: noise moves it one way
     tolerance: tuple[float, float] | None
     decision: Decision | None
-    budget: tuple[BudgetLine, ...]
+    budget: PlottedBudget
     interaction_share: float
     tier: str
     trials: int
@@ -68,6 +79,30 @@ class CharacteristicResult:
         """U: half the width of the coverage interval."""
         return (self.interval[1] - self.interval[0]) / 2
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """What the trials gave as deviation from nominal (um or urad), with the coverage interval and the limits."""
+        unit, scale = SHOWN_IN[self.unit]
+        from_nominal = lambda ends: tuple((e - self.nominal) * scale for e in ends)  # noqa: E731
+        edges, counts = filled(*self.summary.histogram) if self.summary else (np.zeros(1), np.zeros(0))
+        return charts.distribution(
+            (edges - self.nominal) * scale,
+            counts,
+            interval=from_nominal(self.interval),
+            limits=from_nominal(self.tolerance) if self.tolerance else None,
+            marks={"result": (self.value - self.nominal) * scale},
+            unit=unit,
+            title=f"{self.name}: deviation from {self.nominal:g} {self.unit}",
+            ax=ax,
+        )
+
+
+class Budgets(dict[str, PlottedBudget]):
+    """The budget of each characteristic by its name."""
+
+    def plot(self) -> list[Axes]:
+        """One picture below the other."""
+        return [b.plot(ax, name) for ax, (name, b) in zip(charts.panels(len(self)), self.items())]
+
 
 @dataclass(frozen=True, eq=False)
 class UncertaintyResult:
@@ -78,3 +113,13 @@ class UncertaintyResult:
     seed: int
     warnings: tuple[str, ...]
     model: LinearModel
+
+    @property
+    def budget(self) -> Budgets:
+        """Characteristic -> its budget."""
+        return Budgets((c.name, c.budget) for c in self.characteristics)
+
+    def plot(self) -> list[Axes]:
+        """Distribution, coverage interval and limits of every characteristic, one below the other."""
+        drawn = zip(self.characteristics, charts.panels(len(self.characteristics)))
+        return [c.plot(ax) for c, ax in drawn]

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.charts import PlottedBudget
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
@@ -237,7 +238,7 @@ class _Evaluation:
             bias=float(self.bias[i]), corrected=shift != 0, u=u,
             k=half / u if known else float("nan"), p=self.settings.p, interval=interval,
             interval_kind=self.settings.kind, coverage_shown=shown, extreme=not outcome.tangent,
-            tolerance=gps.tolerance(c, nominal), decision=self._decision(c, interval, value, outcome), budget=outcome.lines,
+            tolerance=gps.tolerance(c, nominal), decision=self._decision(c, interval, value, outcome), budget=PlottedBudget(outcome.lines),
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if known else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0,
             linear_error=outcome.linear_error, summary=outcome.summary,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcmm import charts
 from vcmm.core.declaration import OWNERS
 from vcmm.core.run import Array
 from vcmm.effects import BY_NAME
@@ -15,6 +17,9 @@ from vcmm.machining.blank import Blank
 from vcmm.machining.maps import Net
 from vcmm.machining.recut import Recut
 from vcmm.machining.turned_blank import TurnedBlank
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 GROUPS = (*OWNERS, "measurement")
 SCATTERS = (
@@ -71,6 +76,13 @@ class CutResult:
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:
         return self.uncertainty.characteristics
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The cut surface, coloured by what is left over (+) or taken too much (-), um."""
+        none = np.zeros((0, 3))
+        places = np.concatenate([none, *(p.net.points for p in self.patches)])
+        height = np.concatenate([none[:, 0], *(p.height for p in self.patches)])
+        return charts.heights(places, 1e3 * height, f"cut surface, rms {self.surface.rms_um:.3g} µm", ax)
 
 
 def expected(c: CharacteristicResult) -> float:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcmm import charts
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
@@ -20,6 +22,9 @@ from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task
 from vcmm.part.form import Lobes
 from vcmm.part.part import Part
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +44,13 @@ class Scenario:
     places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
     placement: Placement | None = None  # what `place` may move, and what it minimises
     surroundings: Surroundings = field(default_factory=Surroundings)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Touches of the plan with their outward normals, in workpiece axes of the machine."""
+        placed = self.task().touches
+        normals = placed.pose.turn(placed.normals)
+        at, names = placed.pose.apply(placed.points), placed.run.labels["feature"]
+        return charts.touches(at, normals, names, self.name, ax)
 
     def at(self, pose: Pose) -> Scenario:
         """The same job with the part elsewhere in the machine."""

@@ -10,7 +10,6 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.measuring.fixture import DOFS, pose_of
 from vcmm.pages.view import part_items, touch_items, volume_items
-from vcmm.placing.near_best import Map
 from vcmm.placing.result import Placed
 from vcmm.placing.words import UNITS, change, changes, goal_text, pose_text, region_text
 from vcmm.tables.placed import compared_poses
@@ -75,7 +74,7 @@ def maps(placed: Placed) -> list[str]:
             else [r.paragraph("Nothing is free to move continuously: there is no map.")]
         )
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
-    x, y = _axis(chart, 0), _axis(chart, 1)
+    x, y = chart.shown(0)[1], chart.shown(1)[1]
     marks = [("found", *_at(placed, placed.best.pose))]
     if placed.present is not None:
         marks.append(("present", *_at(placed, placed.present.pose)))
@@ -88,11 +87,6 @@ def maps(placed: Placed) -> list[str]:
         np.minimum(loss, 10.0), x, y, unit="%", title="Loss against the pose found, up to 10 %", marks=marks[:1], **labels
     )  # fmt: skip
     return [r.columns(whole, flat)]
-
-
-def _axis(chart: Map, k: int) -> np.ndarray:
-    values = (chart.x, chart.y)[k]
-    return np.degrees(values) if chart.names[k].startswith("turn") else values
 
 
 def _at(placed: Placed, six: np.ndarray) -> tuple[float, float]:
@@ -111,7 +105,7 @@ def _line(placed: Placed) -> str:
     word, scale = UNITS.get(placed.objective.unit, ("", 1.0))
     name = placed.map.names[0]
     good = np.isfinite(placed.map.values[0])
-    series = [r.PlotSeries(_axis(placed.map, 0)[good], placed.map.values[0][good] * scale, "objective")]
+    series = [r.PlotSeries(placed.map.shown(0)[1][good], placed.map.values[0][good] * scale, "objective")]
     return r.curve(
         series, x_label=WORDS[name], y_label=f"objective / {word}" if word else "objective", title="Objective"
     )

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.view import part_items, touch_covariances, touch_items, volume_items
+from vcmm.report.histogram import filled
 from vcmm.tables.evaluated import BUDGET, budget_rows, computed, more_than_rounding, results
 from vcmm.tables.quantities import SMALL_SCALE
 from vcmm.tables.table import SMALL, ResultTable, html, on_page
@@ -128,23 +127,13 @@ def _histogram(c: CharacteristicResult, word: str, scale: float) -> str:
     if c.summary is None:
         return ""
     edges, counts = c.summary.histogram
-    edges, counts = _coarse((edges - c.nominal) * scale, counts)
+    edges, counts = filled((edges - c.nominal) * scale, counts)
     interval = ((c.interval[0] - c.nominal) * scale, (c.interval[1] - c.nominal) * scale)
     marks = [("mean", (c.value - c.nominal) * scale)]
     title = f"Distribution of the measured value, {c.trials:,} trials"
     return r.histogram(
         edges, counts, x_label=f"deviation from nominal / {word}", title=title, interval=interval, marks=marks
     )
-
-
-def _coarse(edges: np.ndarray, counts: np.ndarray, bars: int = 80) -> tuple[np.ndarray, np.ndarray]:
-    """The filled part of a fine histogram in about 80 bars."""
-    total = counts.cumsum()
-    inside = np.flatnonzero((total > 5e-4 * total[-1]) & (total < (1 - 5e-4) * total[-1]))
-    first, last = (inside[0], inside[-1] + 1) if len(inside) > 1 else (0, len(counts))
-    width = max(1, (last - first) // bars)
-    last = first + max(1, (last - first) // width) * width
-    return edges[first : last + 1 : width], counts[first:last].reshape(-1, width).sum(axis=1)
 
 
 def budget_table(c: CharacteristicResult) -> str:

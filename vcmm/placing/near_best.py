@@ -28,6 +28,15 @@ class Map:
     y: Array
     values: Array
 
+    def shown(self, k: int) -> tuple[str, Array]:
+        """Name with unit and values of one degree of freedom (0 or 1), in mm or deg; of none an empty name."""
+        if k >= len(self.names):
+            return "", (self.x, self.y)[k]
+        turns = self.names[k].startswith("turn")
+        return f"{self.names[k]} / {'deg' if turns else 'mm'}", np.degrees(
+            (self.x, self.y)[k]
+        ) if turns else (self.x, self.y)[k]
+
 
 @dataclass(frozen=True, eq=False)
 class Region:

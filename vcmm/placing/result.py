@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vcmm import charts
 from vcmm.core.run import Array
-from vcmm.evaluation.result import UncertaintyResult
+from vcmm.evaluation.result import SHOWN_IN, UncertaintyResult
 from vcmm.placing.certificate import Certificate
 from vcmm.placing.confirmation import Confirmation
 from vcmm.placing.hindrances import Hindrance
 from vcmm.placing.near_best import Map, Region
 from vcmm.placing.objective import Uncertain
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +56,15 @@ class Placed:
     after: UncertaintyResult
     seed: int
     warnings: tuple[str, ...]
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The objective over the two degrees of freedom that matter most, the others at the best pose."""
+        (across, x), (up, y) = self.map.shown(0), self.map.shown(1)
+        unit, scale = SHOWN_IN.get(self.objective.unit, ("objective", 1.0))
+        values = self.map.values * scale
+        return charts.pose_map(
+            x, y, values, names=(across, up), unit=unit, title="where to put the part", ax=ax
+        )
 
     @property
     def gain(self) -> float | None:

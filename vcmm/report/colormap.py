@@ -89,6 +89,6 @@ def colour_legend(scale: Bands, unit: str, left: float, top: float, bottom: floa
         out.append(svg.rect(left, bottom - (i + 1) * tall, 14, tall, how))
     every = max(1, int(np.ceil(16 / tall)))
     for i, words in enumerate(tick_text(scale.levels)):
-        if i % every == 0 or i == n:
+        if i == n or (i % every == 0 and i + every <= n):  # both ends, and between them what has room
             out.append(svg.text(left + 22, bottom - i * tall + 4.3, words, "muted"))
     return "".join(out)

@@ -119,3 +119,13 @@ def _bracket(interval: tuple[float, float], label: str, scale: Scale, width: flo
     ends = svg.line(a, y, b, y, how) + svg.line(a, y - 4, a, y + 4, how) + svg.line(b, y - 4, b, y + 4, how)
     left, right = _extent(label, (a + b) / 2, width)
     return ends + svg.text((left + right) / 2, y - 8, label, "accent", "middle")
+
+
+def filled(edges: Array, counts: Array, bars: int = 80) -> tuple[Array, Array]:
+    """The filled part of a fine histogram in about 80 bars."""
+    total = counts.cumsum()
+    inside = np.flatnonzero((total > 5e-4 * total[-1]) & (total < (1 - 5e-4) * total[-1]))
+    first, last = (inside[0], inside[-1] + 1) if len(inside) > 1 else (0, len(counts))
+    width = max(1, (last - first) // bars)
+    last = first + max(1, (last - first) // width) * width
+    return edges[first : last + 1 : width], counts[first:last].reshape(-1, width).sum(axis=1)

@@ -16,13 +16,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from vcmm import charts
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.kinematics import ROTARY
 from vcmm.core.laws import Law
 from vcmm.core.run import Array, Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Ints = npt.NDArray[np.intp]
 KINDS = ("probe", "displacement", "length", "angle", "path")
@@ -94,6 +100,22 @@ class Recording:
             raise UsageError(f"recording {self.name}: standard uncertainties must be finite and above zero")
         if self.kind != "length" and (self.other >= 0).any():
             raise UsageError(f"recording {self.name}: only a length has a second end (other >= 0)")
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """What was observed over the axis that moves furthest, by its sense of motion where that was recorded."""
+        moved = {axis: float(np.ptp(q[self.row])) for axis, q in self.run.position.items()}
+        axis = max(moved, key=lambda a: moved[a])
+        turns, angle = axis in ROTARY, self.kind == "angle"
+        sense = self.run.columns.get(f"sense_{axis}", np.zeros(self.run.n))
+        return charts.readings(
+            self.run.q(axis)[self.row] * (180.0 / np.pi if turns else 1.0),
+            self.value * (1e6 if angle else 1e3),
+            sense[self.row],
+            unit="µrad" if angle else "µm",
+            title=f"{self.name}: {'indicated - true' if self.measuring else 'actual - commanded'}",
+            label=f"{axis} / {'deg' if turns else 'mm'}",
+            ax=ax,
+        )
 
     @property
     def m(self) -> int:

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vcmm import charts
 from vcmm.core.errors import UsageError
+from vcmm.core.kinematics import LINEAR
 from vcmm.core.machine import Machine
 from vcmm.core.run import T0_DEG_C, Array, Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_NODES = 10_000_000  # of a grid: 2 GB with their columns
 
@@ -35,6 +41,12 @@ class ErrorField:
     @property
     def size(self) -> Array:
         return np.linalg.norm(self.tip_error, axis=1)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Tip errors (actual - nominal) as arrows in the volume."""
+        most = 1e3 * float(self.size.max(initial=0.0))
+        at = [self.run.position.get(a, np.zeros(self.run.n)) for a in LINEAR]
+        return charts.motions(np.stack(at, axis=1), self.tip_error, f"tip error, at most {most:.3g} µm", ax)
 
 
 def field(machine: Machine, run: Run | None = None, exact: bool = False, nodes: int = 5) -> ErrorField:

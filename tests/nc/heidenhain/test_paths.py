@@ -75,3 +75,11 @@ def test_machine_coordinates_leave_out_the_tool_length():
     (one,) = moves("TOOL CALL 2 Z\nL Z-10 FMAX M91")
     assert one.end == (0, 0, -90)  # the axis stands at -10, the tip 80 mm below
     assert one.rewritable is False
+
+
+def test_a_tangential_circle_behind_a_circle_about_a_pole():
+    # about (10, 0) from (15, 0) to (10, 5) counterclockwise: there the direction is (-1, 0). On to (5, 10): n = (0, -1),
+    # d = (-5, 5), k = 50 / (2 x -5) = -5: centre (10, 5) - 5 n = (10, 10), clockwise
+    got = moves("L X+15 Y+0 F100\nCC X+10 Y+0\nC X+10 Y+5 DR+\nCT X+5 Y+10")
+    assert np.allclose(got[-1].centre, (10, 10, 0), atol=1e-12)
+    assert got[-1].clockwise

@@ -94,3 +94,12 @@ def test_a_turning_tool_is_led_by_its_imaginary_tip(dialect: str, orientation: i
     assert moves[0].end[0] == pytest.approx(10)  # centre at 10.5, tip half a millimetre below
     # centre line of the cone x = -z is shifted by 0.5 outwards (to +X +Z): x + z = 0.5 sqrt 2; the tip by 1 less
     assert moves[-1].end[0] + moves[-1].end[2] == pytest.approx(0.5 * math.sqrt(2) - 1)
+
+
+def test_a_length_offset_changed_by_h_alone_keeps_g43():
+    """Fanuc: while G43 is in effect an H by itself takes the other length; after G49 it does nothing."""
+    setup = replace(ONE, tools={1: Tool(1, 80.0, 10.0), 2: Tool(2, 30.0, 10.0)})
+    moves = fanuc("G21 T1 M6\nG43 H1 G0 Z10.\nH2 Z10.\nG49 Z10.\nH1 Z10.", setup)
+    tips = [m.end[2] + m.tool_offset[2] for m in moves]
+    assert [m.tool_offset[2] for m in moves] == [80, 30, 0, 0]
+    assert tips[1] - tips[0] == pytest.approx(-50)

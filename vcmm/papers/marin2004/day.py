@@ -47,17 +47,28 @@ class Day:
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """parameters = (sensors - 20) B, least squares; B (6, 6). No constant: at 20 degC all round nothing is moved."""
+    """parameters = (sensors - 20) B, least squares; B (6 lags, 6). No constant: at 20 degC all round nothing is moved.
+
+    lags: minutes before now of the readings that are used, 0 = now; a sensor reads late, and its past tells by how much.
+    """
 
     coefficients: Array
+    lags: tuple[int, ...] = (0,)
 
     def at(self, sensors: Array) -> Array:
-        """Parameters (..., 6) for sensor readings (..., 6) degC."""
+        """Parameters (..., 6) for sensor readings (..., 6 lags) degC, those of now first."""
         return (sensors - T0_DEG_C) @ self.coefficients
 
+    def over(self, today: Day) -> Array:
+        """Parameters (m, 6) for every minute of a day."""
+        return self.at(read_before(today.sensors, self.lags))
 
-def day(seed: int) -> Day:
-    """One working day: the spindle and the axes run in drawn stretches, the air follows the hall."""
+
+def day(seed: int, beside: float = BESIDE, bent: float = BENT) -> Day:
+    """One working day: the spindle and the axes run in drawn stretches, the air follows the hall.
+
+    beside: lag of a sensor behind its node, minutes; bent: quadratic share of the spindle in the first parameter, 1/K.
+    """
     rng = np.random.default_rng([seed, 20040521])
     minute = np.arange(MINUTES + 1.0)
     spindle, x, y = (_stretches(rng, minute) for _ in range(3))
@@ -65,9 +76,9 @@ def day(seed: int) -> Day:
     air = air - air[0] + T0_DEG_C
     heat = (12.0 * spindle, 4.0 * spindle, 6.0 * x, 6.0 * y, 1.0 * spindle, 0.0 * spindle)
     nodes = np.stack([lagged(minute, air + h, lag) for h, lag in zip(heat, LAGS)], axis=1)
-    beside = np.stack([lagged(minute, n, BESIDE) for n in nodes.T], axis=1)
-    seen = (1 - NEIGHBOUR) * beside + NEIGHBOUR * np.roll(beside, 1, axis=1)
-    return Day(minute, nodes, seen + NOISE * rng.normal(size=seen.shape), true_parameters(nodes))
+    late = np.stack([lagged(minute, n, beside) for n in nodes.T], axis=1)
+    seen = (1 - NEIGHBOUR) * late + NEIGHBOUR * np.roll(late, 1, axis=1)
+    return Day(minute, nodes, seen + NOISE * rng.normal(size=seen.shape), true_parameters(nodes, bent))
 
 
 def _stretches(rng: np.random.Generator, minute: Array) -> Array:
@@ -82,18 +93,25 @@ def lagged(minute: Array, heated: Array, lag: float) -> Array:
     return heated if lag == 0.0 else first_order_lag(Series(minute * 60.0, heated), lag * 60.0, minute * 60.0)
 
 
-def true_parameters(nodes: Array) -> Array:
+def true_parameters(nodes: Array, bent: float = BENT) -> Array:
     """What the structure really does (m, 6) at node temperatures (m, 6)."""
     warm = nodes - T0_DEG_C
     out = warm @ GAINS.T
-    out[:, 0] -= BENT * warm[:, 0] ** 2
+    out[:, 0] -= bent * warm[:, 0] ** 2
     return np.asarray(out)
 
 
-def regression(days: Sequence[Day]) -> Regression:
+def read_before(sensors: Array, lags: Sequence[int]) -> Array:
+    """Readings (m, 6 lags) of now and of so many minutes before; before the first minute the first one stands."""
+    now = np.arange(len(sensors))
+    return np.concatenate([sensors[np.maximum(now - lag, 0)] for lag in lags], axis=1)
+
+
+def regression(days: Sequence[Day], lags: tuple[int, ...] = (0,)) -> Regression:
     """Least squares over all minutes of some days."""
-    warm = np.concatenate([d.sensors for d in days]) - T0_DEG_C
-    return Regression(np.linalg.lstsq(warm, np.concatenate([d.parameters for d in days]), rcond=None)[0])
+    warm = np.concatenate([read_before(d.sensors, lags) for d in days]) - T0_DEG_C
+    known = np.concatenate([d.parameters for d in days])
+    return Regression(np.linalg.lstsq(warm, known, rcond=None)[0], lags)
 
 
 def thermal_effects(parameters: Array) -> tuple[Effect, ...]:

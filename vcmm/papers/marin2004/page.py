@@ -24,6 +24,7 @@ from vcmm.papers.marin2004.twin import (
     MarinTwin,
     ParameterFit,
     PartCut,
+    Remainder,
 )
 from vcmm.tables.quantities import fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
@@ -60,7 +61,7 @@ REWRITTEN = {
 
 def tables(result: MarinTwin) -> list[ResultTable[Any]]:
     """The same in terminal, report and documentation."""
-    return [_agreements(result), _fits(result), _cuts(result), _predictions(result)]
+    return [_agreements(result), _fits(result), _remainders(result), _cuts(result), _predictions(result)]
 
 
 AGREEMENTS: tuple[Column[Agreement], ...] = (
@@ -93,11 +94,31 @@ FITS: tuple[Column[ParameterFit], ...] = (
 
 
 def _fits(result: MarinTwin) -> ResultTable[ParameterFit]:
-    caption = (
-        f"Learned on {len(LEARNED)} drawn days from {len(SENSORS)} sensors, judged on another. The first parameter holds a "
-        "quadratic share that a linear model cannot follow."
-    )
+    caption = f"Learned on {len(LEARNED)} drawn days from {len(SENSORS)} sensors, judged on another. What is left is looked into below."
     return ResultTable("Thermal parameters by multiple regression", FITS, result.fits, caption)
+
+
+def _rms_left(i: int, row: Remainder) -> str:
+    return f"{row.rms[i]:.2f}"
+
+
+REMAINDERS: tuple[Column[Remainder], ...] = (
+    Column("condition", lambda row: row.condition),
+    *(
+        Column(f"{name} / {unit.replace('u', 'µ', 1)}", partial(_rms_left, i), NUMBER_TEXT)
+        for i, (name, unit) in enumerate(zip(PARAMETERS, UNITS))
+    ),
+)
+
+
+def _remainders(result: MarinTwin) -> ResultTable[Remainder]:
+    as_drawn, straight, prompt, earlier = (row.rms[0] for row in result.remainders)
+    caption = (
+        f"rms left on the unseen day. Of the {as_drawn:.2f} µm of the first parameter the sensors' lag owns nearly all: without it "
+        f"{prompt:.2f} µm are left, without the quadratic share of the structure {straight:.2f} µm. A reading of five minutes ago "
+        f"beside that of now tells how fast the node is warming: {earlier:.2f} µm."
+    )
+    return ResultTable("Where the remainder comes from", REMAINDERS, result.remainders, caption)
 
 
 def _of(result: MarinTwin, minute: int, model: str) -> PartCut:

@@ -25,7 +25,7 @@ from vcmm.machining.preparation import set_up
 from vcmm.machining.scenario import CutScenario
 from vcmm.papers.error_tables import shape, table_text
 from vcmm.papers.marin2004.chain import LETTERS, carriages, expanded, in_workpiece_axes, product
-from vcmm.papers.marin2004.day import Day, Regression, day, regression, thermal_effects
+from vcmm.papers.marin2004.day import BESIDE, Day, Regression, day, regression, thermal_effects
 from vcmm.papers.virtual_cut import SeenNet, seen, tool_errors
 
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
@@ -74,11 +74,20 @@ class PartCut:
     predicted: Mapping[str, Array] | None  # by the model, of the program before it was rewritten
 
 
+@dataclass(frozen=True)
+class Remainder:
+    """rms that the regression leaves of every parameter on the unseen day, in UNITS, under one condition."""
+
+    condition: str
+    rms: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class MarinTwin:
     largest_um: float  # tip error over the volume
     agreements: tuple[Agreement, ...]
     fits: tuple[ParameterFit, ...]
+    remainders: tuple[Remainder, ...]
     cuts: tuple[PartCut, ...]
     today: Day
     model: Regression
@@ -163,9 +172,24 @@ def agreements(machine: Machine, tool: Array) -> tuple[float, tuple[Agreement, .
     return float(np.linalg.norm(exact, axis=1).max() * 1e3), found
 
 
+def remainders() -> tuple[Remainder, ...]:
+    """The same days with one cause taken away, and with what a reading of some minutes ago tells."""
+    drawn: tuple[tuple[str, dict[str, float], tuple[int, ...]], ...] = (
+        ("as drawn", {}, (0,)),
+        ("structure without the quadratic share", {"bent": 0.0}, (0,)),
+        (f"sensors without their lag of {BESIDE:g} min", {"beside": 0.0}, (0,)),
+        ("as drawn, readings of 5 min before beside those of now", {}, (0, 5)),
+    )
+    out = []
+    for words, world, lags in drawn:
+        model = regression([day(seed, **world) for seed in LEARNED], lags)
+        out.append(Remainder(words, tuple(f.rms for f in fits(model, day(VALIDATED, **world)))))
+    return tuple(out)
+
+
 def fits(model: Regression, today: Day) -> tuple[ParameterFit, ...]:
     """What the regression leaves on a day that it has not seen."""
-    left = model.at(today.sensors) - today.parameters
+    left = model.over(today) - today.parameters
     span = np.ptp(today.parameters, axis=0)
     return tuple(
         ParameterFit(
@@ -214,6 +238,7 @@ def run(scenario: CutScenario, progress: Progress | None = None) -> MarinTwin:
         largest_um=largest,
         agreements=found,
         fits=fits(model, today),
+        remainders=remainders(),
         cuts=tuple(cuts),
         today=today,
         model=model,
@@ -276,6 +301,7 @@ def figures(result: MarinTwin) -> dict[str, object]:
         "largest_tip_error_um": result.largest_um,
         "agreements": [vars(a) for a in result.agreements],
         "regression": [vars(f) for f in result.fits],
+        "remainders": [vars(r) for r in result.remainders],
         "cuts": [
             {"state": c.state, "model": c.model, "feature": name, "mean_um": float(v.mean()), "largest_um": float(np.abs(v).max()),
              "rms_um": float(np.sqrt(np.mean(v**2)))}

@@ -1,0 +1,147 @@
+"""What is drawn is what the result holds: bars, lines, arrows and colours read back from the Axes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import vcmm
+from tests.plate import edited
+from vcmm import charts
+from vcmm.calibrating.result import Calibration
+from vcmm.charts.space import round_down
+from vcmm.files.recording import load_recording
+
+
+@pytest.fixture(autouse=True)
+def _without_a_screen():
+    from matplotlib import pyplot as plt
+
+    with mpl.rc_context({"figure.max_open_warning": 0}):
+        plt.switch_backend("agg")
+        yield
+        plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory):
+    return vcmm.load_scenario(edited(tmp_path_factory.mktemp("plate")))
+
+
+@pytest.fixture(scope="module")
+def result(scenario):
+    return vcmm.uncertainty(scenario)
+
+
+def test_a_distribution_has_area_one_its_interval_and_its_limits():
+    # 2 in (0, 1], 6 in (1, 3]: densities 2 / 8 and 6 / 8 / 2
+    ax = charts.distribution(
+        np.array([0.0, 1.0, 3.0]), np.array([2, 6]), interval=(0.5, 2.5), limits=(-np.inf, 4.0), marks={"result": 2.0}
+    )  # fmt: skip
+    *bars, shaded = ax.patches
+    assert [b.get_height() for b in bars] == pytest.approx([0.25, 0.375])
+    assert sum(b.get_height() * b.get_width() for b in bars) == pytest.approx(1.0)
+    assert (shaded.get_x(), shaded.get_width()) == pytest.approx((0.5, 2.0))
+    assert [line.get_xdata()[0] for line in ax.get_lines()] == [
+        4.0,
+        2.0,
+    ]  # no line for the limit that is none
+
+
+def test_budgets_show_their_shares_largest_first_and_sum_the_rest():
+    lines = [
+        SimpleNamespace(what=f"n{i}", u=1.0, share=s) for i, s in enumerate([0.1, 0.5, float("nan"), 0.4])
+    ]
+    ax = charts.contributions(lines)
+    assert [t.get_text() for t in ax.get_yticklabels()] == ["n1", "n3", "n0"]
+    assert [b.get_width() for b in ax.patches] == pytest.approx([50.0, 40.0, 10.0])
+    many = charts.contributions([SimpleNamespace(what=f"n{i}", u=1.0, share=0.05) for i in range(20)])
+    assert many.get_yticklabels()[-1].get_text() == "9 others"
+    assert [b.get_width() for b in many.patches] == pytest.approx([5.0] * 11 + [45.0])
+
+
+def test_every_characteristic_of_a_result_is_drawn(result):
+    drawn, budgets = result.plot(), result.budget.plot()
+    assert len(drawn) == len(budgets) == len(result.characteristics)
+    for c, ax, bars in zip(result.characteristics, drawn, budgets):
+        assert ax.get_title(loc="left").startswith(f"{c.name}: deviation from")
+        shaded = ax.patches[-1]
+        assert shaded.get_width() == pytest.approx((c.interval[1] - c.interval[0]) * 1e3)
+        largest = max(line.share for line in c.budget)
+        assert bars.patches[0].get_width() == pytest.approx(100 * largest)
+    assert result.characteristics[0].budget.plot().get_title(loc="left") == "budget"
+
+
+def test_a_scenario_shows_its_touches(scenario):
+    ax = scenario.plot()
+    touches = scenario.task().touches
+    shown = sum(
+        len(c.get_offsets()) for c in ax.collections if len(c.get_offsets()) and c.get_label()[0] != "_"
+    )
+    assert shown == len(touches.points)
+    assert [t.get_text() for t in ax.get_legend().get_texts()] == list(touches.rows)
+
+
+def test_arrows_are_magnified_by_a_round_number(scenario):
+    field = vcmm.field(scenario.machine, nodes=3)
+    assert "arrows 10000 x" in charts.motions(np.array([[0.0, 0, 0], [100, 0, 0]]), np.array([[0.0, 0, 0], [1e-3, 0, 0]]), "t").get_title(loc="left")  # fmt: skip
+    assert [round_down(v) for v in (1.0, 1.99, 2.0, 4.9, 730.0, 0.06)] == pytest.approx(
+        [1, 1, 2, 2, 500, 0.05]
+    )
+    assert f"{1e3 * field.size.max():.3g} µm" in field.plot().get_title(loc="left")
+
+
+def test_readings_stand_over_the_axis_that_moved_by_their_sense(tmp_path):
+    (tmp_path / "machine.toml").write_text(
+        'vcmm = "machine/1"\nstructure = "w b Y X Z t"\n[axes.X]\ntravel = ["0 mm", "600 mm"]\n[axes.Y]\n'
+        'travel = ["0 mm", "500 mm"]\n[axes.Z]\ntravel = ["-400 mm", "0 mm"]\n'
+    )
+    (tmp_path / "r.toml").write_text(
+        'vcmm = "recording/1"\ndata = "r.csv"\nmachine = "machine.toml"\nkind = "path"\n'
+    )
+    (tmp_path / "r.csv").write_text(
+        "X_mm,Y_mm,Z_mm,sense_X,dx_um\n0,9,0,1,1\n50,9,0,1,2\n100,9,0,1,3\n50,9,0,-1,5\n0,9,0,-1,6\n"
+    )
+    ax = load_recording(tmp_path / "r.toml")[0].plot()
+    up, down = ax.get_lines()
+    assert (up.get_xdata().tolist(), up.get_ydata().tolist()) == ([0, 50, 100], pytest.approx([1, 2, 3]))
+    assert (down.get_xdata().tolist(), down.get_ydata().tolist()) == ([50, 0], pytest.approx([5, 6]))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("X / mm", "µm")
+
+
+def test_a_band_is_two_standard_uncertainties_wide():
+    nodes, value, u = (
+        np.array([0.0, 100.0, 300.0]),
+        np.array([0.0, 2e-3, -1e-3]),
+        np.array([1e-3, 5e-4, 1e-3]),
+    )
+    ax = Calibration.plot(SimpleNamespace(band=lambda name: (nodes, value, u)), "EXX")
+    assert ax.get_lines()[0].get_ydata() == pytest.approx([0.0, 2.0, -1.0])
+    edge = ax.collections[0].get_paths()[0].vertices[:, 1]
+    assert (edge.min(), edge.max()) == pytest.approx((-3.0, 3.0))
+    turned = Calibration.plot(SimpleNamespace(band=lambda name: (nodes, value, u)), "EBX")
+    assert (ax.get_ylabel(), turned.get_ylabel()) == ("µm", "µrad")
+
+
+def test_a_map_leaves_out_what_is_not_allowed():
+    values = np.array([[1.0, np.nan], [3.0, 4.0]])
+    ax = charts.pose_map(
+        np.array([0.0, 1]), np.array([0.0, 1]), values, names=("x / mm", "y / mm"), unit="µm", title="t"
+    )
+    shown = ax.collections[0].get_array()
+    assert np.ma.getmaskarray(shown).sum() == 1
+    assert shown.max() == 4.0
+    line = charts.pose_map(
+        np.array([0.0, 1]), np.zeros(1), values[1:], names=("x / mm", ""), unit="µm", title="t"
+    )
+    assert line.get_lines()[0].get_ydata().tolist() == [3.0, 4.0]
+
+
+def test_heights_have_symmetric_colours_and_no_point_where_no_tool_came():
+    ax = charts.heights(np.eye(3), np.array([2.0, np.nan, -5.0]), "t")
+    made = ax.collections[0]
+    assert made.get_clim() == (-5.0, 5.0)
+    assert sorted(made.get_array().tolist()) == [-5.0, 2.0]

@@ -1,0 +1,81 @@
+"""Pictures in space: tip errors as arrows, touches on a part, heights of a cut surface, values over poses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vcmm.charts.canvas import canvas, plain
+from vcmm.core.run import Array
+from vcmm.report.palette import LIGHT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LONGEST = 0.12  # of the extent: the length of the largest arrow
+LABELS = ("X / mm", "Y / mm", "Z / mm")
+
+
+def motions(places: Array, vectors: Array, title: str, ax: Axes | None = None) -> Axes:
+    """vectors (n, 3) mm at places (n, 3) mm; the magnification stands in the title, a round number."""
+    drawn = canvas(ax, 5.6, 5.0, space=True)
+    size = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
+    extent = float(np.ptp(places, axis=0).max(initial=0.0)) or 1.0
+    times = round_down(LONGEST * extent / size) if size > 0 else 1.0
+    drawn.quiver(*places.T, *(times * vectors).T, color=LIGHT["accent"], linewidth=1.0)
+    drawn.scatter(*places.T, color=LIGHT["faint"], s=4)
+    return _space(drawn, f"{title}, arrows {times:g} x", places)
+
+
+def touches(
+    places: Array, normals: Array, features: npt.NDArray[np.str_], title: str, ax: Axes | None = None
+) -> Axes:
+    """Touched points (n, 3) mm with their outward normals (n, 3), a colour per feature (n,) of names."""
+    drawn = canvas(ax, 5.6, 5.0, space=True)
+    reach = 0.08 * (float(np.ptp(places, axis=0).max(initial=0.0)) or 1.0)
+    for number, name in enumerate(dict.fromkeys(str(f) for f in features)):
+        mine, colour = features == name, LIGHT[f"c{1 + number % 6}"]
+        drawn.scatter(*places[mine].T, color=colour, s=10, label=name)
+        drawn.quiver(*places[mine].T, *(reach * normals[mine]).T, color=colour, linewidth=0.7, alpha=0.6)
+    drawn.legend(fontsize=8, frameon=False)
+    return _space(drawn, title, places)
+
+
+def heights(places: Array, height: Array, title: str, ax: Axes | None = None) -> Axes:
+    """Departures height (n,) um of a surface at places (n, 3) mm, symmetric colours; where no tool came nothing is drawn."""
+    drawn = canvas(ax, 6.2, 5.0, space=True)
+    cut = np.isfinite(height)
+    most = float(np.abs(height[cut]).max(initial=0.0)) or 1.0
+    made = drawn.scatter(*places[cut].T, c=height[cut], cmap="RdBu_r", vmin=-most, vmax=most, s=5)
+    drawn.figure.colorbar(made, ax=drawn, shrink=0.7, label="material left over (+) / um")
+    return _space(drawn, title, places)
+
+
+def pose_map(
+    x: Array, y: Array, values: Array, *, names: tuple[str, str], unit: str, title: str, ax: Axes | None = None
+) -> Axes:  # fmt: skip
+    """values (ny, nx) over two degrees of freedom; one row: a curve. Poses that are not allowed (nan) stay white."""
+    drawn = canvas(ax)
+    if len(y) < 2:
+        drawn.plot(x, values[0], color=LIGHT["accent"], linewidth=1.5)
+        return plain(drawn, title, names[0], unit)
+    made = drawn.pcolormesh(x, y, np.ma.masked_invalid(values), shading="nearest", cmap="viridis")
+    drawn.figure.colorbar(made, ax=drawn, label=unit)
+    return plain(drawn, title, names[0], names[1])
+
+
+def round_down(value: float) -> float:
+    """The next lower of 1, 2, 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(k for k in (1.0, 2.0, 5.0) if k * power <= value * (1 + 1e-12)))
+
+
+def _space(drawn: Any, title: str, places: Array) -> Any:
+    for axis, name in zip("xyz", LABELS):
+        getattr(drawn, f"set_{axis}label")(name, fontsize=8)
+    drawn.tick_params(labelsize=7)
+    drawn.set_box_aspect(np.maximum(np.ptp(places, axis=0), 0.15 * np.ptp(places, axis=0).max() or 1.0))
+    drawn.set_title(title, fontsize=10, loc="left")
+    return drawn
