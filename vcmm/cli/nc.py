@@ -38,6 +38,7 @@ def nc_command(
 
     from vcmm.console.documents import document, print_json
     from vcmm.console.terminal import say
+    from vcmm.core.text import is_file
     from vcmm.files.machine import load_machine
     from vcmm.files.setup import load_setup
     from vcmm.nc.interpret import read_program
@@ -48,7 +49,7 @@ def nc_command(
     loaded = load_setup(setup) if setup else None
     read = read_program(program, dialect, loaded)
     if loaded is not None:
-        there = loaded.machine is not None and Path(loaded.machine).is_file()
+        there = loaded.machine is not None and is_file(Path(loaded.machine))
         machine = load_machine(loaded.machine) if there and loaded.machine else None
         said = list(remarks_on(read.moves, loaded, machine))
         if loaded.machine and not there:

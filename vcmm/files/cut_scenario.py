@@ -16,6 +16,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import OFFSET_LABEL
+from vcmm.core.text import is_file
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
 from vcmm.files.knowledge import note_second, tables_in
@@ -156,7 +157,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
     if model.placement.objective not in ("", "deviation"):
         problems.add(("placement", "objective"), 'the objective of a cut part is "deviation"; leave it out')
     program = document.path.parent / model.cut.program
-    if not program.is_file():
+    if not is_file(program):
         problems.add(
             ("cut", "program"), f"there is no file {program}; name the NC program, relative to this file"
         )

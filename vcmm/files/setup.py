@@ -123,6 +123,10 @@ def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
 def _check_names(model: SetupFile, problems: Problems) -> None:
     if model.dialect is not None and model.dialect not in names():
         problems.add(("dialect",), f'unknown dialect "{model.dialect}".{choose_from(model.dialect, names())}')
+    if model.machine == "":
+        problems.add(
+            ("machine",), 'machine = "" names no file; leave the key out, or write machine = "mill.toml"'
+        )
     for table in ("offsets", "rotations"):
         for name in getattr(model, table):
             if not _OFFSET.fullmatch(name):
