@@ -206,7 +206,7 @@ def _known(
 ) -> tuple[Machine, tuple[Input, ...]] | None:  # fmt: skip
     """The machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs."""
     for name in cut.tools:
-        if not name.isdigit() or int(name) not in setup.tools:
+        if name not in map(str, setup.tools):
             known = [str(n) for n in setup.tools]
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"

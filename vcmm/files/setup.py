@@ -173,7 +173,7 @@ def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:
 
 def _tool(key: str, t: ToolTable) -> Tool:
     """One tool, its shape and sizes checked against each other."""
-    if not (key.isascii() and key.isdigit()) or int(key) < 1:
+    if not re.fullmatch(r"[0-9]{1,9}", key) or int(key) < 1:
         raise UsageError(f'"{key}" is no tool number; write for example [tools.1]')
     if t.length < 0 and t.shape != "turning":
         raise TableProblems([("length", NEGATIVE_LENGTH.format(t.length))])
