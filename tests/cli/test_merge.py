@@ -43,7 +43,7 @@ def test_merged_shards_are_the_document_of_one_process(folder):
 
 
 def test_two_workers_give_the_document_of_one(folder):
-    answer = ask(("uncertainty", "plate.toml", "--trials", TRIALS, "--workers", "2", "--json"), 60)
+    answer = ask(("uncertainty", "plate.toml", "--trials", TRIALS, "--workers", "2", "--json"))
     assert answer.out == (folder / "whole.json").read_text()
     assert not list((folder / "cache").rglob("*.json"))
 
@@ -109,9 +109,9 @@ def test_a_cut_is_shared_as_well(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     shop.write(tmp_path, '[repeatability]\nu = "1 um"\n')
     with inside(tmp_path):
-        whole = ask(("cut", "boss.toml", "--json"), 60)
-        parts = [ask(("cut", "boss.toml", "--json", "--shard", f"{i}/2"), 60).out for i in (1, 2)]
+        whole = ask(("cut", "boss.toml", "--json"))
+        parts = [ask(("cut", "boss.toml", "--json", "--shard", f"{i}/2")).out for i in (1, 2)]
         for i, text in enumerate(parts):
             (tmp_path / f"{i}.json").write_text(text)
-        answer = ask(("merge", "0.json", "1.json", "--json"), 60)
+        answer = ask(("merge", "0.json", "1.json", "--json"))
     assert answer.out == whole.out

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.hostile.corpus import BARE, ERRORS, MACHINE, SETUP, Case
-from tests.hostile.judge import LONGEST, ask, inside
+from tests.hostile.judge import LONGEST, SLOWEST, ask, inside
 from tests.plate import PLATE, line_of
 
 PLATES = [  # what stands there, what is typed, words of the message
@@ -41,7 +41,9 @@ def test_scenarios(old, new, words, tmp_path):
     text = PLATE.replace(old, new, 1)
     (tmp_path / "plate.toml").write_text(text)
     with inside(tmp_path):
-        answer = ask(("check", "plate.toml") if "trials" not in words else ("uncertainty", "plate.toml"))
+        answer = ask(
+            ("check", "plate.toml") if "trials" not in words else ("uncertainty", "plate.toml"), SLOWEST
+        )
     assert answer.code == 2
     assert words in answer.err
     assert len(answer.err.encode()) < LONGEST
@@ -54,7 +56,7 @@ def answer_to(folder, files: dict[str, str], *command: str):
     case = Case("", files, command, ())
     case.lay_out(folder)
     with inside(folder):
-        return ask(case.command)
+        return ask(case.command, SLOWEST)
 
 
 NC = "%\nO1\nG21 G90 G94 G54\nT1 M6\nG43 H1\n{}\nM30\nO1000\nG91 G1 X0.001 F100\nM99\n%\n"

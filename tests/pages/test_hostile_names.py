@@ -82,7 +82,7 @@ def pages(tmp_path_factory):
     }  # fmt: skip
     with inside(folder):
         for verb, words in jobs.items():
-            answer = ask((verb, *words, "--out", verb), 60)
+            answer = ask((verb, *words, "--out", verb))
             assert answer.code == 0, answer.err
         assert ask(("uncertainty", "plain.toml", "--out", "plain")).code == 0
     return folder

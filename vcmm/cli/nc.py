@@ -129,6 +129,7 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     """The program, with remarks on whether it is sensible on the machine of the set-up."""
     from dataclasses import replace
 
+    from vcmm.core.text import is_file
     from vcmm.files.machine import load_machine
     from vcmm.nc.interpret import read_program
     from vcmm.nc.moves import Remark
@@ -137,7 +138,7 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     read = read_program(program, dialect, _level(setup, strict))
     if setup is None:
         return read
-    there = setup.machine is not None and Path(setup.machine).is_file()
+    there = setup.machine is not None and is_file(Path(setup.machine))
     machine = load_machine(setup.machine) if there else None
     said = list(remarks_on(read.moves, setup, machine))
     if machine is not None and read.moves:

@@ -119,10 +119,11 @@ class Machine:
         run = self.prepare(run)
         if exact or self.large_errors:
             return exact_tip_motion(self.chain, self.axes, run, self.motions(run))
-        parts = [self._first_order(run.take(slice(i, i + CHUNK))) for i in range(0, run.n, CHUNK)]
+        parts = [self._first_order(run.take(slice(i, i + CHUNK)), i) for i in range(0, run.n, CHUNK)]
         return np.concatenate(parts) if parts else np.zeros((0, 6))
 
-    def _first_order(self, run: Run) -> Array:
+    def _first_order(self, run: Run, first: int) -> Array:
+        """Motion (n, 6) of the rows of a run from row `first` on."""
         motions = self.motions(run)
         for motion in motions:
             largest = float(np.abs(motion.six[:, 3:]).max(initial=0.0))
@@ -131,11 +132,13 @@ class Machine:
                     f"a rotation of {largest * 1e3:.3g} mrad of link {motion.link} exceeds 1 mrad, the limit of the "
                     "first-order engine; use exact=True (--exact) or check the unit of the error table"
                 )
-            moved = float(np.abs(motion.six[:, :3]).max(initial=0.0))
-            if moved > LARGEST_TRANSLATION:
+            moved = np.abs(motion.six[:, :3]).max(axis=1, initial=0.0)
+            if moved.max(initial=0.0) > LARGEST_TRANSLATION:
+                row = first + int(moved.argmax())
                 raise ModelLimit(
-                    f"a translation of {moved:.4g} mm of link {motion.link} exceeds 1 mm; error tables are in mm and rad: check "
-                    "the unit, use exact=True (--exact), or state large_errors = true in the machine file"
+                    f"row {row + 1}: a translation of {moved.max():.4g} mm of link {motion.link} exceeds 1 mm; error tables are in mm and rad: check "
+                    "the unit, use exact=True (--exact), or state large_errors = true in the machine file",
+                    row=row,
                 )
         return tip_motion(self.chain, self.axes, run, motions)
 

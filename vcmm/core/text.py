@@ -101,6 +101,14 @@ def brief(text: str, length: int = 60) -> str:
     return f"{text[:half]}...{text[len(text) - half :]}"
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is such a file; a name that no file can have is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def raw_bytes(path: Path) -> bytes:
     """All bytes of a file. Raises DataError: missing, a folder, a device, larger than LARGEST_FILE."""
     try:

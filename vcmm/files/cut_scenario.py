@@ -17,6 +17,7 @@ from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import OFFSET_LABEL, Series
+from vcmm.core.text import is_file
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
 from vcmm.files.columns import read_csv
@@ -160,7 +161,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
     if model.placement.objective not in ("", "deviation"):
         problems.add(("placement", "objective"), 'the objective of a cut part is "deviation"; leave it out')
     program = document.path.parent / model.cut.program
-    if not program.is_file():
+    if not is_file(program):
         problems.add(
             ("cut", "program"), f"there is no file {program}; name the NC program, relative to this file"
         )
@@ -227,7 +228,7 @@ def _known(
 ) -> tuple[Machine, tuple[Input, ...]] | None:  # fmt: skip
     """The machine with the effects of setting up, of the part and of the scenario; its Inputs and theirs."""
     for name in cut.tools:
-        if not name.isdigit() or int(name) not in setup.tools:
+        if name not in map(str, setup.tools):
             known = [str(n) for n in setup.tools]
             problems.add(
                 ("cut", "tools", name), f"tool {name} is not in the set-up.{choose_from(name, known)}"

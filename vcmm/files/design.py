@@ -15,7 +15,8 @@ from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
-from vcmm.core.units import quantity
+from vcmm.core.text import LARGEST
+from vcmm.core.units import quantity, usual
 from vcmm.files.machine import load_machine
 from vcmm.files.problems import Problems
 from vcmm.files.schema import Point, Table, Travel, checked_model
@@ -118,7 +119,10 @@ def _machine(model: DesignFile, folder: Path) -> Machine:
 
 def _setup(table: SetupTable, machine: Machine) -> tuple[Recording, InstrumentCertificate | None]:
     instrument = find(table.instrument)
-    u = quantity(table.u, "angle" if instrument.kind == "angle" else "length", "u", "0.2 um")
+    dimension = "angle" if instrument.kind == "angle" else "length"
+    u = quantity(table.u, dimension, "u", "0.2 um")
+    if u < usual(dimension) / LARGEST:
+        raise UsageError(f'u = "{table.u}" must be positive')
     makers: dict[str, Callable[..., Recording]] = {
         "displacement": _line, "angle": _line, "length": _lengths, "probe": _plate,
     }  # fmt: skip

@@ -32,7 +32,7 @@ ACTUAL = {"actual_mm": 1.0, "actual_deg": np.pi / 180.0}
 UP = ("up", "+", "1", "+1", "forward", "fwd", "positive", "↑")
 DOWN = ("down", "-", "-1", "backward", "bwd", "negative", "↓")
 _ASSIGNED = re.compile(
-    r"(?:TEST_DATA=)?\s*(?P<name>\w+)\s*(?:\[(?P<i>\d+)(?:,(?P<j>\d+))?\])?\s*=\s*(?P<value>.*)"
+    r"(?:TEST_DATA=)?\s*(?P<name>\w+)\s*(?:\[(?P<i>[0-9]{1,9})(?:,(?P<j>[0-9]{1,9}))?\])?\s*=\s*(?P<value>.*)"
 )
 _SETTINGS = ("REF_PV", "TEST_PV", "TGT_SET_PV", "UNIT", "CYCLES", "POSITIONS", "DEC")
 

@@ -9,7 +9,8 @@ from pydantic import Field
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import Law, Normal, StudentT
-from vcmm.core.units import quantity
+from vcmm.core.text import LARGEST
+from vcmm.core.units import quantity, usual
 from vcmm.files.columns import LABELS
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.scenario import PoseTable
@@ -168,7 +169,7 @@ def noise_law(table: NoiseTable, angle: bool) -> Law:
 def _spread(text: str | None, key: str, angle: bool) -> float:
     try:
         value = quantity(text, "angle" if angle else "length", key, "0.5 urad" if angle else "0.5 um")
-        if value <= 0:
+        if value < usual("angle" if angle else "length") / LARGEST:
             raise UsageError(f'{key} = "{text}" must be above zero')
     except UsageError as error:
         raise TableProblems([(key, str(error))]) from None

@@ -21,6 +21,7 @@ from vcmm.files.iso230 import PositioningRuns
 
 SECTIONS = ("HEADER", "TARGET DATA", "USER-TEXT", "RUNS", "DEVIATIONS", "EQUIPMENT", "ENVIRONMENT", "EOF")
 CONDITIONS = {"air temp": "temp_air_C", "air press": "pressure_hPa", "air humid": "humidity_pct"}
+_COUNT = re.compile(r"[0-9]{1,9}")
 _MATERIAL = re.compile(r"mat temp (\d)")
 Lines = list[tuple[int, str]]
 
@@ -117,7 +118,7 @@ def _deviations(path: Path, sections: dict[str, Lines], k: int) -> tuple[Array, 
         if line.lower().startswith("run target"):
             continue
         cells = line.split()
-        if len(cells) != 3 or not (line.isascii() and (cells[0] + cells[1]).isdigit()):
+        if len(cells) != 3 or not (_COUNT.fullmatch(cells[0]) and _COUNT.fullmatch(cells[1])):
             problems.append(f'{path}:{number}: "{brief(line)}" is not a row of run, target, deviation')
             continue
         if not 1 <= int(cells[1]) <= k:
@@ -170,6 +171,6 @@ def _numbers(path: Path, line: int, cells: list[str]) -> list[float]:
 
 
 def _whole(path: Path, line: int, text: str) -> int:
-    if not (text.isascii() and text.strip().isdigit()):
+    if not _COUNT.fullmatch(text.strip()):
         raise DataError(f'{path}:{line}: "{brief(text.strip())}" is not a whole number')
     return int(text)

@@ -130,6 +130,10 @@ def _active(control: dict[str, Any]) -> tuple[str, ...] | None:
 def _check_names(model: SetupFile, problems: Problems) -> None:
     if model.dialect is not None and model.dialect not in names():
         problems.add(("dialect",), f'unknown dialect "{model.dialect}".{choose_from(model.dialect, names())}')
+    if model.machine == "":
+        problems.add(
+            ("machine",), 'machine = "" names no file; leave the key out, or write machine = "mill.toml"'
+        )
     for table in ("offsets", "rotations"):
         for name in getattr(model, table):
             if not _OFFSET.fullmatch(name):
@@ -176,7 +180,7 @@ def _tools(model: SetupFile, problems: Problems) -> dict[int, Tool]:
 
 def _tool(key: str, t: ToolTable) -> Tool:
     """One tool, its shape and sizes checked against each other."""
-    if not (key.isascii() and key.isdigit()) or int(key) < 1:
+    if not re.fullmatch(r"[0-9]{1,9}", key) or int(key) < 1:
         raise UsageError(f'"{key}" is no tool number; write for example [tools.1]')
     if t.length < 0 and t.shape != "turning":
         raise TableProblems([("length", NEGATIVE_LENGTH.format(t.length))])

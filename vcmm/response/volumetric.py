@@ -16,6 +16,7 @@ from vcmm.core.run import T0_DEG_C, Array, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
 MOST_NODES = 10_000_000  # of a grid: 2 GB with their columns
 
 
