@@ -59,15 +59,12 @@ def cut_command(
     with progress() as report, about(scenario, "cut"):
         result = cut(loaded, seed=seed, trials=trials, engine=engine, progress=report)
     back = None
-    if given is not None and measured is not None:
+    if measured is not None:
         back = came_back(scenario, loaded, given, frame == "machine", seed, folder or measured.parent)
     content = _content(scenario, loaded, result, measured, back)
     if folder:
         _write(folder, loaded, result, content)
-    if json:
-        print_json(content)
-    else:
-        _show_both(result, back)
+    print_json(content) if json else _show_both(result, back)
     decided = [c.decision.text for c in result.characteristics if c.decision]
     return 1 if "does not conform" in decided else 0
 
