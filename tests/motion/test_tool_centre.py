@@ -229,3 +229,10 @@ def test_a_table_that_stands_turned_has_its_tool_axis_in_the_workpiece():
     assert done[-1].tool_axis_end == pytest.approx(
         tuple(about("B", math.pi / 2) @ [0.0, 0.0, 1.0]), abs=1e-12
     )
+
+
+def test_angles_that_only_the_machine_knows_are_not_written():
+    last = moves("G43.5 H1 G0 X0 Y0 Z5.\nG1 X10. Y0 Z0 I0.5 J0 K0.8660254 F500\n")[-1]
+    written = move_json(last)
+    assert written["rotary_end_rad"] is None
+    assert written["tool_axis_end"] == pytest.approx([0.5, 0.0, math.sqrt(0.75)], abs=1e-6)
