@@ -117,7 +117,16 @@ def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
             "[axes.B] centre"
         )
     first = moves[0]
-    return Leading(machine, name, np.array(first.start), np.array(first.rotary_start))
+    state = Leading(machine, name, np.array(first.start), np.array(first.rotary_start))
+    led = next((m for m in moves if m.led), None)
+    bare = [ROTARY[i] for i in rotary_of(machine) if machine.axes[ROTARY[i]].centre == (0.0, 0.0, 0.0)]
+    if led is not None and bare:
+        text = (
+            f"axis {' and '.join(bare)} turns about the zero of the machine frame: where the tip is led hangs on it; state [axes.{bare[0]}] "
+            f"centre in the file of {machine.name} where it lies elsewhere"
+        )
+        state.remarks.append(Remark(led.source.line, led.source.first, text))
+    return state
 
 
 def _taken(state: Leading, m: Move) -> None:
