@@ -146,7 +146,7 @@ def _taken(state: Leading, m: Move) -> None:
     target = (
         np.array(m.rotary_end) if m.tool_axis_end is None else _angle(state, m, np.array(m.tool_axis_end))
     )
-    _check_swing(state, m, target, offset)
+    _check_swing(state, m, target)
     share, at, angle = _samples(state, m, target, offset)
     pieces = _pieces(state, m, share, at, angle)
     state.moves += pieces
@@ -189,7 +189,7 @@ def _brought(state: Leading, m: Move, angle: Array) -> None:
     state.angle = angle
 
 
-def _check_swing(state: Leading, m: Move, target: Array, offset: Array) -> None:
+def _check_swing(state: Leading, m: Move, target: Array) -> None:
     """A remark where an axis swings while the tool hardly tilts: the block passes near a singular position."""
     turn = np.abs(target - state.angle)
     if turn.max() < SWING:
