@@ -48,6 +48,7 @@ ROOMS = (
     "console",
     "pages",
     "papers",
+    "papers.echerfaoui2017",
     "papers.gaska2014",
     "papers.marin2004",
     "papers.abbe_milling",

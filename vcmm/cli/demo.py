@@ -11,7 +11,9 @@ from cyclopts import Parameter
 def demo_command(
     *,
     out: Path = Path("vcmm-demo"),
-    twin: Literal["gaska2014", "abbe_milling", "marin2004", "test_piece", "worn_cmm"] = "gaska2014",
+    twin: Literal[
+        "gaska2014", "abbe_milling", "echerfaoui2017", "marin2004", "test_piece", "worn_cmm"
+    ] = "gaska2014",
     draws: int | None = None,
     trials: int = 50_000,
     json: Annotated[bool, Parameter(name="--json")] = False,

@@ -14,6 +14,12 @@ def _abbe_milling() -> tuple[ModuleType, ModuleType]:
     return twin, page
 
 
+def _echerfaoui2017() -> tuple[ModuleType, ModuleType]:
+    from vcmm.papers.echerfaoui2017 import page, twin
+
+    return twin, page
+
+
 def _marin2004() -> tuple[ModuleType, ModuleType]:
     from vcmm.papers.marin2004 import page, twin
 
@@ -35,11 +41,12 @@ def _worn_cmm() -> tuple[ModuleType, ModuleType]:
 # Twin (run, figures) and page (tables, twin_page) of each name, imported when it is run.
 TWINS: dict[str, Callable[[], tuple[ModuleType, ModuleType]]] = {
     "abbe_milling": _abbe_milling,
+    "echerfaoui2017": _echerfaoui2017,
     "marin2004": _marin2004,
     "test_piece": _test_piece,
     "worn_cmm": _worn_cmm,
 }
-DRAWN = ("abbe_milling",)  # twins whose ranges are over drawn machines
+DRAWN = ("abbe_milling", "echerfaoui2017")  # twins whose ranges are over drawn machines
 
 
 def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
@@ -53,7 +60,7 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
         raise UsageError(f"--draws is of no use to {name}: it draws no machines; leave it out")
     output_folder(folder)
     twin, page = TWINS[name]()
-    run = _recorded_run if name == "worn_cmm" else _cut_run
+    run = {"worn_cmm": _recorded_run, "echerfaoui2017": _drawn_run}.get(name, _cut_run)
     with progress() as report:
         result, html, files = run(name, twin, page, {} if draws is None else {"draws": draws}, report)
     content = document("vcmm.twin/1", {"twin": name, **twin.figures(result)}, files=files)
@@ -65,6 +72,9 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     for table in page.tables(result):
         show_table(table)
     say(f"wrote {folder}/report.html, demo.json")
+    if run is _drawn_run:  # nothing of it lies in a file that could be copied
+        print(f"Next:\n  open {folder}/report.html\n  {me} calibrate --help")
+        return 0
     verb = "diagnose" if name == "worn_cmm" else "cut"
     print(
         f"Next:\n  open {folder}/report.html\n  {me} new {name}\n  {me} {verb} {name}.toml --out {name}-report"
@@ -89,6 +99,18 @@ def _cut_run(
     scenario = load_cut(path(name))
     result = twin.run(scenario, **options, progress=report)
     return result, page.twin_page(scenario, result), [path(name), *companions(name).values()]
+
+
+def _drawn_run(
+    name: str,
+    twin: ModuleType,
+    page: ModuleType,
+    options: dict[str, int],
+    report: Callable[[str, float], None],
+) -> Outcome:
+    """A twin whose machines and readings are drawn."""
+    result = twin.run(**options, progress=report)
+    return result, page.twin_page(result), []
 
 
 def _recorded_run(
