@@ -114,7 +114,7 @@ def test_a_tool_that_the_set_up_lacks_is_refused(
 ):
     program, setup = files
     program.write_text(PROGRAM.replace("H1", "H7"))
-    assert run(["nc", str(program), "--setup", str(setup)]) == 2
+    assert run(["nc", str(program), "--setup", str(setup), "--strict"]) == 2
     shown = capsys.readouterr()
     assert shown.out == ""
     assert f"{program}:5:1: tool 7 (H7) is not in the set-up file, which has 1, 2" in shown.err

@@ -7,7 +7,7 @@ import pytest
 import vcmm
 from tests.machining import shop
 from vcmm.cli import run as command
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import DataError, UsageError
 from vcmm.cutting.solid import thinning
 from vcmm.machining.job import cut
 from vcmm.nc.interpret import interpret
@@ -18,6 +18,16 @@ def test_a_tool_length_that_is_not_in_force_is_refused(tmp_path):
     path = shop.write(tmp_path, program=shop.PROGRAM.replace("G43 H1 ", ""))
     with pytest.raises(UsageError, match=r"line 8 .*would cut 100 mm too deep; add G43 H1"):
         cut(vcmm.load_cut(path))
+
+
+def test_every_missing_number_is_named_with_its_key(tmp_path):
+    text = shop.PROGRAM.replace("M30", "G41 D7 G1 X0. F100.\nX-5.\nG40 X-20.\nM98 P5001\nM30")
+    with pytest.raises(DataError) as caught:
+        cut(vcmm.load_cut(shop.write(tmp_path, program=text)))
+    tool, diameter, subprogram = caught.value.problems
+    assert "cut needs tool 7: write [tools.7] length" in tool
+    assert "cut needs the diameter of tool 7: write [tools.7] diameter" in diameter
+    assert "cut needs the subprogram O5001 (O5001.nc): a survey takes a hole in the path" in subprogram
 
 
 def test_a_tool_that_stays_in_the_changer_is_remarked():

@@ -16,6 +16,9 @@ def nc_command(
     moves: bool = False,
     time: bool = False,
     strict: bool = False,
+    plot: bool = False,
+    write_setup: Path | None = None,
+    out: Path | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """What an NC program means: its moves as tool-tip positions, times, extents, remarks.
@@ -23,7 +26,7 @@ def nc_command(
     Parameters
     ----------
     program
-        NC program.
+        NC program, or a folder: a table over all programs in it.
     dialect
         How it is written: fanuc, fanuc-lathe, linuxcnc ...; default: that of the set-up file, else guessed.
     setup
@@ -34,29 +37,92 @@ def nc_command(
         Cycle time by the time law, by mode and by tool; the set-up must name a machine. About 0.1 ms per move.
     strict
         Assume nothing: refuse what the program lacks and the machine would have in its memory.
+    plot
+        Write PROGRAM.html, beside where you are or in --out: the path by tool, with line and feed under the pointer.
+    write_setup
+        Write the set-up file that the program asks for, with blanks.
+    out
+        Folder for the page of --plot, or for programs.csv and programs.html of a folder.
     json
         Print one JSON document.
     """
-    from vcmm.console.documents import document, print_json
-    from vcmm.console.terminal import say
     from vcmm.files.setup import load_setup
-    from vcmm.nc.summary import summary
 
     loaded = load_setup(setup) if setup else None
+    if program.is_dir():
+        from vcmm.cli.nc_folder import folder_job
+
+        return folder_job(program, dialect, _level(loaded, strict), json, out)
+    if json and loaded is None and not (time or plot or write_setup):
+        from vcmm.console.program_document import json_job
+
+        return json_job(program, dialect, _level(None, strict))
     read = _read(program, dialect, loaded, strict)
-    if read.dialect_reason and not json:
-        say(f"dialect {read.dialect}: {read.dialect_reason}")
-    total = summary(read.moves, loaded)
     path = _timed(read, loaded) if time else None
+    written = _page(program, read, loaded, out) if plot else []
+    if write_setup is not None:
+        written.append(_write_setup(program, read, write_setup))
     if json:
-        files = [program] + ([setup] if setup else [])
-        body = nc_json(read, total) | ({"time": time_json(path)} if time else {})
-        print_json(document("vcmm.nc/1", {}, files=files) | body)
+        _print_json(program, setup, loaded, read, path)
     else:
-        _show(program, read, total, moves)
-        if time:
-            _show_time(path)
+        _tell(program, read, loaded, moves, path, written)
     return 0
+
+
+def _tell(program: Path, read: Any, setup: Any, moves: bool, path: Any, written: list[Path]) -> None:
+    """What a person reads."""
+    from vcmm.console.terminal import say
+    from vcmm.nc.summary import summary
+
+    if read.dialect_reason:
+        say(f"dialect {read.dialect}: {read.dialect_reason}")
+    _show(program, read, summary(read.moves, setup), moves)
+    if path is not None:
+        _show_time(path)
+    for text in written:
+        say(f"wrote {text}")
+
+
+def _level(setup: Any, strict: bool) -> Any:
+    from dataclasses import replace
+
+    from vcmm.nc.setup import Setup
+
+    return replace(setup or Setup(), strict=strict)
+
+
+def _print_json(program: Path, setup: Path | None, loaded: Any, read: Any, path: Any) -> None:
+    from vcmm.console.program_document import MoveFile, print_read, time_json
+
+    files = [program] + ([setup] if setup else [])
+    with MoveFile(loaded) as moves:
+        moves.take(read.moves)
+        print_read(read, moves, files, {"time": time_json(path)} if path is not None else {})
+
+
+def _page(program: Path, read: Any, setup: Any, out: Path | None) -> list[Path]:
+    """The page of --plot."""
+    from vcmm.console.files import write_text
+    from vcmm.files.machine import load_machine
+    from vcmm.nc.reading import read_bytes
+    from vcmm.nc.summary import summary
+    from vcmm.pages.program import program_page
+
+    there = setup is not None and setup.machine is not None and Path(setup.machine).is_file()
+    machine = load_machine(setup.machine) if there else None
+    html = program_page(program.name, read, summary(read.moves, setup), read_bytes(program), machine)
+    return [write_text((out or Path()) / f"{program.stem}.html", html)]
+
+
+def _write_setup(program: Path, read: Any, file: Path) -> Path:
+    """The file of --write-setup; one that is there is not written over."""
+    from vcmm.console.files import write_text
+    from vcmm.core.errors import UsageError
+    from vcmm.files.blank_setup import blank_setup
+
+    if file.exists():
+        raise UsageError(f"{file} is there already; name another file with --write-setup")
+    return write_text(file, blank_setup(read, program.name))
 
 
 def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
@@ -67,9 +133,8 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     from vcmm.nc.interpret import read_program
     from vcmm.nc.moves import Remark
     from vcmm.nc.sensible import remarks_on
-    from vcmm.nc.setup import Setup
 
-    read = read_program(program, dialect, replace(setup or Setup(), strict=strict))
+    read = read_program(program, dialect, _level(setup, strict))
     if setup is None:
         return read
     there = setup.machine is not None and Path(setup.machine).is_file()
@@ -101,14 +166,6 @@ def _timed(read: Any, setup: Any) -> Any:
     return toolpath(moves, machine, setup, step=1e9, chord=1e3)
 
 
-def time_json(path: Any) -> dict[str, Any]:
-    """Cycle time, by mode and by tool, and what had to be assumed."""
-    return {
-        "seconds": path.seconds, "by_mode": path.seconds_by("mode"), "by_tool": path.seconds_by("tool"),
-        "assumptions": list(path.assumptions),
-    }  # fmt: skip
-
-
 def _show_time(path: Any) -> None:
     from vcmm.console.terminal import say, show_table
     from vcmm.tables.program import times
@@ -116,24 +173,6 @@ def _show_time(path: Any) -> None:
     show_table(times(path))
     for text in path.assumptions:
         say(f"note: assumed: {text}")
-
-
-def nc_json(read: Any, total: Any) -> dict[str, Any]:
-    """The body of the JSON document."""
-    from vcmm.tables.program import move_json
-
-    warnings = [{"line": w.line, "column": w.column, "text": w.text} for w in read.warnings]
-    if read.dialect_reason:
-        text = f"the dialect {read.dialect} was guessed: {read.dialect_reason}"
-        warnings.insert(0, {"line": 1, "column": 1, "text": text})
-    return {
-        "dialect": read.dialect,
-        "moves": [move_json(m) for m in read.moves],
-        "summary": total.as_json(),
-        "tools": {str(number): name for number, name in read.tools.items()},
-        "assumed": [{"line": a.line, "what": a.what, "value": a.value} for a in read.assumed],
-        "warnings": warnings,
-    }
 
 
 def _show(program: Path, read: Any, total: Any, moves: bool) -> None:

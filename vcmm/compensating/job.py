@@ -50,7 +50,7 @@ from vcmm.core.machine import Machine
 from vcmm.evaluation.sampling import Progress
 from vcmm.motion.tool_centre import leads, oriented
 from vcmm.nc.dialects import Dialect
-from vcmm.nc.interpret import interpret
+from vcmm.nc.interpret import interpret, read_for
 from vcmm.nc.moves import Program
 from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import Setup
@@ -155,7 +155,7 @@ def prepare(
     check_dialect(name)
     check_mark(source)
     notes = check_state(machine, machine_file, setup)
-    read = interpret(source.text, name, setup, source.name, trace=True)
+    read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
     read = _with_angles(read, machine, source.name)
     known, language, given = _in_states(known_errors_of(machine), read), LANGUAGES[name], (read, source)
     short = without_length(read.moves, setup.tools)

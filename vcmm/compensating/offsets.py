@@ -23,7 +23,7 @@ from vcmm.compensating.refusals import check_mark, check_moves, check_state, che
 from vcmm.compensating.result import Departure
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.nc.interpret import interpret
+from vcmm.nc.interpret import read_for
 from vcmm.nc.moves import Move
 from vcmm.nc.setup import Setup
 
@@ -69,7 +69,7 @@ def best_offsets(
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
     check_mark(source)
     notes = check_state(machine, machine_file, setup)
-    read = interpret(source.text, name, setup, source.name)
+    read = read_for("compensate", source.text, name, setup, name=source.name)
     check_moves(read.moves, machine, setup, source.name)
     check_travel(read, machine, False, source.name)
     known = known_errors_of(machine)
@@ -79,7 +79,7 @@ def best_offsets(
         read.moves,
         set_here=set_here,
         constants={**setup.constants, **(constants or {})},
-        lathe=name.endswith("lathe"),
+        lathe="lathe" in name,
     )
     before, after, shifts = with_shifts(read.moves, field)
     said = (*notes, *known.left, *(f"{source.name}:{w.line}: {w.text}" for w in read.warnings))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -28,9 +29,9 @@ from vcmm.machining.turning import TurningProcess
 from vcmm.machining.wrong_unit import unit_hint
 from vcmm.motion.tool_centre import in_machine_axes
 from vcmm.motion.toolpath import Toolpath, toolpath
-from vcmm.nc.interpret import read_program
-from vcmm.nc.levels import demand
+from vcmm.nc.interpret import read_for
 from vcmm.nc.moves import Program
+from vcmm.nc.reading import read_bytes
 from vcmm.nc.sensible import length_missing, without_length
 from vcmm.nc.setup import turns_with
 
@@ -39,10 +40,10 @@ LOG_SLACK = 1.0  # s of the cycle time by which a log may be shorter: the way ho
 
 def set_up(scenario: CutScenario) -> PreparedCut:
     """Read, time and sweep the program; place the part. Raises DataError, UsageError and ModelLimit."""
-    program = read_program(scenario.program, scenario.dialect, scenario.setup)
+    text = read_bytes(Path(scenario.program))
+    program = read_for("cut", text, scenario.dialect, scenario.setup, name=str(scenario.program))
     if not program.moves:
         raise UsageError(f"{scenario.program}: the program has no motion; nothing is cut")
-    demand(program.assumed, str(scenario.program), "cut")
     _check_lengths(scenario, program)
     program = _of_axes(scenario, program)
     _check_forces(scenario, program)

@@ -17,6 +17,7 @@ from vcmm.nc.tokens import Token
 
 Computed = Callable[[Any], "float | None"]  # of what the control knows
 Value = float | Computed
+DEEPEST_BRACKETS, MOST_OPERATORS = 60, 200  # no control takes more in a block; each costs frames of the stack
 TIGHT = 99  # binds tighter than any operator
 
 
@@ -193,6 +194,8 @@ class ExpressionReader(Cursor):
     """Reads values by precedence. A language says what a number and a variable look like (`atom`)."""
 
     grammar: Grammar
+    depth = 0
+    operators = 0
 
     def expression(self, lowest: int = 0) -> Value:
         """Values and the operators between them that bind tighter than `lowest`."""
@@ -200,6 +203,11 @@ class ExpressionReader(Cursor):
         levels = self.grammar.levels
         while (operator := self.upper()) in levels and levels[operator] > lowest:
             column = self.next().column
+            self.operators += 1
+            if self.operators > MOST_OPERATORS:
+                raise self.fault(
+                    f"more than {MOST_OPERATORS} operators in one block; divide the expression", column
+                )
             right = self.expression(levels[operator])
             left = self.kept(self.joined(operator, left, right, column))
         return left
@@ -210,6 +218,16 @@ class ExpressionReader(Cursor):
 
     def operand(self) -> Value:
         """A value with what stands before it."""
+        self.depth += 1
+        if self.depth > DEEPEST_BRACKETS:
+            raise self.fault(
+                f"brackets, signs or functions are nested more than {DEEPEST_BRACKETS} deep; divide the expression"
+            )
+        value = self._operand()
+        self.depth -= 1
+        return value
+
+    def _operand(self) -> Value:
         prefix = self.upper()
         if prefix in self.grammar.prefixes:
             self.at += 1

@@ -5,17 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from vcmm.core.errors import DataError
+from vcmm.core.errors import DataError, VcmmError
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE_READER, TRACED, check_name, late
-from vcmm.nc.moves import Program
+from vcmm.nc.levels import demand
+from vcmm.nc.moves import MoveFlow, Program
 from vcmm.nc.reading import guess, read_bytes, runner_up
 from vcmm.nc.recognition import candidates
 from vcmm.nc.setup import Setup
 
 
 def read_program(
-    path: str | Path, dialect: str | None = None, setup: Setup | None = None, trace: bool = False
-) -> Program:
+    path: str | Path, dialect: str | None = None, setup: Setup | None = None, trace: bool = False,
+    *, flow: MoveFlow | None = None,
+) -> Program:  # fmt: skip
     """Read a program file. The dialect is the one named, else that of the set-up, else guessed (a remark says why).
 
     Raises DataError 'file:line:column: reason; what to do' and ModelLimit.
@@ -24,9 +26,9 @@ def read_program(
     text = read_bytes(path)
     said = dialect or (setup.dialect if setup else None)
     if said is None:
-        return interpret(text, None, setup, str(path), trace)
+        return interpret(text, None, setup, str(path), trace, flow=flow)
     try:
-        return interpret(text, dialect, setup, str(path), trace)
+        return interpret(text, dialect, setup, str(path), trace, flow=flow)
     except DataError as error:
         ranking = candidates(text, path)
         likely = ranking[0].dialect if ranking else said
@@ -43,31 +45,56 @@ def interpret(
     setup: Setup | None = None,
     name: str = "program",
     trace: bool = False,
+    *,
+    flow: MoveFlow | None = None,
 ) -> Program:
-    """The meaning of a program text. `name` stands in messages; a file of that name has its subprograms beside it."""
+    """The meaning of a program text. `name` stands in messages; a file of that name has its subprograms beside it. flow: takes the
+    moves as they come, and the Program has none."""
     setup = setup or Setup()
     chosen = dialect or setup.dialect
     if chosen is not None:
-        return _read(text, check_name(chosen), setup, name, trace)
+        return _read(text, check_name(chosen), setup, name=name, trace=trace, flow=flow)
     chosen, why = guess(text, Path(name))
     try:
-        return replace(_read(text, chosen, setup, name, trace), dialect_reason=why)
+        return replace(_read(text, chosen, setup, name=name, trace=trace, flow=flow), dialect_reason=why)
     except DataError:
         second = runner_up(text, Path(name))
         if second is None:
             raise
+        if flow is not None:
+            flow.restart()
         try:
-            program = _read(text, second.dialect, setup, name, trace)
+            program = _read(text, second.dialect, setup, name=name, trace=trace, flow=flow)
         except DataError:
             program = None
-        if program is None or not program.moves:
+        if program is None or not (program.moves or (flow and flow.count)):
             raise
     reason = f"it has {', '.join(second.signs[:4])}; as {chosen}, which has more signs, it cannot be read"
     return replace(program, dialect_reason=reason)
 
 
-def _read(text: str, dialect: str, setup: Setup, name: str, trace: bool) -> Program:
-    if dialect in FRONT_ENDS:
-        return (TRACED if trace and dialect in TRACED else FRONT_ENDS)[dialect](text, name, setup)
-    program: Program = late(G_CODE_READER, "run")(text, dialect, setup, name, trace)
-    return program
+def read_for(
+    job: str, text: str, dialect: str | None, setup: Setup, *, name: str = "program", trace: bool = False
+) -> Program:
+    """The program for a job whose answer depends on every number: nothing is assumed. Where numbers are missing, DataError names
+    each of them and how to give it; what is wrong in itself is refused as it is."""
+    try:
+        return interpret(text, dialect, replace(setup, strict=True), name, trace)
+    except DataError as refusal:
+        try:
+            survey = interpret(text, dialect, replace(setup, strict=False), name)
+        except VcmmError:
+            raise refusal from None
+        demand(survey.assumed, name, job)
+        raise
+
+
+def _read(text: str, dialect: str, setup: Setup, *, name: str, trace: bool, flow: MoveFlow | None) -> Program:
+    if dialect not in FRONT_ENDS:
+        program: Program = late(G_CODE_READER, "run")(text, dialect, setup, name, trace, flow=flow)
+        return program
+    program = (TRACED if trace and dialect in TRACED else FRONT_ENDS)[dialect](text, name, setup)
+    if flow is None:
+        return program
+    flow.take(program.moves)
+    return replace(program, moves=())

@@ -7,9 +7,9 @@ tool-relative sense in which the axis is commanded (conventions: motion sense of
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from vcmm.nc.levels import Assumed
 
@@ -73,6 +73,23 @@ class Remark(NamedTuple):
     line: int
     column: int
     text: str
+
+
+class MoveFlow:
+    """Takes the moves of a program as they come, so that a long one need not be held. count: how many have come."""
+
+    CHUNK: ClassVar[int] = 20_000
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def take(self, moves: Sequence[Move]) -> None:
+        """The next moves."""
+        self.count += len(moves)
+
+    def restart(self) -> None:
+        """What has come was read in the wrong dialect."""
+        self.count = 0
 
 
 @dataclass(frozen=True, eq=False)

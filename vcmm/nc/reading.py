@@ -19,6 +19,10 @@ def read_bytes(path: Path) -> str:
         return read_text(path)  # says what lies beside it
     except OSError as error:
         raise DataError(f"{path}:1:1: the program cannot be read: {error.strerror}; check the name") from None
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise DataError(
+            f"{path}:1:1: this text is UTF-16, which no control reads; save it as plain text (ASCII or UTF-8)"
+        )
     if b"\0" in raw:
         line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
         column = raw.index(b"\0") - (raw.rfind(b"\n", 0, raw.index(b"\0")) + 1) + 1
@@ -47,6 +51,14 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
             f"{second}; have it posted for one of {', '.join(names())}, or name one with --dialect"
         )
     return (here[0].dialect, told(here)) if here else ("fanuc", told(ranking))
+
+
+def likely(path: Path) -> str:
+    """The dialect that a file seems to be written in, "" where it is not here or cannot be read as text."""
+    try:
+        return guess(read_bytes(path), path)[0]
+    except DataError:
+        return ""
 
 
 def runner_up(text: str, path: Path | None) -> Candidate | None:

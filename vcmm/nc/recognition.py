@@ -21,7 +21,7 @@ _B = r"^[ \t]*/?(?:N?\d+[ \t]*)?"  # begin of a block
 
 
 _COMMENT = re.compile(
-    r"(?<![A-Z]{2})(?<![A-Z]{2}\d\d)(?<![A-Z]{3}\d)\([^)\n]*\)|;[^\n]*"
+    r"(?<![A-Z]{2})(?<![A-Z]{2}\d\d)(?<![A-Z]{3}\d)\([^()\n]*\)|;[^\n]*"
 )  # MSG( and CYCLE81( are none
 
 
@@ -51,6 +51,7 @@ SIGNS: tuple[Sign, ...] = (
     Sign(("mach3",), 7, r"MACH[ ]?[34]\b|TORMACH|PATHPILOT", "the name of the control", "comments"),
     Sign(("mach3",), 3, r"\bG90[ \t]+G94[ \t]+G91\.1|G50[ \t]+G17|G64[ \t]+G50|G80[ \t]+G50|\bM47\b", "a header of Mach3"),
     Sign(("grbl",), 7, r"GRBL|SHAPEOKO|CARBIDE|X-?CARVE|EASEL|SNAPMAKER|MARLIN|NOMAD|FLUIDNC|UGS\b|ESTLCAM|CNCJS|JSCUT|FLATCAM|GCODETOOLS", "the name of the control", "all"),
+    Sign(("grbl",), 12, r"#</", "settings of FluidNC as parameters"),
     Sign(("grbl",), 3, r"^[ \t]*\$(?:[HXGIN#$]\b|\d+=)|^[ \t]*[!~?][ \t]*$", "commands of a console"),
     Sign(("grbl", "linuxcnc", "mach3"), 2, r"^[^;(\n%]*;[ \t]*[A-Za-z(]|^[ \t]*;", "notes behind ;", "all"),
     Sign(("fanuc", "haas", "mazak", "fanuc-lathe", "haas-lathe"), 4, _B + r"(?:IF[ \t]*\[|WHILE[ \t]*\[|GOTO[ \t]*[\d#])|G65[ \t]*P|G66[ \t]*P|\bDPRNT|\bPOPEN", "macro B"),
@@ -89,7 +90,7 @@ HERE = {
     "fanuc", "haas", "mazak", "fanuc-lathe", "fanuc-lathe-b", "haas-lathe", "linuxcnc", "mach3", "grbl", "sinumerik", "heidenhain", "okuma",
 }  # fmt: skip
 ENDINGS: dict[str, tuple[tuple[str, ...], float]] = {
-    "ngc": (("linuxcnc",), 4), "mpf": (("sinumerik",), 6), "spf": (("sinumerik",), 6), "arc": (("sinumerik",), 3), "h": (("heidenhain",), 6),
+    "ngc": (("linuxcnc",), 8), "mpf": (("sinumerik",), 6), "spf": (("sinumerik",), 6), "arc": (("sinumerik",), 3), "h": (("heidenhain",), 6),
     "tap": (("mach3",), 1.5), "gcode": (("grbl",), 1), "eia": (("mazak",), 4), "min": (("okuma",), 8), "ssb": (("okuma",), 8),
     "sub": (("okuma",), 2), "lib": (("okuma",), 3),
 }  # fmt: skip
@@ -135,8 +136,8 @@ def _compiled(pattern: str) -> re.Pattern[str]:
 
 def _views(text: str) -> dict[str, str]:
     """The text, without its comments, and its comments alone."""
-    comments = re.findall(r"\([^)\n]*\)|;[^\n]*", text)
-    plain = _COMMENT.sub("", text)
+    comments = re.findall(r"\([^()\n]*\)|;[^\n]*", text)
+    plain = _COMMENT.sub("", _COMMENT.sub("", text))
     return {"all": text, "code": plain, "comments": "\n".join(comments)}
 
 

@@ -354,7 +354,7 @@ class Recorder(ModalState):
             moves = centre_path(moves, sides, name)
         return Program(
             self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), traces=traces, steps=steps,
-            assumed=tuple(self.assumed.values()),
+            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)),
         )  # fmt: skip
 
 

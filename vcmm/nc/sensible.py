@@ -46,7 +46,23 @@ def remarks_on(moves: Sequence[Move], setup: Setup, machine: Machine | None) -> 
                 f"work offset {move.offset} is not in the set-up: machine zero is taken; add it to [offsets]"
             )
             out.append(Remark(move.source.line, 1, text))
-    return (*out, *(_beyond(moves, machine) if machine else ()))
+    return (*out, *(_kind(moves, machine) if machine else ()), *(_beyond(moves, machine) if machine else ()))
+
+
+def _kind(moves: Sequence[Move], machine: Machine) -> list[Remark]:
+    """A program in ZX alone on a machine that has Y, and one with Y on a machine that has none."""
+    cuts = [m for m in moves if m.kind in CUTS]
+    if not cuts:
+        return []
+    across = next((m for m in cuts if abs(m.end[1] - m.start[1]) > SLACK), None)
+    if across is not None and "Y" not in machine.axes:
+        text = f"the program cuts along Y, and {machine.name} has no axis Y: a milling program on a lathe? Name another machine"
+        return [Remark(across.source.line, 1, text)]
+    turning = across is None and any(m.plane == "ZX" for m in cuts)
+    if turning and machine.kind == "machine-tool" and "Y" in machine.axes:
+        text = f"the program turns in the plane ZX and never cuts along Y: a lathe program on the mill {machine.name}? Name another machine"
+        return [Remark(cuts[0].source.line, 1, text)]
+    return []
 
 
 def _beyond(moves: Sequence[Move], machine: Machine) -> list[Remark]:

@@ -99,32 +99,54 @@ def extent(points: Sequence[Point]) -> tuple[Point, Point] | None:
     )
 
 
-def summary(moves: Sequence[Move], setup: Setup | None = None) -> ProgramSummary:
-    """Totals of a program."""
-    counts: dict[str, int] = {}
-    lengths: dict[str, float] = {}
-    cutting = dwells = 0.0
-    for move in moves:
+class SummaryBuilder:
+    """Totals of moves that come in pieces. The first move starts where nobody knows: its start does not count."""
+
+    def __init__(self, setup: Setup | None = None) -> None:
+        self.offsets = setup.offsets if setup else {}
+        self.counts: dict[str, int] = {}
+        self.lengths: dict[str, float] = {}
+        self.cutting = self.dwells = 0.0
+        self.boxes: list[tuple[Point, Point] | None] = [None, None, None]  # machine, work, cuts
+        self.begun = False
+
+    def add(self, moves: Sequence[Move]) -> None:
+        """The next moves."""
+        everything, work, cuts = [], [], []
+        for move in moves:
+            self._count(move)
+            points = list(_points(move)) if move.centre is not None else [move.start, move.end]
+            points = points if self.begun else points[1:]
+            self.begun = True
+            everything += points
+            zero = self.offsets.get(move.offset, ORIGIN)
+            if move.rewritable:
+                work += (
+                    points
+                    if zero == ORIGIN
+                    else [(p[0] - zero[0], p[1] - zero[1], p[2] - zero[2]) for p in points]
+                )
+            if move.kind in ("line", "arc", "thread"):
+                cuts += points
+        for k, points in enumerate((everything, work, cuts)):
+            old = self.boxes[k]
+            self.boxes[k] = extent([*points, *(old or ())])
+
+    def _count(self, move: Move) -> None:
         size = move_length(move)
-        counts[move.kind] = counts.get(move.kind, 0) + 1
-        lengths[move.kind] = lengths.get(move.kind, 0.0) + size
-        dwells += move.seconds
+        self.counts[move.kind] = self.counts.get(move.kind, 0) + 1
+        self.lengths[move.kind] = self.lengths.get(move.kind, 0.0) + size
+        self.dwells += move.seconds
         if move.feed:
             turned = 0.0 if size else math.degrees(math.dist(move.rotary_start, move.rotary_end))
-            cutting += (size or turned) / move.feed * 60.0
-    return ProgramSummary(counts, lengths, cutting, dwells, *_extents(moves, setup))
+            self.cutting += (size or turned) / move.feed * 60.0
+
+    def total(self) -> ProgramSummary:
+        return ProgramSummary(self.counts, self.lengths, self.cutting, self.dwells, *self.boxes)
 
 
-def _extents(moves: Sequence[Move], setup: Setup | None) -> tuple[tuple[Point, Point] | None, ...]:
-    """Machine, work, and machine extent of the cuts alone. The first move starts where nobody knows: its start does not count."""
-    offsets = setup.offsets if setup else {}
-    everything, work, cuts = [], [], []
-    for i, move in enumerate(moves):
-        points = list(_points(move))[1 if i == 0 else 0 :]
-        everything += points
-        zero = offsets.get(move.offset, ORIGIN)
-        if move.rewritable:
-            work += [(p[0] - zero[0], p[1] - zero[1], p[2] - zero[2]) for p in points]
-        if move.kind in ("line", "arc", "thread"):
-            cuts += points
-    return extent(everything), extent(work), extent(cuts)
+def summary(moves: Sequence[Move], setup: Setup | None = None) -> ProgramSummary:
+    """Totals of a program."""
+    builder = SummaryBuilder(setup)
+    builder.add(moves)
+    return builder.total()

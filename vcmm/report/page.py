@@ -22,13 +22,13 @@ from vcmm.report.text import escape
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
     return resources.files("vcmm.report").joinpath(name).read_text(encoding="utf-8")
 
 
 def scene_script() -> str:
     """The script that turns 3-D scenes, without indentation and comments."""
-    lines = (line.strip() for line in _asset("scene.js").splitlines())
+    lines = (line.strip() for line in asset("scene.js").splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
@@ -36,7 +36,7 @@ def page(title: str, blocks: Sequence[str], *, subtitle: str = "", footer: str =
     """The whole document. `blocks` are HTML strings made by this package; texts are escaped here."""
     body = "\n".join(blocks)
     script = f"<script>\n{scene_script()}</script>\n" if "data-scene" in body else ""
-    style = css_variables() + css_classes() + "\n" + _asset("style.css")
+    style = css_variables() + css_classes() + "\n" + asset("style.css")
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
     foot = f"<footer>{escape(footer)}</footer>\n" if footer else ""
     return (

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import re
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from vcmm.core.machine import Machine
 from vcmm.motion.toolpath import Toolpath, clock
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.summary import ProgramSummary
@@ -91,6 +96,92 @@ def assumed(name: str, program: Program) -> ResultTable[Any]:
     """What the program lacks and was taken for granted."""
     rows = [[f"{name}:{a.line}", a.what, a.value] for a in program.assumed]
     return listing("assumed", ["where", "what", "taken"], rows, words=(0, 1, 2))
+
+
+def travels(program: Program, machine: Machine) -> ResultTable[Any]:
+    """How far the axes go, and how far they can."""
+    rows = []
+    for letter, axis in machine.axes.items():
+        turning = letter in "ABC"
+        index, scale, unit = "ABC".find(letter) if turning else "XYZ".find(letter), 1.0, "mm"
+        if turning:
+            scale, unit = 180.0 / math.pi, "deg"
+        reached = [
+            (m.rotary_end[index] if turning else m.end[index] + m.tool_offset[index]) * scale
+            for m in program.moves
+        ]
+        low, high = (limit * scale for limit in axis.travel)
+        inside = "yes" if low <= min(reached) and max(reached) <= high else "no"
+        text = (f"{min(reached):.3f} to {max(reached):.3f} {unit}", f"{low:.3f} to {high:.3f} {unit}")
+        rows.append([letter, *text, inside])
+    return listing("", ["axis", "goes", "can go", "inside"], rows, words=(0, 3))
+
+
+@dataclass(frozen=True)
+class FolderRow:
+    """What became of one program of a folder: exit 0 or 2; reason: why it was refused."""
+
+    file: str
+    dialect: str
+    exit: int
+    moves: int
+    assumed: int
+    reason: str
+
+
+FOLDER: tuple[Column[FolderRow], ...] = (
+    Column("file", lambda row: row.file, key="file", csv="file"),
+    Column("dialect", lambda row: row.dialect, key="dialect", csv="dialect"),
+    Column("exit", lambda row: row.exit, RIGHT, key="exit", csv="exit"),
+    Column("moves", lambda row: row.moves, RIGHT, key="moves", csv="moves"),
+    Column("assumed", lambda row: row.assumed, RIGHT, key="assumed", csv="assumed"),
+    Column("reason", lambda row: row.reason, key="reason", csv="reason"),
+)
+
+
+def folder(title: str, rows: Sequence[FolderRow]) -> ResultTable[FolderRow]:
+    return ResultTable(f"{title}: {len(rows)} programs", FOLDER, rows)
+
+
+def outcome(row: FolderRow) -> str:
+    """read, read with assumptions, no motion, refused."""
+    if row.exit:
+        return "refused"
+    if not row.moves:
+        return "no motion"
+    return "read with assumptions" if row.assumed else "read"
+
+
+def folder_counts(rows: Sequence[FolderRow]) -> ResultTable[Any]:
+    """How many programs of each dialect were read, read with assumptions, refused."""
+    kinds = ("read", "read with assumptions", "no motion", "refused")
+    counted = Counter((row.dialect or "not known", outcome(row)) for row in rows)
+    dialects = sorted({d for d, _ in counted})
+    out = [[d, *(str(counted[d, k]) for k in kinds)] for d in dialects]
+    out.append(["all", *(str(sum(counted[d, k] for d in dialects)) for k in kinds)])
+    return listing("programs", ["dialect", *kinds], out)
+
+
+def reason_kind(reason: str) -> str:
+    """A reason without place and numbers, so that equal ones count together."""
+    plain = re.sub(r"^.*?:\d+:\d+: ", "", reason)
+    plain = re.sub(r'"[^"]*"|#?<[^>]*>|[-+]?\d+(?:\.\d+)?', "…", plain)
+    return re.split(r"[;(]|\. |, as in", plain)[0].strip()[:110]
+
+
+def folder_reasons(rows: Sequence[FolderRow]) -> ResultTable[Any]:
+    """Reasons of refusals, the most frequent first, with one program of each."""
+    found: dict[str, list[FolderRow]] = {}
+    for row in rows:
+        if row.reason:
+            found.setdefault(reason_kind(row.reason), []).append(row)
+    ordered = sorted(found.items(), key=lambda item: (-len(item[1]), item[0]))
+    return listing(
+        "refused",
+        ["number", "reason", "for example"],
+        [[str(len(v)), k, v[0].file] for k, v in ordered],
+        words=(1, 2),
+    )
 
 
 TIMES: tuple[Column[tuple[str, float, str]], ...] = (

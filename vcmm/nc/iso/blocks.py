@@ -20,6 +20,8 @@ _KEYWORD = re.compile(r"[ \t]*([A-Za-z]+)")
 _PLAIN_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _PLAIN = re.compile(rf"[ \t]*(?:N(\d+)[ \t]*)?(?:[A-MP-Z]{_PLAIN_NUMBER}[ \t]*)+\Z", re.IGNORECASE | re.ASCII)
 _PLAIN_WORD = re.compile(rf"([A-MP-Z])({_PLAIN_NUMBER})", re.IGNORECASE | re.ASCII)
+_UNBRACKETED = re.compile(r"[ \t]*[-+]?[ \t]*#\d+[ \t]*[-+*/]")  # X#1/2, as some laser cutters take it
+_CORNER = re.compile(r",[ \t]*[RC][ \t]*[-+.\d#\[]", re.IGNORECASE)
 _LETTERS = "ABCDEFGHIJKLMNPQRSTUVWXYZ"
 _OUTPUT = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(DPRNT|BPRNT|POPEN|PCLOS)\b", re.IGNORECASE)
 _SECOND_BLOCK = re.compile(
@@ -182,6 +184,11 @@ def _comment_end(text: str, begin: int, dialect: Dialect) -> int:
             depth -= 1
             if depth == 0:
                 return at + 1
+    first = text.find(")", begin)
+    if (
+        dialect.survey and dialect.nested_comments and first >= 0
+    ):  # Fanuc itself ends a comment at the first ")"
+        return first + 1
     raise BlockFault(begin + 1, 'the comment is never closed; add ")" on the same line')
 
 
@@ -208,12 +215,9 @@ def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
     if here in "oO" or (here == ":" and dialect.words == "macro"):
         _o_word(reader, block, dialect)
         return
-    if (
-        here == ","
-        and dialect.words == "macro"
-        and reader.text[reader.at + 1 : reader.at + 2].upper() in "RCA"
-    ):
+    if here == "," and dialect.words == "macro" and _CORNER.match(reader.text, reader.at):
         reader.at += 1
+        reader.skip()
         _word(reader, block, ",")
         return
     if here == ",":
@@ -224,16 +228,17 @@ def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
         raise reader.fault(
             f"{here!r} cannot be understood here; words are a letter and a number, as in X12.5"
         )
-    _word(reader, block)
+    _word(reader, block, open_value=dialect.survey and dialect.words == "macro")
 
 
-def _word(reader: LineReader, block: IsoBlock, comma: str = "") -> None:
+def _word(reader: LineReader, block: IsoBlock, comma: str = "", open_value: bool = False) -> None:
     first = reader.at
     letter = comma + reader.text[first].upper()
     reader.at += 1
     before = reader.at
     try:
-        value = reader.value()
+        open_value = open_value and _UNBRACKETED.match(reader.text, reader.at) is not None
+        value = reader.expression() if open_value else reader.value()
     except BlockFault as fault:
         text = f'the word "{letter}" has no number that can be read: {fault.text}'
         raise BlockFault(fault.column, text) from None
@@ -319,7 +324,7 @@ def _macro(reader: LineReader, word: str, block: IsoBlock) -> IsoFlow:
     if word in ("END", "DO"):
         kind = "end" if word == "END" else "do"
         return IsoFlow(kind, _loop_number(reader, word), column)
-    condition = reader.bracket()
+    condition = reader.expression()
     if word == "WHILE":
         reader.expect("DO", "after WHILE[...]; write WHILE[#1 LT 5] DO1")
         return IsoFlow("while", _loop_number(reader, "DO"), column, (condition,))

@@ -59,6 +59,7 @@ class IsoControl(Recorder):
     vectors: bool = False  # G43.5: I J K of a line are the direction of the tool
     polar: PolarWords | None = None  # G16
     base_motion: str = "G0"  # what G80 leaves in force, where cycles are a group of their own
+    unit_said: bool = False  # G20 or G21 has been read
     turning_words: dict[str, float] = field(
         default_factory=dict
     )  # of the first of two blocks of G71 to G76, mm

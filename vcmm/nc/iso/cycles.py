@@ -140,6 +140,10 @@ def _repeats(c: IsoControl, w: IsoWords, column: int) -> int:
     if count is None and c.language.words == "macro":
         count = None if "K" not in w.values else w.whole("K", column)
         c.cycle.pop("K", None)
+    if count is not None and count > _MOST_PECKS:
+        raise BlockFault(
+            column, f"{count} repeats of a cycle; {_MOST_PECKS} are the most, correct their number"
+        )
     if count == 0 and c.language.words == "o":
         raise BlockFault(w.column("L"), "L0 repeats nothing; write L1 or more")
     return 1 if count is None else count

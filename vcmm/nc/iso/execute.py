@@ -136,6 +136,8 @@ def _motion(c: IsoControl, w: IsoWords) -> None:
         return
     if nonmodal(c, w):
         return
+    if code is None and w.passed:
+        return
     if code == "G80" or not (_axis_left(c, w) or _bare(c, w, code)):
         return
     if not column:
@@ -179,6 +181,13 @@ def _bare(c: IsoControl, w: IsoWords, code: str | None) -> bool:
 
 
 def _move(c: IsoControl, w: IsoWords, mode: str | None, column: int) -> None:
+    if (
+        mode in (None, "G80")
+        and c.language.survey
+        and any("remapped" in what or "tilted" in what for what in c.assumed)
+    ):
+        c.assume("the motion in force behind a remapped code", "G0", column=column)
+        mode = c.motion = "G0"
     if mode is None or mode == "G80":
         raise BlockFault(
             column, "axis words without a motion code in force; write G0, G1, G2 or G3 before them"

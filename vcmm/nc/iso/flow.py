@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +13,14 @@ from vcmm.nc.iso.blocks import Assign, IsoFlow
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.parameters import ParameterTable
 from vcmm.nc.iso.texts import Text
+from vcmm.nc.moves import MoveFlow
+from vcmm.nc.radius import centre_path
 from vcmm.nc.search import find_file
 
 DEEPEST = 50
+LOOKING_BACK = 20  # moves after radius compensation before its exit is past
 IDLE_JUMPS = 100_000  # backward jumps without any motion: an endless loop
-MOST_REPEATED = 2_000_000  # blocks executed again, in loops and subprograms
+MOST_REPEATED = 500_000  # blocks executed again, in loops and subprograms
 
 
 class Unfinished(Exception):
@@ -47,8 +51,20 @@ class IsoRunner:
         self.counters: dict[tuple[int, str], int] = {}
         self.others: dict[str, Text] = {}
         self.idle, self.moves_seen, self.repeated = 0, 0, 0
+        self.flow: MoveFlow | None = None  # who takes finished moves as they come
         self.fragment = False  # a subprogram on its own: its arguments are missing
         self.modal_macro: tuple[int, list[tuple[str, float]]] | None = None
+
+    def hand_on(self) -> None:
+        """Moves that nothing can change any more go to `flow`: none is under radius compensation or awaits its corner."""
+        c = self.c
+        settled = c.compensation is None and not c.corners and not any(c.sides[-LOOKING_BACK:])
+        if self.flow is None or len(c.moves) < MoveFlow.CHUNK or not settled:
+            return
+        moves = centre_path(c.moves, c.sides, self.main.name) if any(c.sides) else c.moves
+        self.flow.take(moves)
+        c.moves, c.sides = [], []
+        self.moves_seen = -1
 
     # -- jumps ----------------------------------------------------------------------------------------------------
     def jump(self, index: int, here: int, column: int) -> None:
@@ -70,7 +86,7 @@ class IsoRunner:
         """Count the runs of lines first to last - 1. Raises BlockFault where too many are repeated."""
         runs = self.text.runs
         for index in range(first, last):
-            runs[index] = runs.get(index, 0) + 1
+            runs[index] += 1
         if last > first and runs[first] > 1:
             self.repeated += last - first
             if self.repeated > MOST_REPEATED:
@@ -110,6 +126,12 @@ class IsoRunner:
             raise BlockFault(
                 column,
                 f"subprograms call one another more than {DEEPEST} deep; {call.label} seems to call itself",
+            )
+        runs = math.prod(max(1, c.left) for c in (*self.calls, call))
+        if runs > MOST_REPEATED:
+            raise BlockFault(
+                column,
+                f"{call.label} would be run {runs} times; {MOST_REPEATED} are the most, check the repeats",
             )
         if arguments is not None:
             self.table.locals.append(arguments)
@@ -256,6 +278,11 @@ def _repeat(r: IsoRunner, flow: IsoFlow, label: str, here: int) -> None:
         r.at = r.text.next_o(label, ("endrepeat",), here, flow.column) + 1
         return
     r.text.next_o(label, ("endrepeat",), here, flow.column)
+    if count > MOST_REPEATED:
+        raise BlockFault(
+            flow.column,
+            f"o{label} would be repeated {count:.0f} times; {MOST_REPEATED} are the most, check its number",
+        )
     r.counters[(len(r.calls), label)] = int(count)
 
 

@@ -62,7 +62,7 @@ def _unit(c: IsoControl, w: IsoWords) -> None:
     code = w.g.get("unit")
     if code is None:
         return
-    new = c.language.unit_codes[code]
+    new, c.unit_said = c.language.unit_codes[code], True
     if new != c.unit:
         if c.moves:
             c.remark(f"the unit changes within the program ({code})", column_of(w, "unit"), every=True)
@@ -94,10 +94,12 @@ def tools_and_spindle(c: IsoControl, w: IsoWords) -> None:
         if c.tool:
             c.called.setdefault(c.tool, f"T{c.tool}")
         if c.compensation is not None:
-            raise BlockFault(
-                w.m_columns["tool"],
-                "a tool change while cutter radius compensation is on; cancel it with G40 before",
-            )
+            refusal = "a tool change while cutter radius compensation is on; cancel it with G40 before"
+            if c.language.words == "o":
+                raise BlockFault(w.m_columns["tool"], refusal)
+            what = "radius compensation behind a tool change"
+            c.assume(what, "cancelled, as macros of tool changers do", refusal, column=w.m_columns["tool"])
+            c.compensation = None
     elif change == 61:
         number = w.whole("Q", w.m_columns["tool"])
         if number is None:

@@ -14,12 +14,14 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import in_plane
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
+from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Point
 
 CENTRE_WORDS = "IJK"
 TINY = 1e-12
 FULL_CIRCLE = 1e-6  # rad: an arc that ends where it begins is a whole turn
 POINTLESS = 20.0  # from here on a number without a point counts increments where all coordinates have one
+MOST_TURNS = 10_000
 CHORD = 0.001  # mm: how far straight lines may lie from the arc that they stand for
 SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding and not worth a remark
 
@@ -228,6 +230,8 @@ def _turns(c: IsoControl, w: IsoWords) -> int:
     if c.language.words != "o":
         return 1
     turns = w.whole("P", 1, 1)
+    if turns is not None and turns > MOST_TURNS:
+        raise BlockFault(w.column("P"), f"an arc of {turns} turns; {MOST_TURNS} are the most, correct P")
     return 1 if turns is None else turns
 
 
@@ -250,7 +254,11 @@ def _centre_of_words(c: IsoControl, w: IsoWords, ends: ArcEnds) -> list[float]:
     if c.language.survey and not c.arcs_seen and not c.arc_absolute and _misfit(c, ends, centre):
         other = _centre(c, w, ends, given, True)
         if not _misfit(c, ends, other):
-            c.assume("how I J K count", "from the work zero: they fit no relative centre", column=c.column)
+            value, entry = (
+                "from the work zero: they fit no relative centre",
+                SetupEntry("", "arc_centre", '"absolute"'),
+            )
+            c.assume("how I J K count", value, blank=entry, column=c.column)
             c.arc_absolute, centre = True, other
     _check_radii(c, ends, centre)
     return centre

@@ -206,6 +206,9 @@ def coordinate_turn(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
             raise BlockFault(column, "G68 while cutter radius compensation is on; cancel it with G40 before")
         first, second, _ = PLANES[c.plane]
         letter = "R" if c.language.words == "macro" or w.has("R") else "B"
+        if c.language.survey and not w.has(letter):
+            c.assume("the angle of G68", "0 degrees (FANUC parameter 5410)", column=column)
+            w.values[letter] = 0.0
         angle = w.need(letter, f"the angle of G68, in degrees, as in G68 X0 Y0 {letter}30", column)
         centre = list(c.p)
         for i in (first, second):
@@ -226,7 +229,7 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     if not c.absolute and not c.language.cycles_apart:
         raise BlockFault(column, "G53 needs absolute coordinates; write G90 before")
     if c.compensation is not None:
-        raise BlockFault(column, "G53 while cutter radius compensation is on; cancel it with G40 before")
+        _suspended(c, "G53 while cutter radius compensation is on; cancel it with G40 before", column)
     q, rotary = list(c.q), list(c.rotary)
     for i, axis in enumerate(AXES):
         number = w.take(axis)
@@ -240,10 +243,21 @@ def machine_move(c: IsoControl, w: IsoWords, column: int) -> None:
     go_to_axes(c, (q[0], q[1], q[2]), rapid, (rotary[0], rotary[1], rotary[2]))
 
 
+def _suspended(c: IsoControl, refusal: str, column: int) -> None:
+    """Fanuc: compensation rests while the axes go to a machine position (B-64304EN, "automatic return to reference position")."""
+    if c.language.words == "o":
+        raise BlockFault(column, refusal)
+    c.assume(
+        "radius compensation in a move of the machine", "at rest during that move", refusal, column=column
+    )
+
+
 def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
-    """A straight move of the axes to a machine position; never rewritten."""
-    o = c.tool_offset
+    """A straight move of the axes to a machine position; never rewritten, and without radius compensation."""
+    o, kept = c.tool_offset, c.compensation
+    c.compensation = None
     c.to_machine((q[0] - o[0], q[1] - o[1], q[2] - o[2]), rapid, rotary)
+    c.compensation = kept
     c.q = q
     c.locate()
 
@@ -251,8 +265,8 @@ def go_to_axes(c: IsoControl, q: Point, rapid: bool, rotary: Point) -> None:
 def go_home(c: IsoControl, w: IsoWords, second: bool, column: int) -> None:
     """G28, G30: by way of the programmed point to the reference point, only the axes that are named (LinuxCNC: or all)."""
     if c.compensation is not None:
-        raise BlockFault(
-            column, "a reference move while cutter radius compensation is on; cancel it with G40 before"
+        _suspended(
+            c, "a reference move while cutter radius compensation is on; cancel it with G40 before", column
         )
     named = [axis for axis in AXES if w.has(axis) or (c.language.lathe and w.has("UVW"[AXES.index(axis)]))]
     turned = [axis for axis in "ABC" if w.has(axis)]

@@ -85,7 +85,7 @@ class ParameterTable:
         index = whole(target, "the number of a parameter")
         if index == 0 and self.macro:
             raise BlockFault(column, "#0 is always vacant and cannot be set")
-        if index < 1 or index > 99999:
+        if index < 1 or index > (999999 if self.macro else 99999):
             raise BlockFault(column, f"parameter #{index} does not exist")
         if index == 3000 and self.macro:
             refusal = (
@@ -223,6 +223,6 @@ NAMED: dict[str, Callable[[IsoControl], float]] = {  # LinuxCNC's predefined nam
     "_ijk_absolute_mode": lambda c: c.arc_absolute, "_lathe_diameter_mode": lambda c: c.diametral(),
     "_lathe_radius_mode": lambda c: not c.diametral(), "_spindle_on": lambda c: c.sense != 0, "_spindle_cw": lambda c: c.sense > 0,
     "_vmajor": lambda c: 2.9, "_vminor": lambda c: 0, "_call_level": lambda c: len(c.parameters.locals) - 1,
-    "_remap_level": lambda c: 0, "_task": lambda c: 0, "_value_returned": lambda c: 0, "_mist": lambda c: 0, "_flood": lambda c: 0,
+    "_remap_level": lambda c: 0, "_task": lambda c: 1, "_value_returned": lambda c: 0, "_mist": lambda c: 0, "_flood": lambda c: 0,
     "_speed_override": lambda c: 1, "_feed_override": lambda c: 1, "_adaptive_feed": lambda c: 0, "_feed_hold": lambda c: 0,
 }  # fmt: skip

@@ -14,7 +14,7 @@ from typing import Any
 from vcmm.nc.dialects import G_CODE, Dialect
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.frames import UNITY
-from vcmm.nc.iso.blocks import IsoBlock, without_comments
+from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
@@ -24,7 +24,7 @@ from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.iso.turning import turning
-from vcmm.nc.moves import ORIGIN, Move, Program, Remark, Source
+from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Remark, Source
 from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace
@@ -36,22 +36,47 @@ _PLAIN = re.compile(
 )
 _MOVING = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:[GMTXYZOF:]|#)[ \t]*[-+.\d<\[]", re.IGNORECASE)
 _ENDING = re.compile(r"^[^(;\n]*M(?:0?2|30)(?!\d)", re.MULTILINE | re.IGNORECASE)
+_AXIS_WORDS = re.compile(r"(?<![A-Z#<_])[XYZ][ \t]*[-+]?[ \t]*[.\d#\[]", re.IGNORECASE)
+_NOTE = re.compile(r"\([^()]*\)|;.*")
+LOOKED_AT = 300_000  # characters in which the style of numbers is looked for
 LEADER = 500  # lines among which the first % is looked for
 _new = tuple.__new__
 
 
-def run(text: str, dialect: str, setup: Setup, name: str, trace: bool) -> Program:
-    """The meaning of a program in a dialect of the G-code family. Raises DataError and ModelLimit."""
+def run(
+    text: str, dialect: str, setup: Setup, name: str, trace: bool, *, flow: MoveFlow | None = None
+) -> Program:
+    """The meaning of a program in a dialect of the G-code family. Raises DataError and ModelLimit.
+
+    flow: takes the moves as they come; the Program has none of them then.
+    """
     language = _adapted(G_CODE[dialect], setup)
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
     c.points_written = language.survey and not setup.decimal_point and points_written(text)
     runner = IsoRunner(c, attach(c), Text(name, text, language), folders_of(Path(name), setup.subprograms))
+    runner.flow = flow
     _blocks(runner)
-    if language.survey and not c.moves:
+    made = flow.count if flow else 0
+    if language.survey and not (c.moves or made):
         _alone(runner)
+    made = made or len(c.moves)
+    if made and not c.unit_said and language.survey:
+        c.source = Source(1, 1, 1)
+        c.assume("the unit, for want of G20 and G21", "mm", matters=False)
+    if not made:
+        c.remark("no axis moves in this program", 1)
+        if language.survey and _AXIS_WORDS.search(_NOTE.sub("", text)):
+            c.assume(
+                "the moves of this program",
+                "none: what it needs from its caller or its machine keeps them from being reached",
+            )
     _tool_left_in_the_changer(c)
-    return c.program(name)
+    program = c.program(name)
+    if flow is None:
+        return program
+    flow.take(program.moves)
+    return replace(program, moves=())
 
 
 _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-9]\d*(?![\d.])")
@@ -59,7 +84,7 @@ _POINTED, _POINTLESS = re.compile(r"[XYZ]-?\d*\.\d*"), re.compile(r"[XYZ]-?0*[1-
 
 def points_written(text: str) -> bool:
     """Whether every coordinate other than zero has its decimal point, as on a control that counts increments without."""
-    plain = re.sub(r"\([^)\n]*\)", "", text)
+    plain = re.sub(r"\([^()\n]*\)", "", text[:LOOKED_AT])
     return bool(_POINTED.search(plain)) and not _POINTLESS.search(plain)
 
 
@@ -96,10 +121,13 @@ def _loop(r: IsoRunner, started: bool) -> None:
             if r.at >= len(r.text.lines):
                 _end_of_text(r, started)
                 continue
+            r.hand_on()
             if c.tracer is None and r.modal_macro is None:
                 _plain_lines(r)
-                if r.at >= len(r.text.lines):
-                    continue
+                if r.at >= len(r.text.lines) or len(c.moves) >= MoveFlow.CHUNK:
+                    r.hand_on()
+                    if r.at >= len(r.text.lines):
+                        continue
             index = r.at
             r.at += 1
             c.source = Source(index + 1, 1, 1)
@@ -143,9 +171,7 @@ def _leading_percent(r: IsoRunner) -> bool:
         if line.startswith("%"):
             r.at = index + 1
             return True
-        if _MOVING.match(
-            without_comments(line, r.text.dialect) if "(" in line and r.c.language.survey else line
-        ):
+        if _MOVING.match(_NOTE.sub("", line) if r.c.language.survey else line):
             return False
     return False
 
@@ -249,7 +275,13 @@ def _words(r: IsoRunner, block: IsoBlock, index: int) -> None:
         c.tracer.note(c, made, before, words_of(w), BlockPlace(r.text.name, index + 1, len(r.calls)))
     if "turning" in w.g:
         turning(r, w, index, lambda at: _run_line(r, at))
-    if call in (98, 198):
+    if call == 198 and not w.has("P"):
+        c.assume(
+            "M198, a code of the machine builder",
+            "passed over: no motion",
+            "M198 needs P, the number of the subprogram",
+        )
+    elif call in (98, 198):
         call_program(r, w, index, w.m_columns["call"])
     elif call == 97:
         call_block(r, w, index, w.m_columns["call"])
@@ -272,7 +304,7 @@ def _plain_lines(r: IsoRunner) -> None:
     c = r.c
     if (
         c.motion not in ("G0", "G1") or c.world.matrix is not UNITY or c.feed_mode != "G94" or c.surface
-        or c.diameter or c.exact_once or c.language.lathe
+        or c.diameter or c.exact_once or c.language.lathe or c.polar is not None
         or (c.language.words == "macro" and c.language.decimal_point != "calculator")
     ):  # fmt: skip
         return
@@ -280,7 +312,13 @@ def _plain_lines(r: IsoRunner) -> None:
     rapid_tail, line_tail = _tails(c)
     strict = c.language.words == "macro" and "decimal point" not in c.remarked
     unit, absolute, compensation, rapid = c.unit, c.absolute, c.compensation, c.motion == "G0"
-    (x, y, z), (sx, sy, sz), start, at, end = c.p, c.world.shift, c.tip(), r.at, len(lines)
+    (x, y, z), (sx, sy, sz), start, at, end = (
+        c.p,
+        c.world.shift,
+        c.tip(),
+        r.at,
+        min(len(lines), r.at + MoveFlow.CHUNK),
+    )
     while at < end:
         text = lines[at]
         words = match(text)

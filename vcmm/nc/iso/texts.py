@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from array import array
 
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
@@ -23,7 +24,7 @@ class Text:
         self.name, self.dialect = name, dialect
         self.whole, self.lines = text, split_lines(text)
         self._blocks: dict[int, IsoBlock] = {}
-        self.runs: dict[int, int] = {}  # line -> how often it has been executed
+        self.runs = array("L", bytes(8 * len(self.lines)))  # how often each line has been executed
         self.o_words: dict[str, list[tuple[int, str]]] = {}  # label -> (index of the line, keyword)
         self.programs: dict[int, int] = {}  # O number -> index of its line
         self._find_o_words()
@@ -96,7 +97,7 @@ class Text:
         if self._loops is None:
             self._loops = []
             for i, line in enumerate(self.lines):
-                plain = re.sub(r"\([^)]*\)", "", line)
+                plain = re.sub(r"\([^()]*\)", "", line)
                 for match in _LOOP.finditer(plain):
                     self._loops.append((i, match[1].upper(), match[2]))
         return self._loops

@@ -1,0 +1,60 @@
+"""The set-up file that a program asks for, with blanks: what it does not say and the machine must know."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vcmm.nc.moves import Program
+
+BLANK = '"?"'  # refused by the reader of set-up files, with its line, until somebody fills it in
+
+
+def blank_setup(program: Program, file: str) -> str:
+    """TOML of setup/1. Keys that stand with "?" are needed; those behind # are optional."""
+    lines = [
+        'vcmm = "setup/1"', f"# for {file}: write a number with its unit for every {BLANK}",
+        '# machine = "machine.toml"', f'dialect = "{program.dialect}"', "", *_offsets(program), *_tools(program),
+    ]  # fmt: skip
+    others = [
+        a
+        for a in program.assumed
+        if a.blank is not None and not a.blank.table.startswith(("tools.", "offsets"))
+    ]
+    for a in others:
+        assert a.blank is not None
+        lines += ([f"[{a.blank.table}]"] if a.blank.table else []) + [
+            f"{a.blank.key} = {BLANK}   # for example {a.blank.example}"
+        ]
+    lines += ["# [stock]", '# box = ["100 mm", "60 mm", "30 mm"]']
+    return "\n".join(lines) + "\n"
+
+
+def _offsets(program: Program) -> list[str]:
+    used = dict.fromkeys(m.offset for m in program.moves)
+    rows = [f'"{name}" = ["0 mm", "0 mm", "0 mm"]' for name in used or ["G54"]]
+    return ["[offsets]                # machine position of the work zero", *rows, ""]
+
+
+def _tools(program: Program) -> list[str]:
+    """Every tool that is called: the keys that were missing as blanks, length and diameter else as remarks."""
+    asked: dict[int, list[tuple[str, str, int]]] = {}
+    for a in program.assumed:
+        if a.blank is not None and a.blank.table.startswith("tools."):
+            name = a.blank.table.removeprefix("tools.")
+            if name.isdigit():
+                asked.setdefault(int(name), []).append((a.blank.key, a.blank.example, a.line))
+    out: list[str] = []
+    numbers: list[int] = sorted({*program.tools, *asked} - {0})
+    for number in numbers:
+        out.append(f"[tools.{number}]                # {program.tools.get(number, 'named by a register')}")
+        out += [
+            f"{key} = {BLANK}   # line {line}; for example {example}"
+            for key, example, line in asked.get(number, [])
+        ]
+        keys = {key for key, _, _ in asked.get(number, [])}
+        out += [f"# {key} = {example}" for key, example in _OPTIONAL if key not in keys]
+        out.append("")
+    return out
+
+
+_OPTIONAL: Sequence[tuple[str, str]] = (("length", '"80 mm"'), ("diameter", '"10 mm"'))

@@ -1,0 +1,76 @@
+// The path of a program on a canvas: by tool, rapids dashed, the line under the pointer, a slider along the program.
+(() => {
+  const box = document.querySelector("[data-path]");
+  const d = JSON.parse(box.querySelector("script[type='application/json']").textContent);
+  const canvas = box.querySelector("canvas"), slider = box.querySelector("input"), told = box.querySelector("output");
+  const views = { top: [[1, 0, 0], [0, 1, 0]], front: [[1, 0, 0], [0, 0, 1]], side: [[0, 1, 0], [0, 0, 1]],
+    lathe: [[0, 0, 1], [1, 0, 0]], space: [[0.866, 0.5, 0], [-0.25, 0.433, 0.866]] };
+  const colours = ["#2a6fdb", "#d9622b", "#2f9e63", "#a63bb5", "#b58a1b", "#1b9aaa", "#c23a57", "#6b7a8f"];
+  const n = d.line.length, tools = [...new Set(d.tool)];
+  let view = views[d.view], zoom = 1, shift = [0, 0], flat = [], scale = 1, origin = [0, 0], over = -1;
+  function project() {
+    flat = new Float64Array(2 * (n + 1));
+    let lo = [Infinity, Infinity], hi = [-Infinity, -Infinity];
+    for (let i = 0; i <= n; i++) for (let k = 0; k < 2; k++) {
+      const v = view[k], q = v[0] * d.x[i] + v[1] * d.y[i] + v[2] * d.z[i];
+      flat[2 * i + k] = q;
+      if (i || n < 2) { lo[k] = Math.min(lo[k], q); hi[k] = Math.max(hi[k], q); }
+    }
+    const w = canvas.width, h = canvas.height;
+    scale = 0.92 * Math.min(w / (hi[0] - lo[0] || 1), h / (hi[1] - lo[1] || 1));
+    origin = [w / 2 - scale * (lo[0] + hi[0]) / 2, h / 2 + scale * (lo[1] + hi[1]) / 2];
+  }
+  const at = (i) => [(origin[0] + scale * flat[2 * i] - canvas.width / 2) * zoom + canvas.width / 2 + shift[0],
+    (origin[1] - scale * flat[2 * i + 1] - canvas.height / 2) * zoom + canvas.height / 2 + shift[1]];
+  function draw() {
+    const c = canvas.getContext("2d"), last = Number(slider.value);
+    c.clearRect(0, 0, canvas.width, canvas.height);
+    let group = null;
+    for (let i = 0; i < last; i++) {
+      const key = d.rapid[i] ? "rapid" : d.tool[i];
+      if (key !== group) {
+        if (group !== null) c.stroke();
+        group = key;
+        c.beginPath();
+        c.setLineDash(d.rapid[i] ? [5, 5] : []);
+        c.lineWidth = d.rapid[i] ? 0.8 : 1.4;
+        c.strokeStyle = d.rapid[i] ? "#98a2ad" : colours[tools.indexOf(d.tool[i]) % colours.length];
+        c.moveTo(...at(i));
+      }
+      c.lineTo(...at(i + 1));
+    }
+    if (group !== null) c.stroke();
+    c.setLineDash([]);
+    const mark = over >= 0 ? over : last - 1;
+    if (mark >= 0) {
+      c.beginPath(); c.lineWidth = 4; c.strokeStyle = "#e11d48"; c.moveTo(...at(mark)); c.lineTo(...at(mark + 1)); c.stroke();
+      const p = at(mark + 1); c.beginPath(); c.arc(p[0], p[1], 4, 0, 7); c.fillStyle = "#e11d48"; c.fill();
+      const feed = d.rapid[mark] ? "rapid" : d.feed[mark] === null ? "feed not known" : d.feed[mark] + " mm/min";
+      told.textContent = `line ${d.line[mark]}: ${d.text[d.line[mark]] ?? ""}   |  T${d.tool[mark]}, ${feed}, to X ${d.x[mark + 1]} ` +
+        `Y ${d.y[mark + 1]} Z ${d.z[mark + 1]} mm   (${mark + 1} of ${n})`;
+    }
+  }
+  function size() { canvas.width = canvas.clientWidth; canvas.height = canvas.clientHeight; project(); draw(); }
+  slider.addEventListener("input", () => { over = -1; draw(); });
+  box.querySelectorAll("button").forEach((b) => b.addEventListener("click", () => {
+    view = views[b.value]; zoom = 1; shift = [0, 0]; project(); draw();
+  }));
+  let held = null;
+  canvas.addEventListener("pointerdown", (e) => { held = [e.clientX - shift[0], e.clientY - shift[1]]; });
+  window.addEventListener("pointerup", () => { held = null; });
+  canvas.addEventListener("pointermove", (e) => {
+    if (held) { shift = [e.clientX - held[0], e.clientY - held[1]]; draw(); return; }
+    let best = 100; over = -1;
+    const last = Number(slider.value);
+    for (let i = 0; i < last; i++) {
+      const a = at(i), b = at(i + 1), dx = b[0] - a[0], dy = b[1] - a[1], l = dx * dx + dy * dy;
+      const t = l ? Math.max(0, Math.min(1, ((e.offsetX - a[0]) * dx + (e.offsetY - a[1]) * dy) / l)) : 0;
+      const far = (a[0] + t * dx - e.offsetX) ** 2 + (a[1] + t * dy - e.offsetY) ** 2;
+      if (far <= best) { best = far; over = i; }
+    }
+    draw();
+  });
+  canvas.addEventListener("wheel", (e) => { e.preventDefault(); zoom *= e.deltaY < 0 ? 1.2 : 1 / 1.2; draw(); });
+  window.addEventListener("resize", size);
+  size();
+})();
