@@ -29,6 +29,7 @@ ROOMS = (
     "nc.iso",
     "nc.sinumerik",
     "nc.heidenhain",
+    "nc.okuma",
     "motion",
     "cutting",
     "measuring",

@@ -110,6 +110,7 @@ for _name, _module, _extensions in (
     ("heidenhain", "vcmm.nc.heidenhain.reader", ("h",)),
 ):
     register(_name, _reader(_module, False), _extensions, _reader(_module, True))
+register("okuma", _reader("vcmm.nc.okuma.reader", False), ("min", "ssb"))
 
 
 def names() -> list[str]:

@@ -45,8 +45,11 @@ def evaluate(value: Value, known: Any) -> float | None:
 
 
 def number(value: Value, known: Any) -> float:
-    """The number now; 0 for a vacant variable."""
-    return (value(known) if callable(value) else value) or 0.0
+    """The number now; 0 for a vacant variable. Raises BlockFault where a text stands."""
+    now = (value(known) if callable(value) else value) or 0.0
+    if not isinstance(now, float | int):
+        raise BlockFault(0, f'"{now}" stands where a number is due')
+    return now
 
 
 def whole(number: float | None, what: str, column: int = 0, near: float = 1e-4) -> int:
@@ -75,7 +78,7 @@ def prefixed(function: Callable[[float], float], value: Value) -> Value:
     """A sign or negation before a value."""
     if callable(value):
         inner = value
-        return lambda known: float(function(inner(known) or 0.0))
+        return lambda known: float(function(number(inner, known)))
     return float(function(value))
 
 
@@ -87,6 +90,8 @@ def binary(grammar: Grammar, operator: str, left: Value, right: Value, column: i
         if operator in grammar.equal and (a is None or b is None):
             return float((a is b) == grammar.equal[operator])
         x, y = a or 0.0, b or 0.0
+        if not (isinstance(x, float | int) and isinstance(y, float | int)):
+            raise BlockFault(column, f"{operator} needs numbers on both sides")
         if operator in grammar.dividing and y == 0.0:
             raise BlockFault(column, "division by zero; check the parameters used here")
         try:
@@ -166,6 +171,9 @@ class Cursor:
         return self.tokens[self.at + ahead] if self.at + ahead < len(self.tokens) else None
 
     def next(self) -> Token:
+        """The next token. Raises BlockFault where there is none."""
+        if self.done:
+            raise self.fault("the block ends where more is due; complete it")
         self.at += 1
         return self.tokens[self.at - 1]
 

@@ -7,7 +7,7 @@ would settle. What is wrong in itself (a malformed word, an impossible arc) is a
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from vcmm.core.errors import DataError
 
@@ -35,6 +35,28 @@ class Assumed(NamedTuple):
     value: str
     blank: SetupEntry | None = None
     matters: bool = True
+
+
+class Telling(Protocol):
+    """Who is told what is assumed: vcmm.nc.recorder.Recorder."""
+
+    @property
+    def setup(self) -> Any: ...
+
+    def remark(self, text: str) -> None: ...
+
+    def assume(
+        self, what: str, value: str, otherwise: str = "", *, blank: SetupEntry | None = None
+    ) -> None: ...
+
+
+def unknown_tool(r: Telling, number: int) -> None:
+    """A tool that the set-up has not: a remark in strict reading, which goes on with a tool without length as the survey does."""
+    if r.setup.strict:
+        r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
+    else:
+        entry = SetupEntry(f"tools.{number}", "length", '"80 mm"')
+        r.assume(f"tool {number}", "a tool without length", blank=entry)
 
 
 def demand(assumed: Iterable[Assumed], name: str, job: str) -> None:

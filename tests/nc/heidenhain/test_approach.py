@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.nc.heidenhain.klartext import check, moves, sample
+from tests.nc.heidenhain.klartext import check, ends, moves, sample
 from vcmm.core.errors import ModelLimit
 from vcmm.nc.heidenhain.reader import read
 from vcmm.nc.setup import Setup, Tool
@@ -67,3 +67,13 @@ def test_sample_with_approach_along_a_tangent():
     box = np.array([m.end[:2] for m in program.moves if m.compensation])
     assert np.allclose(np.abs(box).max(axis=0)[1], 12)
     assert [m.kind for m in program.moves].count("arc") == 3
+
+
+def test_approach_and_departure_by_polar_coordinates():
+    """APPR PLCT is APPR LCT with the point given by PR and PA about the pole."""
+    head, tail = "TOOL CALL 5 Z\nL X-50 Y-20 Z+5 FMAX\n", "L Y+30\nL X+20\n"
+    plain = ends(f"{head}APPR LCT X+10 Y+0 R8 RL F100\n{tail}DEP LCT X+40 Y-10 R5 F100")
+    polar = ends(
+        f"{head}CC X+0 Y+0\nAPPR PLCT PR+10 PA+0 R8 RL F100\n{tail}CC X+40 Y+0\nDEP PLCT PR+10 PA-90 R5 F100"
+    )
+    assert np.allclose(plain, polar)

@@ -159,3 +159,52 @@ def test_fn_14_ends_the_program():
     program, told = survey("L X+1 FMAX\nFN 14: ERROR = 1000\nL X+2 FMAX")
     assert len(program.moves) == 1
     assert told["an error that the program raises itself (FN 14)"][1] == "the program ends there"
+
+
+def test_words_without_use_are_told_and_tools_that_nobody_knows_can_be_given():
+    program, told = survey("TOOL CALL 77 Z S100\nCC X+0 Y+0\nL X+10 Y+0 F100\nC X-10 Y+0 A+5 DR+\nM8 X+3")
+    assert told["A in a block that has no use for it"] == (5, "passed over")
+    assert told["tool 77"] == (2, "a tool without length")
+    assert next(a.blank for a in program.assumed if a.what == "tool 77").table == "tools.77"
+    assert program.moves[-1].end[0] == 3
+    with pytest.raises(DataError, match=r"part.h:4:\d+: A has no use in this block"):
+        moves("CC X+0 Y+0\nL X+10 Y+0 F100\nC X-10 Y+0 A+5 DR+")
+
+
+def test_plain_lines_mean_what_they_mean_word_by_word(monkeypatch):
+    """The short way for plain lines gives the moves, sources and feeds of the long way."""
+    rng = np.random.default_rng(8)
+    specials = [
+        "CYCL DEF 7.0\nCYCL DEF 7.1 X+5",
+        "L M3",
+        "M89",
+        "L X+1 M99",
+        "CC X+0 Y+0",
+        "L IX+3 F200",
+        "L X+5 Y+5 R0 F100 M8",
+        "L F150",
+        "CT X+9 Y+9 F80",
+        "M136",
+        "M137",
+    ]
+    lines = ["TOOL CALL 5 Z S1000", "CYCL DEF 201 Q200=2 Q201=-1 Q206=9 Q203=+0", "L X+0 Y+0 Z+10 F300"]
+    for k in range(300):
+        axes = " ".join(f"{a}{rng.uniform(-50, 50):+.3f}" for a in "XYZ" if rng.random() < 0.6) or "X+1"
+        lines.append(
+            f"{k if k % 3 else ''} L {axes} {rng.choice(['FMAX', 'F250', '', ''])}{' ;note' if k % 11 == 0 else ''}"
+        )
+        if rng.random() < 0.08:
+            lines.append(str(rng.choice(specials)))
+    text = "M3\n" + "\n".join(lines)
+    short = survey(text)[0].moves
+    monkeypatch.setattr("vcmm.nc.heidenhain.text.plain_block", lambda text, number: None)
+    assert survey(text)[0].moves == short
+    assert len(short) > 300
+
+
+def test_splines_and_conditions_on_texts_are_told():
+    program, told = survey(
+        'SPL X+10 Y+5 K3X+1 K2X+1 K1X+1 F200\nFN 9: IF QS1 EQU "A" GOTO LBL 1\nL X+3 FMAX\nLBL 1'
+    )
+    assert [m.end[:2] for m in program.moves] == [(10, 5), (3, 5)]
+    assert {"splines (SPL)", "a condition on texts"} <= told.keys()

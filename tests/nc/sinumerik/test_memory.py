@@ -58,3 +58,26 @@ def test_bad_values():
         moves("G2 X5 Y5 R=R10 F100", SURVEY)
     with pytest.raises(DataError, match="the function CALCPOSI is not understood"):
         moves("R1=CALCPOSI(1,2)")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'R1="A"*2',
+        'G0 X="A"',
+        'DEF STRING[3] _S="A"\nG0 X=-_S',
+        'FOR R1=1 TO "B"\nENDFOR',
+        'IF "A">1\nENDIF',
+        'AX[""]=1 G0 X=SIN("A")',
+    ],
+)
+def test_a_text_where_a_number_is_due_is_refused(text: str):
+    with pytest.raises(DataError):
+        moves(text)
+
+
+def test_frames_as_values():
+    """$P_UIFR[1] is G54: a shift, and a turn of 90 deg about Z inside it: X 1 lies along Y."""
+    check("$P_UIFR[1]=CTRANS(X,10,Y,5):CROT(Z,90)\nG54 G0 X1 Y0", (10, 6, 0))
+    check("DEF FRAME _F\n_F=CTRANS(X,7)\n$P_UIFR[2]=_F\nG55 G0 X1", (8, 0, 0))
+    assert "the setting of $P_UIFR[1]" in told("$P_UIFR[1]=CROT(X,30)")

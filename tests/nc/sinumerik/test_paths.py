@@ -105,3 +105,11 @@ def test_splines_and_transformations_are_told():
         "TRAORI (5-axis transformation)",
         "tool directions (LEAD, TILT, A4= B4= C4=)",
     ]
+
+
+def test_a_line_by_its_angle():
+    """ANG=30 to X20: Y = 10 tan 30; ANG=45 to Y7 from X20: X by 7 - 10 tan 30."""
+    rise = 10 * math.tan(math.radians(30))
+    check("G1 X10 F100\nX20 ANG=30\nY7 ANG=45", (10, 0, 0), (20, rise, 0), (20 + 7 - rise, 7, 0))
+    assert "ANG= without one coordinate of the end point" in told("G1 X10 F100\nANG=30 Z1")
+    assert "OFFN= (oversize of the contour)" in told("OFFN=2\nG0 X1")

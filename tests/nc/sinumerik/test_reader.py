@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.nc.sinumerik.programs import moves, sample
+from tests.nc.sinumerik.programs import SURVEY, moves, sample
 from vcmm.core.errors import DataError
 
 
@@ -52,3 +52,43 @@ def test_sample_arcs():
 def test_sample_splines_are_refused():
     with pytest.raises(DataError, match=r"part.mpf:10:1: BSPLINE"):
         moves(sample("spline"))
+
+
+def test_plain_lines_mean_what_they_mean_word_by_word(monkeypatch):
+    """The short way for plain lines gives the moves, sources and feeds of the long way, in and out of what forbids it."""
+    rng = np.random.default_rng(7)
+    specials = [
+        "G91",
+        "G90",
+        "G41",
+        "G40 X99",
+        "MCALL CYCLE81(9,0,1,-1)",
+        "MCALL",
+        "DIAMON",
+        "DIAMOF",
+        "G70",
+        "G71",
+        "G9 X1",
+        "TRANS X5",
+        "R1=3",
+        "G64",
+    ]
+    lines = ["T1", "G0 X0 Y0 Z10 F300"]
+    for k in range(400):
+        axes = " ".join(f"{a}{rng.uniform(-50, 50):.3f}" for a in "XYZ" if rng.random() < 0.6) or "X1."
+        feed = f"F{rng.integers(100, 900)}" if rng.random() < 0.2 else ""
+        lines.append(
+            f"{f'N{k} ' if k % 3 else ''}{rng.choice(['G0 ', 'G1 ', 'G01', '', ''])}{axes} {feed}{' ; note' if k % 7 == 0 else ''}"
+        )
+        if rng.random() < 0.08:
+            lines.append(str(rng.choice([s for s in specials if s not in ("G41", "G40 X99")])))
+    text = "\n".join(lines)
+    short = moves(text, SURVEY)
+    monkeypatch.setattr("vcmm.nc.sinumerik.sections.plain_block", lambda text, line: None)
+    assert moves(text, SURVEY) == short
+    assert len(short) > 400
+
+
+def test_plain_lines_under_compensation():
+    text = "T1\nG0 X0 Y0 Z5\nG41 G1 X20 Y0 F100\nX40\nY30\nG40 X60"
+    assert [m.compensation for m in moves(text)] == [None, "left", "left", "left", None]

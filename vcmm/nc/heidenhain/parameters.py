@@ -142,7 +142,12 @@ class KlartextParameters:
     def condition(self, reader: KlartextReader) -> bool:
         """IF a EQU | NE | GT | LT b GOTO LBL, IF Q5 IS [UN]DEFINED GOTO LBL, up to the name of the label."""
         reader.expect("IF", "in a jump, as in FN 9: IF +Q1 EQU +5 GOTO LBL 2")
-        if reader.is_parameter() and reader.upper(2) == "IS":
+        if reader.upper() == "QS" or any(t.kind == "string" for t in reader.tokens[: len(reader.tokens) - 1]):
+            kept = False
+            while not reader.done and reader.upper() != "GOTO":
+                reader.at += 1
+            self.recorder.assume("a condition on texts", "not met", "QS (text parameters) are not understood")
+        elif reader.is_parameter() and reader.upper(2) == "IS":
             kept = (reader.parameter() in self.values) == (reader.upper(1) == "DEFINED")
             reader.at += 2
         else:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from vcmm.nc.chords import arc_or_chords
 from vcmm.nc.heidenhain.approach import KINDS, Approach, Said, depart, resolve
 from vcmm.nc.heidenhain.technology import KlartextTechnology
-from vcmm.nc.heidenhain.text import KlartextReader
+from vcmm.nc.heidenhain.text import KlartextBlock, KlartextReader
 from vcmm.nc.heidenhain.words import AXES, ROTARY, KlartextWords, read_words
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Move, Point
@@ -88,6 +88,20 @@ class KlartextPaths(KlartextTechnology):
             words.has_moved = True
         return self.after(words)
 
+    def short(self, block: KlartextBlock) -> bool:
+        """A plain line where nothing special is in force: as `straight` does it, without the ceremony. False: nothing is done."""
+        r, line = self.r, block.read()
+        if line is None or r.tracer or r.compensation or self.modal_call or self.per_turn:
+            return False
+        if line.feed is not None:
+            r.feed, r.feed_mode = self.feed_of(line.feed, "F"), "G94"
+        point = list(r.p)
+        for k, value in line.axes:
+            point[k] = value * r.unit
+            self.known.add(k)
+        self.line(_three(point), line.rapid)
+        return True
+
     def line(self, end: Point, rapid: bool, turned: Point | None = None) -> None:
         self.note_line(end)
         self.r.straight(end, rapid, turned)
@@ -149,6 +163,22 @@ class KlartextPaths(KlartextTechnology):
             turned = self.turning(words)
             self.line(self.target(words), rapid, turned)
         return self.after(words)
+
+    def spline(self, reader: KlartextReader) -> bool:
+        """SPL: the end point and the coefficients K of a spline."""
+        words = KlartextWords()
+        while reader.upper() in tuple(AXES):
+            name = reader.upper()
+            reader.at += 1
+            words.values[name] = reader.value(name)
+        reader.rest()
+        self.r.assume(
+            "splines (SPL)",
+            "straight lines between their points",
+            "SPL is not understood; program the points with L",
+        )
+        self.line(self.target(words), False)
+        return False
 
     def polar_line(self, reader: KlartextReader) -> bool:
         """LP."""
@@ -239,6 +269,7 @@ class KlartextPaths(KlartextTechnology):
                 self.pole[k] = absolute * self.r.unit
             if relative is not None:
                 self.pole[k] = self.r.p[k] + relative * self.r.unit
+        self.leftover(words)
 
     def corner(self, reader: KlartextReader, kind: str) -> None:
         """RND R5, CHF 5; F acts on the rounding only."""
@@ -249,14 +280,15 @@ class KlartextPaths(KlartextTechnology):
         if self.r.moves and self.r.moves[-1].kind == "approach":
             self.r.fault("RND or CHF directly after APPR is not understood; place it after the first element")
         feed = None if words.feed is None else self.feed_of(words.feed, words.feed_kind)
+        self.leftover(words)
         self.r.corner(size * self.r.unit, kind, feed)
 
     # -- approach and departure --
     def approach(self, reader: KlartextReader) -> bool:
         """APPR LT LN CT LCT."""
-        kind = self.kind(reader, "APPR")
+        kind, polar = self.kind(reader, "APPR")
         before = self.r.feed if self.r.feed_mode == "G94" else None
-        words = read_words(reader, ("LEN", "R", "CCA"))
+        words = read_words(reader, ("LEN", "R", "CCA", *(POLAR if polar else ())))
         self.r.free("APPR")
         self.technology(words)
         if self.r.compensation is None:
@@ -264,19 +296,21 @@ class KlartextPaths(KlartextTechnology):
         data = self.data(kind, words)
         direct = kind == "LCT"  # PS to PH at the feed of the block
         self.said.append(Said(data, self.last_rapid and not direct, None if direct else before))
-        self.r.straight(self.target(words), False)
+        self.r.straight(self.polar(words)[0] if polar else self.target(words), False)
         self.r.moves[-1] = self.r.moves[-1]._replace(kind="approach", seconds=float(len(self.said) - 1))
         self.tangent, self.last_rapid = None, False
         return self.after(words)
 
-    def kind(self, reader: KlartextReader, what: str) -> str:
+    def kind(self, reader: KlartextReader, what: str) -> tuple[str, bool]:
+        """LT LN CT LCT, or with P before it, where the point is given by PR and PA."""
         kind = reader.upper()
-        if kind not in KINDS:
+        base = kind[1:] if kind[:1] == "P" else kind
+        if base not in KINDS:
             raise reader.fault(
                 f"{what} takes LT, LN, CT or LCT{f', {kind} is not understood' if kind else ''}"
             )
         reader.at += 1
-        return kind
+        return base, base != kind
 
     def data(self, kind: str, words: KlartextWords) -> Approach:
         length, radius, angle = words.take("LEN"), words.take("R"), words.take("CCA")
@@ -292,8 +326,8 @@ class KlartextPaths(KlartextTechnology):
 
     def departure(self, reader: KlartextReader) -> bool:
         """DEP LT LN CT LCT; the tool ends without radius compensation."""
-        kind = self.kind(reader, "DEP")
-        words = read_words(reader, ("LEN", "R", "CCA"))
+        kind, polar = self.kind(reader, "DEP")
+        words = read_words(reader, ("LEN", "R", "CCA", *(POLAR if polar else ())))
         last = next(
             ((m, s) for m, s in zip(reversed(self.r.moves), reversed(self.r.sides)) if planar(m)), None
         )
@@ -302,7 +336,7 @@ class KlartextPaths(KlartextTechnology):
         words.sided, words.side = False, None
         self.technology(words)
         data, r = self.data(kind, words), self.r
-        goal = self.target(words)
+        goal = self.polar(words)[0] if polar else self.target(words)
         tip = r.world.apply(goal)
         one, two, normal = PLANES[r.plane]
         r.compensation = None

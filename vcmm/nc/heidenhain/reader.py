@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from vcmm.core.errors import choose_from
-from vcmm.nc.beside import file_beside
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.heidenhain.cycles import KlartextCycles
 from vcmm.nc.heidenhain.features import function, transform
@@ -24,6 +24,7 @@ from vcmm.nc.heidenhain.words import read_words
 from vcmm.nc.moves import PLANES, Program, Source
 from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
+from vcmm.nc.search import find_file, folders_of
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import BlockPlace, ExecutedBlock, WordAt
 from vcmm.nc.tracer import Tracer, lines_with_ends
@@ -86,6 +87,8 @@ class _Runner:
                     f"more than {LONGEST} blocks have been executed; the program seems to be endless, check its jumps"
                 )
             self.at += 1
+            if line.plain and self.paths.short(line):
+                continue
             try:
                 reader = KlartextReader(line.tokens, self.parameters.values, self.parameters.unset)
                 if self.traced(reader, line):
@@ -114,6 +117,8 @@ class _Runner:
 
     def find_labels(self) -> None:
         for k, line in enumerate(self.lines):
+            if line.plain:
+                continue
             words = [t.text.upper() for t in line.tokens]
             if words[0] != "LBL" or len(words) < 2 or words[1] == "0":
                 continue
@@ -142,7 +147,7 @@ class _Runner:
             "L": paths.straight, "LP": paths.polar_line, "CC": paths.set_pole, "APPR": paths.approach, "DEP": paths.departure,
             "RND": lambda r: paths.corner(r, "round"), "CHF": lambda r: paths.corner(r, "chamfer"), "BEGIN": self.begin, "END": self.end,
             "BLK": self.blank, "TOOL": self.tool, "LBL": self.label, "CALL": self.call, "FN": self.function, "CYCL": self.cycle,
-            "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "PLANE": lambda r: plane(paths.cycles.frames, r),
+            "CYCLE": self.cycle, "STOP": self.stop, "LN": paths.normal_line, "SPL": paths.spline, "PLANE": lambda r: plane(paths.cycles.frames, r),
             "PATTERN": self.pattern, "TCH": self.probe, "FUNCTION": lambda r: function(paths, r), "TRANS": lambda r: transform(paths.cycles.frames, r),
             "QS": self.parameters.text, "ERROR": self.parameters.text,
         }  # fmt: skip
@@ -201,6 +206,8 @@ class _Runner:
 
     def functions(self, reader: KlartextReader) -> bool:
         """A block of M functions only."""
+        if any(t.text.upper() in PARAXIAL for t in reader.tokens):
+            return self.paraxial(reader)
         words = read_words(reader, ())
         self.paths.technology(words)
         return self.paths.after(words)
@@ -265,6 +272,8 @@ class _Runner:
             paths.cycles.call_at(point[one], point[two], point[normal], rapid)
         else:
             paths.cycles.call()
+        if kind != "POS":
+            paths.leftover(words)
 
     # -- labels --
     def name(self, reader: KlartextReader) -> str:
@@ -315,7 +324,8 @@ class _Runner:
     def program(self, name: str) -> None:
         """CALL PGM: a program beside this one, with the parameters as they are."""
         base = name.strip().strip('"').replace("\\", "/").split("/")[-1].split(":")[-1] or "?"
-        path = file_beside(self.recorder.file, [base, f"{base}.H"])
+        folders = folders_of(Path(self.recorder.file), self.recorder.setup.subprograms)
+        path = find_file(folders, [base])
         if path is None:
             self.recorder.assume(
                 f"the program {base}", HOLE, f"CALL PGM {base}: there is no such file beside the program; put it there, or into "

@@ -140,4 +140,14 @@ class KlartextTechnology:
             self.modal_call = False
         if 5 in words.m:
             self.r.sense = 0
+        self.leftover(words)
         return 2 in words.m or 30 in words.m
+
+    def leftover(self, words: KlartextWords) -> None:
+        """Words that the block had no use for, such as a rotary axis in an arc."""
+        for name in list(words.values):
+            words.take(name)
+            self.r.assume(
+                f"{name} in a block that has no use for it", "passed over", column=words.columns[name],
+                otherwise=f"{name} has no use in this block; program it with L",
+            )  # fmt: skip

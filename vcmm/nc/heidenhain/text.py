@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -44,13 +44,61 @@ _TOKEN = re.compile(
 _GLUED = re.compile(r"([A-Za-z]+?)(Q[LRS]?)\Z", re.IGNORECASE)
 
 
-class KlartextBlock(NamedTuple):
-    """A block: its tokens without blanks, comments and block number; where it stands."""
+_VALUE = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_PLAIN = re.compile(
+    rf"[ \t]*(?:\d+[ \t]+)?L((?:[ \t]+[XYZ]{_VALUE})+)(?:[ \t]+(?:(FMAX)|F(\d+\.?\d*)))?[ \t]*\Z"
+)
+_PLAIN_AXIS = re.compile(rf"([XYZ])({_VALUE})")
 
-    tokens: tuple[Token, ...]
-    number: int
-    first: int
-    last: int
+
+class PlainKlartext(NamedTuple):
+    """L with X, Y, Z and F alone, with plain numbers: what most blocks are."""
+
+    axes: tuple[tuple[int, float], ...]
+    rapid: bool
+    feed: float | None
+
+
+class KlartextBlock:
+    """A block: its tokens without blanks, comments and block number; where it stands. Those of a plain line are read when asked for."""
+
+    __slots__ = ("_tokens", "first", "last", "number", "text")
+
+    def __init__(
+        self, tokens: tuple[Token, ...] | None, number: int, first: int, last: int, text: str = ""
+    ) -> None:
+        self._tokens, self.number, self.first, self.last, self.text = tokens, number, first, last, text
+
+    @property
+    def plain(self) -> bool:
+        return self._tokens is None
+
+    @property
+    def tokens(self) -> tuple[Token, ...]:
+        if self._tokens is None:
+            row = [
+                t._replace(line=self.number)
+                for t in tokenize(self.text)
+                if t.kind not in ("space", "comment")
+            ]
+            self._tokens = tuple(row[1:] if row[0].kind == "number" else row)
+        return self._tokens
+
+    def read(self) -> PlainKlartext | None:
+        """The words of a plain line; None for others."""
+        match = _PLAIN.match(self.text) if self.text else None
+        if match is None:
+            return None
+        axes = tuple(("XYZ".index(w[1]), float(w[2])) for w in _PLAIN_AXIS.finditer(match[1]))
+        return PlainKlartext(axes, match[2] is not None, None if match[3] is None else float(match[3]))
+
+
+def plain_block(text: str, number: int) -> KlartextBlock | None:
+    """A plain line; None for others, and for one that names an axis twice."""
+    match = _PLAIN.match(text)
+    if match is None or any(match[1].count(axis) > 1 for axis in "XYZ"):
+        return None
+    return KlartextBlock(None, number, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1, text)
 
 
 def tokenize(text: str) -> Iterator[Token]:
@@ -67,7 +115,12 @@ def blocks_of(text: str) -> list[KlartextBlock]:
     blocks: list[KlartextBlock] = []
     row: list[Token] = []
     goes_on = remark = False
-    for line in _token_lines(text):
+    for at, written in enumerate(_lines(text), 1):
+        plain = plain_block(written, at) if isinstance(written, str) and not row and not remark else None
+        if plain is not None:
+            blocks.append(plain)
+            continue
+        line = [t._replace(line=at) for t in tokenize(written)] if isinstance(written, str) else written
         kept = [t for t in line if t.kind not in ("space", "comment")]
         continued = remark and not (kept and kept[0].kind == "number")
         remark = False
@@ -83,7 +136,15 @@ def blocks_of(text: str) -> list[KlartextBlock]:
             row = []
     if row:
         blocks.append(_line(row))
-    return [line for line in blocks if line.tokens]  # not: a block number with nothing but a comment
+    return [
+        line for line in blocks if line.plain or line.tokens
+    ]  # not: a block number with nothing but a comment
+
+
+def _lines(text: str) -> Iterable[str | list[Token]]:
+    """The lines as texts; as tokens where a lone CR stands among them, which may be part of a comment."""
+    plain = text.replace("\r\n", "\n")
+    return _token_lines(text) if "\r" in plain else plain.split("\n")
 
 
 def _token_lines(text: str) -> Iterator[list[Token]]:

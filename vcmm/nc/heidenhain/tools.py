@@ -7,6 +7,7 @@ from dataclasses import replace
 from vcmm.nc.heidenhain.paths import KlartextPaths
 from vcmm.nc.heidenhain.text import KlartextReader
 from vcmm.nc.heidenhain.words import read_words
+from vcmm.nc.levels import unknown_tool
 from vcmm.nc.setup import Tool
 
 PLANE_OF_AXIS = {"Z": "XY", "Y": "ZX", "X": "YZ"}
@@ -43,7 +44,7 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
         number = round(reader.value("TOOL CALL"))
         known = p.defined.get(number) or tools.get(number)
         if known is None and number:
-            p.r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
+            unknown_tool(p.r, number)
         return known or Tool(number), f"TOOL CALL {number}"
     reader.at += 1
     name = token.text[1:-1]

@@ -44,13 +44,13 @@ _new = tuple.__new__
 
 
 def run(
-    text: str, dialect: str, setup: Setup, name: str, trace: bool, *, flow: MoveFlow | None = None
+    text: str, dialect: str | Dialect, setup: Setup, name: str, trace: bool, *, flow: MoveFlow | None = None
 ) -> Program:
     """The meaning of a program in a dialect of the G-code family. Raises DataError and ModelLimit.
 
     flow: takes the moves as they come; the Program has none of them then.
     """
-    language = _adapted(G_CODE[dialect], setup)
+    language = _adapted(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
     c.points_written = language.survey and not setup.decimal_point and points_written(text)

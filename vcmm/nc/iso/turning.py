@@ -74,7 +74,7 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
     else:
         _passes(c, moves, rough, "XZ" if code == "G71" else "ZX")
     to_tip(c, start, True)
-    r.at = last + 1
+    r.at = max(last, here) + 1  # the contour may stand before its cycle on Okuma controls
 
 
 def _value(c: IsoControl, w: IsoWords, letter: str) -> float:

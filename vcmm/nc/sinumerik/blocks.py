@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from vcmm.nc.expressions import Value
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.sinumerik.heads import SinumerikFlow, flow_of
-from vcmm.nc.sinumerik.text import SinumerikReader, number_of
+from vcmm.nc.sinumerik.text import SinumerikReader, line_tokens, number_of
 from vcmm.nc.tokens import Token
 
 ADDRESSES = (  # names that take "= value"
@@ -41,6 +41,13 @@ AXIAL = (
 )
 
 
+_VALUE = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_PLAIN = re.compile(
+    rf"[ \t]*(?:N(\d+)[ \t]*)?(?:G0?([01])(?![\d.=])[ \t]*)?((?:[XYZ]{_VALUE}(?![\dE])[ \t]*)+)(?:F(\d+\.?\d*|\.\d+)[ \t]*)?(?:;.*)?\Z"
+)
+_PLAIN_AXIS = re.compile(rf"([XYZ])({_VALUE})")
+
+
 class Item(NamedTuple):
     """A word, assignment or command. `name` is upper case; columns from 1 (first, one past the last).
 
@@ -59,18 +66,55 @@ class Item(NamedTuple):
     indices: tuple[Value, ...] = ()
 
 
-@dataclass(slots=True)
-class SinumerikBlock:
-    """A line that has been read."""
+class PlainSinumerik(NamedTuple):
+    """A block of nothing but N, G0 or G1, X, Y, Z and F with plain numbers: what most lines are."""
 
-    line: int
-    first: int
-    last: int
-    number: str = ""
-    label: str = ""
-    items: list[Item] = field(default_factory=list)
-    flow: SinumerikFlow | None = None
-    skipped: bool = False
+    motion: str | None
+    axes: tuple[tuple[int, float], ...]
+    feed: float | None
+
+
+class SinumerikBlock:
+    """A line that has been read; the items of a plain line are read when somebody asks for them."""
+
+    __slots__ = ("_items", "first", "flow", "label", "last", "line", "number", "plain", "skipped", "text")
+
+    def __init__(self, line: int, first: int, last: int) -> None:
+        self.line, self.first, self.last = line, first, last
+        self.number = self.label = self.text = ""
+        self.flow: SinumerikFlow | None = None
+        self.skipped = False
+        self.plain = False
+        self._items: list[Item] | None = []
+
+    @property
+    def items(self) -> list[Item]:
+        """Words, assignments and commands."""
+        if self._items is None:
+            self._items = parse_block(line_tokens(self.text), self.line).items
+        return self._items
+
+    def read(self) -> PlainSinumerik | None:
+        """The words of a plain line; None for others."""
+        match = _PLAIN.match(self.text) if self.plain else None
+        if match is None:
+            return None
+        axes = tuple(("XYZ".index(w[1]), float(w[2])) for w in _PLAIN_AXIS.finditer(match[3]))
+        motion = f"G{match[2]}" if match[2] else None
+        return PlainSinumerik(motion, axes, None if match[4] is None else float(match[4]))
+
+
+def plain_block(text: str, line: int) -> SinumerikBlock | None:
+    """A plain line; None for others, and for one that names an axis twice."""
+    match = _PLAIN.match(text)
+    if match is None or any(match[3].count(axis) > 1 for axis in "XYZ"):
+        return None
+    first = len(text) - len(text.lstrip()) + 1
+    end = match.end(4 if match[4] else 3)
+    block = SinumerikBlock(line, first, len(text[:end].rstrip()) + 1)
+    block.number = f"N{match[1]}" if match[1] else ""
+    block.text, block.plain, block._items = text, True, None
+    return block
 
 
 def parse_line(tokens: Sequence[Token], line: int) -> list[SinumerikBlock]:

@@ -116,6 +116,7 @@ IDLE = frozenset(  # they change no path here
         "DIAMCHANA",
         "ENS",
         "NEWCONF",
+        "SETMS",
         "WRTPR",
         "STRINGIS",
         "STOLF",

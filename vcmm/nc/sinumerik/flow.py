@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from vcmm.core.errors import did_you_mean
-from vcmm.nc.beside import file_beside
 from vcmm.nc.expressions import Value, evaluate, number
 from vcmm.nc.faults import BlockFault, ProgramFault
 from vcmm.nc.moves import Source
 from vcmm.nc.reading import read_bytes
 from vcmm.nc.recorder import Recorder
+from vcmm.nc.search import find_file, folders_of
 from vcmm.nc.sinumerik.blocks import Item, SinumerikBlock
 from vcmm.nc.sinumerik.heads import SinumerikFlow
 from vcmm.nc.sinumerik.memory import SinumerikMemory, Variable
@@ -42,8 +43,12 @@ class SinumerikRunner:
     recorder: Recorder
     sections: dict[str, Section]
     work: Work
+    short: Callable[[SinumerikBlock], bool] | None = (
+        None  # executes a plain block where nothing special is in force
+    )
     memory: SinumerikMemory = field(init=False)
     executed: int = 0
+    missing: set[str] = field(default_factory=set)  # subprograms that are nowhere
     nested: int = 0  # repeated parts inside one another
     ended: bool = False
 
@@ -143,6 +148,8 @@ class SinumerikRunner:
             return at + 1, False
         if self.recorder.tracer is not None:
             self._note(self.recorder.tracer, block)
+        if block.plain and self.short is not None and self.short(block):
+            return at + 1, False
         if block.items and self.work(self, block):
             return at + 1, True
         if block.flow is None:
@@ -266,11 +273,20 @@ class SinumerikRunner:
         self.nested -= 1
 
     # -- subprograms --
+    def folders(self) -> list[Path]:
+        """Where subprograms are looked for."""
+        return folders_of(Path(self.recorder.file), self.recorder.setup.subprograms)
+
     def find(self, name: str) -> Section | None:
         """A subprogram of this file, or of a file beside it; None: there is none."""
         if name not in self.sections:
-            path = file_beside(self.recorder.file, [f"{name}.SPF", f"{name}.MPF", f"_N_{name}_SPF", name])
+            path = (
+                None
+                if name in self.missing
+                else find_file(self.folders(), [f"{name}.spf", name, f"_N_{name}_SPF"])
+            )
             if path is None:
+                self.missing.add(name)
                 return None
             first, *others = sections_of(read_bytes(path), str(path))
             for section in (first, *others):

@@ -14,10 +14,12 @@ from typing import Any
 from vcmm.core.errors import did_you_mean
 from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.frames import AffineMap, rotation, stretched, translation
 from vcmm.nc.moves import ORIGIN, PLANES
 from vcmm.nc.recorder import Recorder
 
 AXES = "XYZ"
+FRAME_FUNCTIONS = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
 TEXTS = ("STRING", "AXIS", "CHAR")
 OUTSIDE = "an array or one of the system variables, which are not understood; use R parameters"
 ARITHMETIC: Mapping[str, Callable[[Any], float]] = {
@@ -41,7 +43,7 @@ class Variable:
     def store(self, index: tuple[Any, ...], value: Any) -> None:
         """A value of that kind."""
         kinds: dict[str, Callable[[float], float]] = {"INT": round, "BOOL": bool}
-        if isinstance(value, str):
+        if isinstance(value, str | AffineMap):
             self.elements[index] = value
             return
         if value is None:
@@ -121,10 +123,29 @@ class SinumerikMemory:
                 raise BlockFault(column, f'"{arguments[0]}" is no number') from None
         if arguments and name in SAME:
             return SAME[name](arguments[0])
+        if name in FRAME_FUNCTIONS:
+            return self.frame(name, arguments)
         if self.recorder.setup.strict:
             raise BlockFault(column, message)
         self.guess(f"the function {name}", "0", "", column)
         return 0.0
+
+    def frame(self, name: str, arguments: list[Any]) -> AffineMap:
+        """CTRANS(X,10,Y,5), CROT(Z,30), CSCALE(X,2), CMIRROR(X): a frame as a value."""
+        unit, made = self.recorder.unit, AffineMap()
+        given = {
+            str(a).upper(): 0.0 if b is None or isinstance(b, str) else float(b)
+            for a, b in zip(arguments, [*arguments[1:], 0.0])
+        }
+        x, y, z = (given.get(a) for a in AXES)
+        if name == "CTRANS":
+            return translation(((x or 0.0) * unit, (y or 0.0) * unit, (z or 0.0) * unit))
+        if name == "CROT":
+            for axis, angle in ((2, z), (1, y), (0, x)):
+                made = made.then(rotation(axis, math.radians(angle or 0.0)))
+            return made
+        still = -1.0 if name == "CMIRROR" else None
+        return stretched(tuple(1.0 if v is None else still or v or 1.0 for v in (x, y, z)))  # type: ignore[arg-type]
 
     # -- system variables --
     def system(self, name: str, index: tuple[Any, ...], column: int) -> Any:
@@ -187,7 +208,11 @@ class SinumerikMemory:
             self.scopes[0][name] = Variable("REAL", {(): value})
 
     def work_offset(self, index: tuple[Any, ...], value: Any) -> bool:
-        """$P_UIFR[1,X,TR]=5 sets G54, 2 G55 ... 5 G505; RT turns about Z. False for what is no number."""
+        """$P_UIFR[1,X,TR]=5 or $P_UIFR[1]=CTRANS(X,5) sets G54, 2 G55 ... 5 G505; RT turns about Z. False for what is not modelled."""
+        if len(index) == 1 and isinstance(value, AffineMap):
+            return self._whole_offset(
+                f"G{53 + round(index[0])}" if 1 <= index[0] <= 4 else f"G{500 + round(index[0])}", value
+            )
         axis = AXES.find(str(index[1]).upper()) if len(index) == 3 else -1
         part = index[2] if len(index) == 3 else ""
         if (
@@ -207,6 +232,15 @@ class SinumerikMemory:
             r.offsets[name] = (point[0], point[1], point[2])
         r.refresh()
         return True
+
+    def _whole_offset(self, name: str, value: AffineMap) -> bool:
+        """A work offset as a frame: shift, and turn about Z; others are not modelled."""
+        r, m = self.recorder, value.matrix
+        flat = abs(m[2][2] - 1.0) < 1e-9 and abs(m[0][0] * m[1][1] - m[0][1] * m[1][0] - 1.0) < 1e-9
+        if flat:
+            r.offsets[name], r.rotations[name] = value.shift, math.atan2(m[1][0], m[0][0])
+            r.refresh()
+        return flat
 
 
 def _plain(value: Any) -> str:

@@ -6,6 +6,7 @@ import math
 
 from vcmm.core.errors import did_you_mean
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.levels import unknown_tool
 from vcmm.nc.setup import Tool
 from vcmm.nc.sinumerik import cycles
 from vcmm.nc.sinumerik.blocks import ADDRESSES, AXIAL, Item, SinumerikBlock
@@ -22,7 +23,7 @@ SPECIAL = ("G4", "G53", "G153", "G74", "G75", "G110", "G111", "G112", "G58", "G5
 CALLS = ("CALL", "PCALL", "EXTCALL", "ISOCALL", "MCALL")
 HOMES = ("X1", "Y1", "Z1", "A1", "B1", "C1")  # machine axes of G74 and G75
 PASSED = (  # they change speeds and spindles, not the path
-    "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "ANG", "OFFN", "DISR",
+    "FRC", "FRCM", "SPOS", "SPOSA", "FB", "FD", "FA", "SD", "PW", "PL", "SF", "ACC", "OVR", "OVRRAP", "SVC", "SCC", "DISC", "DISR",
     "DISCL", "DISRP", "FAD", "POLF", "PM", "POSP", "DL", "SPINU",
 )  # fmt: skip
 DIRECTIONS = (*(f"{a}{n}" for a in ROTARY for n in (2, 3, 4, 5)), "LEAD", "TILT", "THETA")
@@ -56,6 +57,32 @@ class SinumerikInterpreter(SinumerikSpecials):
         self.note(made, before, runner, block)
         self.r.exact_once = False
         return ended
+
+    def short(self, block: SinumerikBlock) -> bool:
+        """A plain block where nothing special is in force: as `work` does it, without the ceremony. False: nothing is done."""
+        r, modes, line = self.r, self.modes, block.read()
+        if (
+            line is None
+            or r.tracer
+            or r.compensation
+            or modes.cycle
+            or modes.rnd
+            or r.exact_once
+            or r.diameter
+            or not r.absolute
+        ):
+            return False
+        motion = line.motion or r.motion
+        if motion not in ("G0", "G1") or r.feed_mode == "G93":
+            return False
+        r.motion = motion
+        if line.feed is not None:
+            r.feed = line.feed * modes.feed_unit
+        point = list(r.p)
+        for k, value in line.axes:
+            point[k] = value * r.unit
+        r.straight((point[0], point[1], point[2]), motion == "G0")
+        return True
 
     def note(self, made: int, before: Modal | None, runner: SinumerikRunner, block: SinumerikBlock) -> None:
         """What the moves since `made` came from, where traces are kept."""
@@ -103,7 +130,7 @@ class SinumerikInterpreter(SinumerikSpecials):
             words.runner.assign(item)
             return
         axis = item.indices[0](words.runner) if callable(item.indices[0]) else item.indices[0]
-        if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str):
+        if item.name in ("AX", "POS", "POSA", "POSP", "PO") and isinstance(axis, str) and axis:
             words.positioned |= item.name.startswith("POS")
             self.add(words, item._replace(name=axis.upper(), indices=()))
         elif item.name in ("AX", "POS", "POSA", "POSP"):
@@ -194,6 +221,8 @@ class SinumerikInterpreter(SinumerikSpecials):
         if words.has("A3", "B3", "C3"):
             x, y, z = (words.take(name) or 0.0 for name in ("A3", "B3", "C3"))
             r.point_to((x, y, z))
+        if words.take("OFFN"):
+            r.assume("OFFN= (oversize of the contour)", "none", f"OFFN= (oversize of the contour){LATER}")
         if words.has(*DIRECTIONS):
             words.items = {k: v for k, v in words.items.items() if k not in DIRECTIONS}
             r.assume(
@@ -215,7 +244,7 @@ class SinumerikInterpreter(SinumerikSpecials):
         tools = self.r.setup.tools
         if number is not None:
             if number and number not in tools:
-                self.r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
+                unknown_tool(self.r, number)
             return tools.get(number, Tool(number))
         for tool in tools.values():
             if tool.name.upper() == name.upper():

@@ -136,15 +136,33 @@ class SinumerikPaths(SinumerikControl):
         self.r.to_machine(point_of(tip), self.r.motion in (None, "G0") or words.positioned, turned)
 
     def target(self, words: SinumerikWords) -> Point:
-        point = list(self.r.p)
+        point, given = list(self.r.p), set()
         for k, name in enumerate(AXES):
             item = words.items.get(name)
             if item is None:
                 continue
+            given.add(k)
             value = (words.take(name) or 0.0) * self.r.unit / (2.0 if k == 0 and self.r.diametral() else 1.0)
             absolute = item.mode == "AC" or (self.r.absolute and item.mode != "IC")
             point[k] = value if absolute else self.r.p[k] + value
+        if words.has("ANG"):
+            self.inclined(words, point, given)
         return self.polar(words, point) if words.has("AP", "RP") else point_of(point)
+
+    def inclined(self, words: SinumerikWords, point: list[float], given: set[int]) -> None:
+        """ANG=: the angle of a line with the first axis, deg; one coordinate of its end point gives the other."""
+        one, two, _ = PLANES[self.r.plane]
+        angle = math.radians(words.take("ANG") or 0.0)
+        along, across = math.cos(angle), math.sin(angle)
+        if one in given and two not in given and abs(along) > 1e-9:
+            point[two] = self.r.p[two] + (point[one] - self.r.p[one]) * across / along
+        elif two in given and one not in given and abs(across) > 1e-9:
+            point[one] = self.r.p[one] + (point[two] - self.r.p[two]) * along / across
+        elif not {one, two} <= given:
+            self.r.assume(
+                "ANG= without one coordinate of the end point", "the end point as it stands",
+                "ANG= without one coordinate of the end point is not understood; program both coordinates",
+            )  # fmt: skip
 
     def polar(self, words: SinumerikWords, point: list[float]) -> Point:
         """AP= RP=: angle (deg) and radius about the pole of G110 to G112; what is missing stays as it is."""

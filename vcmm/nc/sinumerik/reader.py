@@ -25,9 +25,15 @@ def read(text: str, file: str, setup: Setup, trace: bool = False) -> Program:
     if trace:
         recorder.tracer = Tracer([line for line, _ in lines_with_ends(text)])
     by_m6 = any(
-        item.name == "M" and item.text in ("6", "06") for s in sections for b in s.blocks for item in b.items
+        item.name == "M" and item.text in ("6", "06")
+        for s in sections
+        for b in s.blocks
+        if b.plain is None
+        for item in b.items
     )
     interpreter = SinumerikInterpreter(recorder, by_m6)
-    runner = SinumerikRunner(recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work)
+    runner = SinumerikRunner(
+        recorder, {s.name: s for s in sections[1:] if s.name}, interpreter.work, interpreter.short
+    )
     runner.run_alone(sections[0])
     return recorder.program(file)

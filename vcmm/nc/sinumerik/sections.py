@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from vcmm.nc.faults import BlockFault, ProgramFault
-from vcmm.nc.sinumerik.blocks import SinumerikBlock, parse_line
+from vcmm.nc.sinumerik.blocks import SinumerikBlock, parse_line, plain_block
 from vcmm.nc.sinumerik.heads import Parameter
-from vcmm.nc.sinumerik.text import lines_of
+from vcmm.nc.sinumerik.text import line_tokens
+from vcmm.nc.tokens import split_lines
 
 _OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "LOOP": "ENDLOOP", "REPEAT": "UNTIL"}
 
@@ -30,7 +31,12 @@ class Section:
 def sections_of(text: str, file: str) -> list[Section]:
     """The main program first. A new section begins at %_N_NAME_MPF (SPF) and at PROC."""
     sections = [Section("")]
-    for line, tokens in enumerate(lines_of(text), 1):
+    for line, written in enumerate(split_lines(text), 1):
+        plain = plain_block(written, line)
+        if plain is not None:
+            sections[-1].blocks.append(plain)
+            continue
+        tokens = line_tokens(written)
         if not tokens:
             continue
         if tokens[0].text == "%":

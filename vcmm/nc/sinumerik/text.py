@@ -33,6 +33,7 @@ from vcmm.nc.expressions import (
     whole,
 )
 from vcmm.nc.faults import BlockFault
+from vcmm.nc.frames import AffineMap
 from vcmm.nc.tokens import Token, matched
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:EX[-+]?\d+)?"
@@ -64,7 +65,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
 }  # fmt: skip
 GRAMMAR = Grammar(
     levels={
-        "*": 10, "/": 10, "DIV": 10, "MOD": 10, "+": 9, "-": 9, "B_AND": 8, "B_XOR": 7, "B_OR": 6, "AND": 5, "XOR": 4, "OR": 3, "<<": 2,
+        "*": 10, "/": 10, "DIV": 10, "MOD": 10, "+": 9, "-": 9, "B_AND": 8, "B_XOR": 7, "B_OR": 6, "AND": 5, "XOR": 4, "OR": 3, "<<": 2, ":": 2,
         "==": 1, "<>": 1, ">": 1, "<": 1, ">=": 1, "<=": 1,
     },
     operations={
@@ -99,6 +100,11 @@ def lines_of(text: str) -> list[list[Token]]:
         elif token.kind not in ("space", "comment"):
             lines[-1].append(token)
     return lines
+
+
+def line_tokens(line: str) -> list[Token]:
+    """The tokens of one line without blanks and comments."""
+    return [t for t in tokenize(line) if t.kind not in ("space", "comment")]
 
 
 def number_of(text: str) -> float:
@@ -144,6 +150,8 @@ def _compared(
         a, b = (v(known) if callable(v) else v for v in (left, right))
         if operator == "<<":
             return f"{_shown(a)}{_shown(b)}"
+        if operator == ":":  # frames, one inside the other
+            return a.then(b) if isinstance(a, AffineMap) and isinstance(b, AffineMap) else a or b
         if isinstance(a, str) or isinstance(b, str):
             return float((str(a).upper() == str(b).upper()) == (operator == "=="))
         return plain(known)
@@ -163,7 +171,7 @@ class SinumerikReader(ExpressionReader):
     def joined(self, operator: str, left: Value, right: Value, column: int) -> Computed:
         """Texts can be compared and put together."""
         made = super().joined(operator, left, right, column)
-        return _compared(operator, left, right, made) if operator in ("==", "<>", "<<") else made
+        return _compared(operator, left, right, made) if operator in ("==", "<>", "<<", ":") else made
 
     def atom(self) -> Value:
         """A number, an R parameter, a constant, a variable or a call of a function."""
@@ -188,6 +196,9 @@ class SinumerikReader(ExpressionReader):
             and self.upper(1) != "="
         ):
             self.at += 1  # the name of an axis
+            return _text(token.text.upper())
+        if token.kind == "letter" and self.upper(1) in (",", ")"):
+            self.at += 1  # a letter that stands for itself: CONTPRON(TAB,"L",N)
             return _text(token.text.upper())
         raise self.fault(f'a number or expression is due here, "{token.text}" stands there')
 

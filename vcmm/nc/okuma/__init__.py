@@ -1,0 +1,4 @@
+"""Okuma OSP programs.
+
+Imports nc, nc.iso.
+"""
