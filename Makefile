@@ -22,7 +22,7 @@ export JUPYTER_DATA_DIR := $(CACHE)/jupyter/data
 export JUPYTER_RUNTIME_DIR := $(CACHE)/jupyter/runtime
 endif
 
-.PHONY: help demo test lint types docs bench exam clean
+.PHONY: help demo test lint types docs bench exam audit clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -54,6 +54,9 @@ exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, 
 	$(BIN)/python tools/calibrate_statistics.py 8 laser
 	$(BIN)/python tools/calibrate_statistics.py 8 tracer
 	$(BIN)/python -m benchmarks.exam --plan ten-minutes --jobs $(JOBS) --budget 10min --out exam.jsonl
+
+audit: .venv/.installed-dev ## count coverage of the published tasks and write docs/audit.md, about five minutes
+	$(BIN)/python tools/audit_table.py
 
 clean: ## remove .venv, caches and everything that was made
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks build dist docs/_build docs/effects.md vcmm-demo

@@ -31,6 +31,8 @@ _HOME = {
     "measure": "vcmm.api",
     "optimise_plan": "vcmm.placing.planning",
     "uncertainty": "vcmm.api",
+    "evaluate": "vcmm.api",
+    "audit": "vcmm.inference.audit",
     "field": "vcmm.response.volumetric",
     "place": "vcmm.api",
     "diagnose": "vcmm.diagnosis.job",

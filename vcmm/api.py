@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import UsageError, choose_from
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.sampling import Progress
-from vcmm.evaluation.uncertainty import evaluate
+from vcmm.evaluation.uncertainty import evaluate as evaluate_task
 from vcmm.evaluation.virtual_measurement import Measurement, measure_task
 from vcmm.measuring.scenario import Scenario
 
 if TYPE_CHECKING:
+    from vcmm.inference.job import EvaluatedPart
     from vcmm.machining.placement import PlacedCut
     from vcmm.machining.scenario import CutScenario
     from vcmm.placing.result import Placed
@@ -37,8 +39,42 @@ def uncertainty(
     _measuring(scenario)
     changes = {"seed": seed, "trials": trials, "engine": engine, "digits": digits}
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
-    found = evaluate(scenario.task(), settings, progress)
+    found = evaluate_task(scenario.task(), settings, progress)
     return replace(found, warnings=(*remarks(scenario), *found.warnings))
+
+
+def evaluate(
+    scenario: Scenario,
+    *,
+    points: str | Path | None = None,
+    values: str | Path | None = None,
+    frame: str = "part",
+    tip_centres: bool = False,
+    seed: int | None = None,
+    trials: int | None = None,
+    progress: Progress | None = None,
+) -> tuple[EvaluatedPart, ...]:
+    """Measured points or values (a file of either) to true values and decisions, one result per part; see docs/evaluate.md."""
+    from vcmm.files.measured import read_measured_points, read_measured_values
+    from vcmm.inference.job import evaluate_points, evaluate_values
+    from vcmm.inference.points import FRAMES
+
+    _measuring(scenario)
+    if (points is None) == (values is None):
+        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
+    if frame not in FRAMES:
+        raise UsageError(f'frame = "{frame}".{choose_from(frame, FRAMES)}')
+    if points is None and (frame != "part" or tip_centres):
+        raise UsageError("--frame and --tip-centres are about points; values have neither")
+    changes = {"seed": seed, "trials": trials}
+    settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
+    if points is None:
+        assert values is not None
+        return evaluate_values(scenario, read_measured_values(values), settings=settings, progress=progress)
+    return evaluate_points(
+        scenario, read_measured_points(points), in_machine=frame == "machine", tip_centres=tip_centres,
+        settings=settings, progress=progress,
+    )  # fmt: skip
 
 
 @overload

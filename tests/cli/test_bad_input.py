@@ -15,6 +15,9 @@ TOP = 'top   = { type = "plane", point = "0 0 20 mm", normal = [0, 0, 1], size =
 
 # (what is typed, what stands there afterwards, words that the message must hold); the line is that of the new text
 MISTYPED = [
+    # limits that hold the nominal value; a feature against itself
+    ('limits = ["0 mm", "0.021 mm"]', 'limits = ["29.990 mm", "30.011 mm"]', ["limits count from the nominal value (30 mm)", 'limits = ["-0.01 mm", "0.011 mm"]']),
+    ('between = ["front", "bore"]', 'between = ["bore", "bore"]', ['it compares "bore" with itself']),
     # keys in every table
     ('name = "bridge CMM"', 'nmae = "bridge CMM"', ['[machine] unknown key "nmae". Did you mean "name"?']),
     ('structure = "w b Y X Z t"', 'structur = "w b Y X Z t"', ['Did you mean "structure"']),

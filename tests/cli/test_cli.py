@@ -254,8 +254,8 @@ def test_doctor_with_something_missing(capsys, monkeypatch):
         (["measure", "x.toml", "--seed", "abc"], 'unable to convert "abc" into int'),
         (["check"], "requires an argument"),
         (
-            ["audit", "r.toml"],
-            "audit is planned and not built yet; what works today: demo, new, check",
+            ["serve", "r.toml"],
+            "serve is planned and not built yet; what works today: demo, new, check",
         ),
     ],
 )

@@ -43,3 +43,28 @@ def test_words_and_units():
     assert unit_of(world, table) == "urad"
     assert estimate(world, table) is None  # an array
     assert words(world, table).startswith("component table EAX: ")
+
+
+def test_what_qualification_leaves_by_its_causes():
+    """Scatter of 1 um: in the touches of the bore and in the qualification; the sphere apart, u(diameter) = 0.5 um.
+
+    Diameter of 16 touches: 2 / sqrt(16) = 0.5 um; of the stylus: twice the radius of a sphere of 25 touches on a half
+    (0.3277 um, so 0.6554 um); of the sphere: 0.5 um. u^2 = 0.25 + 0.4296 + 0.25 um^2.
+    """
+    from dataclasses import replace
+
+    from vcmm.evaluation.result import common_causes
+    from vcmm.evaluation.uncertainty import evaluate
+    from vcmm.measuring.qualification import Qualification
+    from vcmm.measuring.settings import Settings
+
+    job = replace(scenario(), qualifications={"down": Qualification(25.0, 0.5e-3)})
+    found = evaluate(job.task(), Settings(trials=1000, certify=0)).characteristics[0]
+    u2 = 0.25 + 0.6554**2 + 0.25
+    share = {line.input: line.share for line in found.budget}
+    assert share["scatter.value"] == pytest.approx(0.25 / u2, rel=2e-3)
+    assert share["stylus_qualification[down].d by repeatability"] == pytest.approx(0.6554**2 / u2, rel=2e-3)
+    assert share["stylus_qualification[down].d by sphere diameter"] == pytest.approx(0.25 / u2, rel=2e-3)
+    together, names = common_causes(found.budget)["repeatability"]
+    assert together == pytest.approx(1 - 0.25 / u2, rel=2e-3)
+    assert len(names) == 2

@@ -71,10 +71,14 @@ def test_tiers_agree():
         assert a.u == pytest.approx(b.u, rel=0.15), name
         if name not in ("GG", "form G"):
             assert a.linear_error < 1e-6, name  # evaluated on the points themselves
-            assert not a.coverage_shown
+            assert a.coverage_shown == (a.type == "parallelism"), name  # of which the true value is inverted
+            assert a.true_value is not None
+            assert a.true_value.claimed == a.coverage_shown
     # extremes move one way: 16 touches of 1 um each
     assert sampled["GX"].mean < 30.0 - 1e-3 < 30.0 + 1e-3 < sampled["GN"].mean
     assert sampled["GN"].u > sampled["GG"].u
+    # the share of the noise is taken off the true value of a perfect part
+    assert sampled["GN"].true_value.estimate == pytest.approx(30.0 - (sampled["GN"].mean - 30.0), abs=0.05e-3)
 
 
 def test_the_note_about_a_place_that_is_one_of_several_reaches_the_reader():

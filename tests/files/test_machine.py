@@ -169,7 +169,7 @@ def test_one_quantity_has_one_input(tmp_path):
         ('[repeatability]\nu = "1 um"\ndof = 6\n', ['dof goes with law = "t"']),
         ('[repeatability]\nlaw = "t"\nscale = "1 um"\ndof = 0.5\n', ["dof"]),
         ("[repeatability]\n", ["needs u"]),
-        ('[certificate]\nE0_MPE = "1.9 um + L/300"\n', ["not built yet"]),
+        ('[certificate]\nE0_MPE = "1.9 + L/300"\n', ["has no unit"]),
         ('[errors]\ntable = "error.csv"\n', ["error.csv does not exist", 'Did you mean "errors.csv"']),
         ('[axes.Q]\ntravel = ["0 mm", "1 mm"]\n', ['unknown axis "Q"']),
         ('[axes.A]\ntravel = ["0 deg", "1 deg"]\n', ["axis A is not in structure"]),
@@ -199,3 +199,30 @@ def test_every_reference_machine_loads():
     found = sorted(folder.glob("*/machine.toml"))
     assert len(found) >= 58
     assert all(load_machine(path).axes for path in found)
+
+
+def test_a_correlated_table_keeps_its_uncertainty_between_the_nodes(tmp_path):
+    """u = 1 um everywhere: linear interpolation between nodes l / 8 apart loses (1 - exp(-1 / 128)) / 4 = 0.2 % of u."""
+    from vcmm.core.effect import basis
+    from vcmm.core.knowledge import targets
+    from vcmm.core.run import Run
+
+    (tmp_path / "errors.csv").write_text("X EXX\n0 0\n600 0\n")
+    path = tmp_path / "m.toml"
+    path.write_text(
+        'vcmm = "machine/1"\nstructure = "w b Y X Z t"\n'
+        + "".join(
+            f'[axes.{a}]\ntravel = ["{"-400" if a == "Z" else "0"} mm", "{"0" if a == "Z" else "600"} mm"]\n'
+            for a in "XYZ"
+        )
+        + '[errors]\ntable = "errors.csv"\nuncertainty = { translation = "1 um", correlation_length = "150 mm" }\n'
+    )
+    machine = load_machine(path)
+    one = next(i for i in machine.inputs if i.where == "EXX")
+    (effect,) = targets(machine, one)
+    q = np.linspace(0.0, 600.0, 241)
+    run = Run({a: q if a == "X" else np.zeros(241) for a in "XYZ"}, np.zeros((241, 3)))
+    moved = basis(effect, one.parameter, run)[:, 0, :] @ one.law.factor
+    u = np.linalg.norm(moved, axis=1)
+    assert u.max() == pytest.approx(1e-3, rel=1e-3)
+    assert u.min() > 0.9975e-3

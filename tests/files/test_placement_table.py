@@ -37,6 +37,8 @@ process = { "bore diameter" = { mean = "0.001 mm", u = "0.003 mm" } }
 @pytest.mark.parametrize(
     ("lines", "text"),
     [
+        ("slots = []", "slots is empty, which allows nothing; leave it out"),
+        ("weights = {}", "weights is empty, which allows nothing; leave it out"),
         ('x = ["500 mm", "100 mm"]', "the range of x is empty: 500 is not below 100"),
         ("x = [100, 500]", "x"),
         ('turn_z = ["0 mm", "9 mm"]', "turn_z"),

@@ -195,3 +195,29 @@ def test_refusals() -> None:
     one_level = gauss("cylinder", points, fixed_axis=UP)
     with pytest.raises(ModelLimit, match="tilt of the cylinder"):
         sensitivity(one_level, points)
+
+
+def test_ten_thousand_points_need_no_square_of_it() -> None:
+    """u(r) = 1 / sqrt(n); a dense residual operator would hold 2.4 GB."""
+    import tracemalloc
+
+    points = arc(25.0, 10_000)
+    fitted = gauss("circle", points, fixed_axis=UP)
+    tracemalloc.start()
+    sens = sensitivity(fitted, points, fixed_axis=UP, residuals=False)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert sens.residuals is None
+    assert np.sqrt((sens.sizes**2).sum()) == pytest.approx(0.01, rel=1e-9)
+    assert most < 50e6
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_without_residuals_nothing_else_changes(fixed: bool) -> None:
+    points = arc(25.0, 12, 300.0) + 1e-3 * np.random.default_rng(1).standard_normal((12, 3))
+    axis = UP if fixed else None
+    fitted = gauss("circle", points, fixed_axis=axis)
+    lean = sensitivity(fitted, points, fixed_axis=axis, residuals=False)
+    full = sensitivity(fitted, points, fixed_axis=axis)
+    assert np.array_equal(lean.sizes, full.sizes)
+    assert np.array_equal(lean.point, full.point)

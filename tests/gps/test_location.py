@@ -14,7 +14,7 @@ from vcmm.gps.location import coaxiality, corners, position, symmetry
 from vcmm.part.part import Characteristic, Feature
 
 POSITION = Characteristic("p", "position", of=("bore",), zone=0.1)
-COAX = Characteristic("c", "coaxiality", of=("bore",), datums=("bore",), zone=0.1)
+COAX = Characteristic("c", "coaxiality", of=("shaft",), datums=("bore",), zone=0.1)
 SYMMETRY = Characteristic("s", "symmetry", of=("bore",), datums=("left", "right"), zone=0.1)
 SHAFT = Feature(
     "shaft", "cylinder", np.array([0.0, 0, 50]), np.array([0.0, 0, 1]), np.array([8.0]), extent=(30.0,)

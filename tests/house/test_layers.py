@@ -34,6 +34,7 @@ ROOMS = (
     "cutting",
     "measuring",
     "response",
+    "certified",
     "instruments",
     "evaluation",
     "inference",

@@ -75,10 +75,33 @@ points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
     inputs = '[[inputs]]\neffect = "squareness"\npair = "C0Y"\nparameter = "angle"\nu = "5 urad"\n'
     scenario = shop.SCENARIO.replace("[job]\n", plan)
     found = cut(vcmm.load_cut(shop.write(tmp_path, SQUARENESS + inputs, scenario)))
-    form = found.characteristics[1]
+    form = found.own_reading.characteristics[1]
     # cut at 60 mm, probed at 51 mm from the middle: of the 1.2 um only 9/60 is seen, 0.18 um
     assert form.value == pytest.approx(1.2e-3 * 9 / 60, rel=0.05)
     assert form.u < 0.1e-3
+    # interval and decision are about the part: 8 angles meet the extremes of sin 2a, 1.2 um, and 5 urad x 60 mm = 0.3 um
+    # in each of two directions that add up to the ellipse
+    form = found.characteristics[1]
+    assert form.value == pytest.approx(1.2e-3, rel=0.02)
+    assert form.u > 0.3e-3
+    assert "of +1." in next(w for w in found.warnings if w.startswith("form: the machine errs in probing"))
+
+
+def test_what_its_own_machine_reads_is_not_what_the_part_is(tmp_path):
+    """A scale of 280 um/m too long: the boss, cut on a circle of 120 mm, is out by 33.6 um, of which probing on 102 mm sees 5 um."""
+    scale = '[[effects]]\neffect = "scale_factor"\naxis = "%s"\nk = "280 um/m"\n'
+    plan = (
+        '[inspection]\nmachine = "same"\n[plan]\nstyli.probe = { offset = "0 0 -100 mm", tip_diameter = "2 mm" }\n'
+        '[[plan.steps]]\nfeature = "boss"\nstylus = "probe"\npoints = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }\n[job]\n'
+    )
+    path = shop.write(tmp_path, scale % "X" + scale % "Y", shop.SCENARIO.replace("[job]\n", plan))
+    found = cut(vcmm.load_cut(path))
+    size = found.characteristics[0]
+    assert size.value - size.nominal == pytest.approx(33.6e-3, rel=1e-3)
+    assert size.decision.text == "does not conform"  # 20 um are allowed
+    seen = found.own_reading.characteristics[0]
+    assert seen.value - seen.nominal == pytest.approx(280e-6 * (120 - 102), rel=1e-3)
+    assert any("diameter: the machine errs in probing" in w for w in found.warnings)
 
 
 def test_another_machine_adds_its_own_errors(tmp_path):
@@ -101,10 +124,12 @@ points = { strategy = "levels", at = ["2 mm", "4 mm"], n = 8 }
     found = cut(vcmm.load_cut(path))
     size = found.characteristics[0]
     lines = {b.input: b.u for b in size.budget}
-    # diameter of 16 points: u = 2 x 2 / sqrt(16) = 1 um from the cut, half of that from the measurement
-    assert lines["scatter.value"] == pytest.approx(1e-3, rel=1e-3)
+    # measured at 16 points, each on its own: u = 2 x 1 / sqrt(16) = 0.5 um. Cut in one pass: two levels are one, 8 places
+    # 47.1 mm apart on the way of the tool, neighbours correlated by exp(-(47.1 / 20)^2 / 2) = 0.062:
+    # u = 2 x 2 sqrt((1 + 2 x 0.062) / 8) = 1.50 um
+    assert lines["scatter.value"] == pytest.approx(1.50e-3, rel=0.01)
     assert lines["mill: scatter.value"] == pytest.approx(0.5e-3, rel=1e-3)
-    assert found.shares["diameter"]["measurement"] == pytest.approx(0.2, rel=1e-2)
+    assert found.shares["diameter"]["measurement"] == pytest.approx(0.1, rel=2e-2)
 
 
 def test_json_and_files(tmp_path, capsys, monkeypatch):

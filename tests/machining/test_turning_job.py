@@ -63,7 +63,7 @@ def test_the_shipped_shaft(tmp_path, capsys):
     assert body["surface"]["uncut"] == body["surface"]["gouges"] == 0
     assert body["surface"]["recut"]["largest_um"] < 0.01
     for c in body["characteristics"]:
-        assert 0.9 < sum(c["groups"].values()) < 1.1
+        assert 0.9 < sum(c["groups"].values()) < 1.1 or c["u_mm"] < 1e-6, c["name"]  # one pass is round
     assert body["stock"]["collisions"] == []
 
 

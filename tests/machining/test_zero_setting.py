@@ -117,8 +117,11 @@ def test_probed_here_each_side_is_read_from_its_own_work_offset(tmp_path, where)
     offset = f'work_offset = {{ u = "2 um", set_on = "{where}" }}\n'
     scenario = slab(tmp_path, offset, U_TOOL, BOTH_SIDES)
     # an offset set wrongly shifts cut and reading alike; the radius of the tool remains, 6 um
-    assert cut(scenario).characteristics[0].u == pytest.approx(6e-3, rel=0.02)
-    exact = cut(scenario, engine="exact", trials=1000).characteristics[0]
+    found = cut(scenario)
+    assert found.own_reading.characteristics[0].u == pytest.approx(6e-3, rel=0.02)
+    # the part itself has both: 6 um of the tool, 2 sqrt 2 um of the two offsets
+    assert found.characteristics[0].u == pytest.approx(np.hypot(6e-3, 2e-3 * np.sqrt(2)), rel=0.02)
+    exact = cut(scenario, engine="exact", trials=1000).own_reading.characteristics[0]
     assert exact.u == pytest.approx(6e-3, rel=0.07)  # 1000 trials: standard error 2.2 %
 
 
@@ -129,7 +132,7 @@ def test_a_work_offset_beside_the_probed_points_has_no_part_in_them(tmp_path):
     _, world, _ = finished_part(set_up(scenario))
     assert set(world.tool.run.labels["work_offset"]) == {"G54", "G55"}
     assert set(world.measuring.run.labels["work_offset"]) == {"G54"}
-    exact = cut(scenario, engine="exact", trials=1000).characteristics[0]
+    exact = cut(scenario, engine="exact", trials=1000).own_reading.characteristics[0]
     assert exact.u == pytest.approx(6e-3, rel=0.07)
 
 

@@ -50,7 +50,7 @@ def test_scatter_becomes_the_covariance_of_a_sphere_fit():
     _, known = qualify(machine(Scatter(), **_scatter(Normal(1e-3))), PLAN, Qualification())
     a = np.column_stack([_normals(), np.ones(25)])
     assert known.law.covariance == pytest.approx(1e-6 * np.linalg.inv(a.T @ a), rel=1e-6, abs=1e-13)
-    assert (known.id, known.redraw) == ("stylus_qualification[down].d", "stylus")
+    assert (known.id, known.redraw) == ("stylus_qualification[down].d by repeatability", "stylus")
 
 
 def test_offset_and_radius_are_correlated():

@@ -25,7 +25,7 @@ def test_all_that_is_known_meets_in_the_task():
     assert [i.id for i in task.inputs] == [
         "scatter.value",
         "scale_factor[X].k",
-        "stylus_qualification[down].d",
+        "stylus_qualification[down].d by repeatability",
     ]
     assert [e.id for e in task.machine.effects] == [
         "scatter",

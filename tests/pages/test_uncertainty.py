@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from tests.tables.test_evaluated import LINE, result
-from vcmm.pages.uncertainty import _coarse, budget_table, characteristic_blocks
+from vcmm.pages.uncertainty import budget_table, characteristic_blocks
+from vcmm.report.histogram import filled
 
 
 def test_a_fine_histogram_in_few_bars():
     """1000 counts in each of 161 cells, of which the last is beyond all but 0.05 %: 80 bars of two cells."""
     counts = np.zeros(400, dtype=int)
     counts[100:261] = 1000
-    edges, coarse = _coarse(np.arange(401.0), counts)
+    edges, coarse = filled(np.arange(401.0), counts)
     assert np.diff(edges).tolist() == [2.0] * 80
     assert coarse.tolist() == [2000] * 80
     assert edges[0] == 100.0

@@ -23,7 +23,9 @@ def test_extreme_values_follow_the_monte_carlo_from_pose_to_pose():
     six = np.array([six_of(paper.places[n]) for n in ("1", "4")])
     u = objective.spread(six).u[:, 0]
     found = [
-        evaluate(paper.at(pose_of(p)).task(), replace(paper.settings, trials=20_000)).characteristics[0].u
+        evaluate(paper.at(pose_of(p)).task(), replace(paper.settings, trials=20_000))
+        .characteristics[0]
+        .summary.u
         for p in six
     ]
     assert u[0] / u[1] == pytest.approx(found[0] / found[1], rel=0.05)

@@ -58,7 +58,10 @@ def test_factor_k_and_u_at_the_present_pose_are_those_of_the_evaluation():
     result = evaluate(scenario.task(), replace(scenario.settings, trials=50_000))
     for i, c in enumerate(result.characteristics):
         share = 1e-3 if i in objective.smooth else 0.02  # an extreme value: 128 common draws
-        assert found.u[0, i] == pytest.approx(c.u, rel=share)
+        spread = (
+            c.summary.u if c.extreme else c.u
+        )  # the search compares spreads of what a perfect part indicates
+        assert found.u[0, i] == pytest.approx(spread, rel=share)
     terms = exact_terms(objective.closed, objective.gradient_rows[0], six_of(scenario.pose))
     first, second = objective.closed.variances(six_of(scenario.pose)[None], objective.gradient_rows)
     assert sum(float((t.gain**2).sum()) * t.law.u**2 for t in terms) == pytest.approx(

@@ -82,3 +82,16 @@ def test_a_part_larger_than_the_machine(tmp_path):
     fixture = Fixture((Freedom("x", -np.inf, np.inf), Freedom("turn_z", -0.01, 0.01)))
     with pytest.raises(ModelLimit, match="the part is larger than the machine: the touches need"):
         place(small, fixture=fixture)
+
+
+def test_among_equal_poses_the_present_one_stays(tmp_path):
+    # nothing but scatter is uncertain: u is the same at every pose, so nothing is gained by going anywhere
+    from dataclasses import replace
+
+    job = plate(tmp_path)
+    scatter = tuple(i for i in job.machine.inputs if i.id == "scatter.value")
+    quiet = replace(job, machine=replace(job.machine, inputs=scatter), inputs=(), qualifications={})
+    fixture = Fixture((Freedom("x", 200.0, 400.0), Freedom("y", 200.0, 300.0)))
+    found = place(quiet, fixture=fixture, evaluations=200, scanned=50, trials=1000)
+    assert found.best is found.present
+    assert found.gain == 0.0

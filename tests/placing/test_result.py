@@ -25,6 +25,19 @@ def test_poses_and_maps_as_json():
     }
 
 
+def test_a_scan_that_is_too_coarse_estimates_nothing(placed):
+    from dataclasses import replace
+
+    coarse = replace(placed, certificate=replace(placed.certificate, hidden=1.7))
+    assert place_json(coarse)["certificate"]["hidden"] is None
+    assert (
+        place_json(replace(placed, certificate=replace(placed.certificate, hidden=0.04)))["certificate"][
+            "hidden"
+        ]
+        == 0.04
+    )
+
+
 def test_the_document_says_what_was_found(placed):
     body = json.loads(json.dumps(place_json(placed)))
     gain = 1.0 - placed.best.value / placed.present.value

@@ -89,11 +89,9 @@ def test_an_input_on_a_column_by_its_difference():
     assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step))
     assert eye.of_input(one, []).tolist() == [[0.0]]
     # what both do together: minus 200 mm per (1/K) K
-    both = eye.product(Input("scale_expansion", "X", "alpha", Normal(1e-6)), one, [effect])
+    both = eye.product(Input("scale_expansion", "X", "alpha", Normal(1e-6)), one)
     assert both[0] == pytest.approx(-200.0)
-    assert both == pytest.approx(
-        eye.product(one, Input("scale_expansion", "X", "alpha", Normal(1e-6)), [effect])
-    )
+    assert both == pytest.approx(eye.product(one, Input("scale_expansion", "X", "alpha", Normal(1e-6))))
 
 
 def test_several_carriers_share_the_unit_motions():

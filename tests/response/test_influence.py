@@ -14,7 +14,8 @@ from vcmm.effects.backlash import Backlash
 from vcmm.effects.expansion import ScaleExpansion
 from vcmm.effects.probe import TipOffset
 from vcmm.effects.scale import ScaleFactor
-from vcmm.response.influence import influences, products, shared
+from vcmm.response.carrier import shared
+from vcmm.response.influence import influences, products
 
 ALPHA = Input("scale_expansion", "X", "alpha", Normal(1e-6))
 WARM = Input("channel", "", "temp_scale_x_C", Normal(0.1))
@@ -72,7 +73,7 @@ def test_a_coefficient_and_its_temperature_meet():
     (product,) = products(machine, run, influences(machine, run, [ALPHA, WARM]))
     assert (product.first, product.second) == (0, 1)
     assert product.response[:, 0] == pytest.approx([-200.0, -400.0])
-    assert shared(machine, run, WARM, WARM) == []
+    assert shared(machine, WARM, WARM) == []
 
 
 def test_what_does_not_meet_has_no_product():

@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from tests.tables.test_evaluated import result
 from vcmm.tables import cut as tables
@@ -24,7 +26,7 @@ def found():
     patch = SimpleNamespace(net=net, height=np.array([1.5e-3, math.nan]), nominal=np.array([0.0, math.nan]))
     return SimpleNamespace(
         characteristics=(c,), shares={"bore": SHARES}, repeats={"bore": 1.5e-4}, scatters={"bore": 5e-5}, patches=(patch,),
-        uncertainty=SimpleNamespace(trials=1000), seconds=83.4, blank=None,
+        uncertainty=SimpleNamespace(trials=1000), seconds=83.4, blank=None, own_reading=None,
         surface=SimpleNamespace(max_um=2.5, rms_um=1.0, points=1200, uncut=1, gouges=0, deep_um=5.0),
         recut=SimpleNamespace(points=3, largest=2e-6),
     )  # fmt: skip
@@ -63,6 +65,14 @@ def test_the_finished_part():
         "0.15 um",
         "90.0 %",
     ]
+
+
+def test_what_the_own_machine_reads_stands_beside_it():
+    c = found()
+    c.own_reading = SimpleNamespace(characteristics=(replace(c.characteristics[0], value=30.00005),))
+    table = in_terminal(tables.finished_part(c))
+    assert dict(zip(table.heads, table.rows[0]))["own reading"] == "+0.05 um"
+    assert tables.cut_json(c)["characteristics"][0]["own_reading_mm"] == pytest.approx(5e-5)
 
 
 def test_document():

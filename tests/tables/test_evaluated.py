@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from vcmm.evaluation.result import BudgetLine, CharacteristicResult
+from vcmm.evaluation.result import BudgetLine, CharacteristicResult, TrueValue
 from vcmm.gps.decision import Decision
 from vcmm.report.table import Cell
 from vcmm.tables import evaluated
@@ -52,10 +52,7 @@ def test_results_in_the_terminal_and_on_the_page():
 
 
 def test_a_decision_is_a_badge_on_the_page():
-    decision = Decision.__new__(Decision)
-    for name, value in {"text": "undecided", "rule": "guarded", "p_conform": 0.7}.items():
-        object.__setattr__(decision, name, value)
-    c = result(decision=decision)
+    c = result(decision=Decision("undecided", "guarded", 0.7, None))
     assert in_terminal(evaluated.results(found(c))).rows[0][-1] == "undecided"
     assert on_page(evaluated.results(found(c))).rows[0][-1] == Cell("undecided", kind="warning")
     assert evaluated.characteristic_json(c)["p_conform"] == 0.7
@@ -68,7 +65,13 @@ def test_the_document_has_every_key_of_the_contract():
     assert set(c) == {
         "name", "type", "nominal_mm", "value_mm", "mean_mm", "bias_mm", "bias_corrected", "u_mm", "U_mm", "k", "p",
         "interval_mm", "interval_kind", "coverage_shown", "tolerance_mm", "decision", "decision_rule", "p_conform",
-        "budget", "interaction_share", "tier", "trials", "linear_error_mm",
+        "budget", "interaction_share", "tier", "trials", "linear_error_mm", "true_value", "why_not_shown",
+        "common_causes", "zone", "acceptance_limits_mm", "specific_risk", "global_risk",
+    }  # fmt: skip
+    assert c["true_value"] is None
+    form = result(true_value=TrueValue(0.001, (0.0, 0.002), True))
+    assert evaluated.characteristic_json(form)["true_value"] == {
+        "estimate_mm": 0.001, "interval_mm": [0.0, 0.002], "coverage_claimed": True,
     }  # fmt: skip
     assert c["U_mm"] == pytest.approx(4e-4)
     assert c["budget"][0] == {

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
 from vcmm.calibrating import standards
 from vcmm.calibrating.known import known_ranges
+from vcmm.certified.lines import RAM, REPEATS, corners, length_run, ram_lines, seven_lines, travels
+from vcmm.certified.machines import half_sphere
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.laws import MultivariateSamples
 from vcmm.core.machine import Machine
@@ -24,7 +25,8 @@ from vcmm.response.volumetric import with_defaults
 
 TRIALS = 1000
 TESTS = ("230-2", "230-4", "230-6", "10360-2")
-RUNS, REPEATS = 5, 3
+RUNS = 5
+FORM, SIZE = "P_Form_Sph_1x25", "P_Size_Sph_1x25"
 Limit = Callable[[float], float]  # length mm -> mm
 
 
@@ -182,23 +184,11 @@ def _circles(
     return out
 
 
-def _corners(machine: Machine) -> list[tuple[str, Array, Array]]:
-    """The four body diagonals: name such as PPP, ends (3,) in axis positions. Raises UsageError without three axes."""
-    if not {"X", "Y", "Z"} <= set(machine.axes):
-        raise UsageError("body diagonals need the axes X, Y and Z")
-    ends = np.array([machine.axes[a].travel for a in "XYZ"])
-    out = []
-    for flips in product((0, 1), repeat=2):
-        side = np.array([0, *flips])
-        out.append(("".join("PN"[s] for s in side), ends[range(3), side], ends[range(3), 1 - side]))
-    return out
-
-
 def _diagonals(
     machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
 ) -> list[Figure]:
     out, largest = [], np.zeros(trials)
-    for name, start, end in _corners(machine):
+    for name, start, end in corners(machine):
         way = (end - start) / np.linalg.norm(end - start)
         run, n = _both_ways(machine, start, end, dict(zip("XYZ", np.sign(way))))
         errors = tip_errors(machine, run, rng, trials) @ way
@@ -212,37 +202,59 @@ def _diagonals(
 def _lengths(
     machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
 ) -> list[Figure]:
-    """Seven lines (four body diagonals, three parallel to axes), five lengths up to 2/3 and more, three times each."""
-    lines = [(start, end) for _, start, end in _corners(machine)]
-    middle = np.array([_middle(machine)[a] for a in "XYZ"])
-    for i, axis in enumerate("XYZ"):
-        start, end = middle.copy(), middle.copy()
-        start[i], end[i] = machine.axes[axis].travel
-        lines.append((start, end))
-    shares = np.repeat([0.2, 0.4, 0.6, 0.8, 1.0], REPEATS)
-    ends = [(s, s + f * (e - s)) for s, e in lines for f in shares]
-    first, second = np.array([a for a, _ in ends]), np.array([b for _, b in ends])
-    rows = np.concatenate([first, second])
-    length = np.linalg.norm(second - first, axis=1)
-    way = (second - first) / length[:, None]
-    run = _moving(machine, {a: rows[:, i] for i, a in enumerate("XYZ")}, {}, np.concatenate([-way, way]))
-    errors = -tip_errors(machine, run, rng, trials)  # indicated - true of each point
-    seen = np.einsum("tni,ni->tn", errors[:, len(first) :] - errors[:, : len(first)], way)
-    table = seen.reshape(trials, -1, REPEATS)
-    figures = standards.lengths(table)
-    out = [_length_figure(limits, figures["E0"], np.abs(table), length.reshape(-1, REPEATS)[:, 0])]
-    return [*out, summary("R0", figures["R0"], _limit(limits, "R0", "", 0.0))]
+    """Seven lines, five lengths each three times (E0, R0); two diagonals with an offset stylus (E150); 25 points on a sphere."""
+    errors, length = _measured_lengths(machine, seven_lines(machine), rng, trials)
+    figures = standards.lengths(errors)
+    out = [_length_figure(limits, "E0", figures["E0"], np.abs(errors), length)]
+    out.append(summary("R0", figures["R0"], _limit(limits, "R0", "", 0.0)))
+    sides = [
+        _measured_lengths(machine, ram_lines(machine), rng, trials, np.array([0.0, side, 0.0]))
+        for side in (-RAM, RAM)
+    ]
+    ram, far = np.concatenate([e for e, _ in sides], axis=1), np.concatenate([n for _, n in sides])
+    out.append(_length_figure(limits, "E150", np.abs(ram).max(axis=(1, 2)), np.abs(ram), far))
+    form, size = sphere_figures(machine, rng, trials)
+    out.append(summary(FORM, form, _limit(limits, FORM, "", 0.0)))
+    return [*out, summary(SIZE, size, _limit(limits, SIZE, "", 0.0))]
 
 
-def _length_figure(limits: Mapping[str, Limit], drawn: Array, errors: Array, length: Array) -> Figure:
-    """E0 with a limit that may grow with the length: passed where every length is within its own."""
-    if "E0" not in limits:
-        return summary("E0", drawn)
-    allowed = np.array([limits["E0"](float(v)) for v in length])
+def _measured_lengths(
+    machine: Machine,
+    lines: list[tuple[Array, Array]],
+    rng: np.random.Generator,
+    trials: int,
+    offset: Array | None = None,
+) -> tuple[Array, Array]:
+    """(errors (trials, lengths, repeats) mm, indicated - true, lengths (lengths,) mm)."""
+    run, length = length_run(machine, lines, offset, REPEATS)
+    seen = np.einsum("tni,ni->tn", -tip_errors(machine, run, rng, trials), run.normal)
+    half = seen.shape[1] // 2
+    return (seen[:, :half] + seen[:, half:]).reshape(trials, -1, REPEATS), length[::REPEATS]
+
+
+def sphere_figures(machine: Machine, rng: np.random.Generator, trials: int) -> tuple[Array, Array]:
+    """Form and |size error| (trials,) mm of a sphere of 25 mm in the middle, touched at 25 points (ISO 10360-5:2020, 6.2)."""
+    normals = half_sphere()
+    middle = travels(machine).mean(axis=1)
+    places = {a: middle[i] + 12.5 * normals[:, i] for i, a in enumerate("XYZ")}
+    run = _moving(machine, places, {}, normals)
+    radial = np.einsum("tni,ni->tn", -tip_errors(machine, run, rng, trials), normals)
+    columns = np.column_stack([np.ones(len(normals)), normals])
+    fitted = radial @ np.linalg.pinv(columns).T
+    return np.ptp(radial - fitted @ columns.T, axis=1), np.abs(2.0 * fitted[:, 0])
+
+
+def _length_figure(
+    limits: Mapping[str, Limit], name: str, drawn: Array, errors: Array, length: Array
+) -> Figure:
+    """E0 or E150 with a limit that may grow with the length: passed where every length is within its own."""
+    if name not in limits:
+        return summary(name, drawn)
+    allowed = np.array([limits[name](float(v)) for v in length])
     worst = int((errors.mean(axis=(0, 2)) / allowed).argmax())
     passed = float((errors <= allowed[:, None]).all(axis=(1, 2)).mean())
     return Figure(
-        "E0", float(drawn.mean()) * 1e3, float(drawn.std()) * 1e3, float(allowed[worst]) * 1e3, passed
+        name, float(drawn.mean()) * 1e3, float(drawn.std()) * 1e3, float(allowed[worst]) * 1e3, passed
     )
 
 
@@ -258,7 +270,7 @@ def volume_figures(machine: Machine, seed: int = 0, trials: int = 200, nodes: in
     out = [summary("largest tip error", size.max(axis=1)), summary("mean tip error", size.mean(axis=1))]
     if len(letters) < 3:
         return out
-    for name, start, end in _corners(machine):
+    for name, start, end in corners(machine):
         way = (end - start) / np.linalg.norm(end - start)
         run = _moving(machine, {a: np.array([start[i], end[i]]) for i, a in enumerate("XYZ")}, {}, way)
         error = tip_errors(still, run, rng, trials)

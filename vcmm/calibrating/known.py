@@ -96,6 +96,17 @@ def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
     """(size, r): how one draw of unit variance of an Input moves theta; None where it does not."""
     if one.is_channel or one.redraw != "machine":
         return None
+    total = _moved(machine, model, one)
+    return None if total is None else total @ _factor(one, total.shape[1])
+
+
+def _moved(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
+    """(size, k): theta per unit of each element of an Input; None where it does not move."""
+    if one.members:
+        parts = [_moved(machine, model, m) for m in one.members]
+        nothing = np.zeros((model.size, 1))
+        none = all(part is None for part in parts)
+        return None if none else one.joined([nothing if part is None else part for part in parts])
     total: Array | None = None
     for effect in machine.effects:
         if effect.name != one.effect or one.where not in (EVERY, effect.where):
@@ -108,7 +119,7 @@ def _input(machine: Machine, model: ErrorModel, one: Input) -> Array | None:
         block = np.zeros((model.size, unit.shape[1]))
         block[part] = unit
         total = block if total is None else total + block
-    return None if total is None else total @ _factor(one, total.shape[1])
+    return total
 
 
 def _factor(one: Input, k: int) -> Array:

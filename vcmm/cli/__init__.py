@@ -22,6 +22,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "measure": "Measure the part once, virtually.",
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
     "evaluate": "What was measured: true values with their intervals, decisions, budgets, from points or values.",
+    "audit": "Count how often the intervals of this very task hold the true value, on drawn parts and machines.",
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
@@ -36,10 +37,10 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
     "compensate",
 )  # fmt: skip
-LATER = ("audit", "serve")
+LATER = ("serve",)
 BUG, INTERRUPTED, WRONG = 70, 130, 2
 
 

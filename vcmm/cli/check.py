@@ -67,7 +67,30 @@ def spoils(remark: str) -> bool:
 def _machine_rows(file: Path) -> list[list[str]]:
     from vcmm.files.machine import load_machine
 
-    return _describe_machine(load_machine(file))
+    machine = load_machine(file)
+    return _describe_machine(machine) + _certificate_rows(file, machine)
+
+
+def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
+    """How often a machine as this file describes it passes the test of the certificate that it states."""
+    from vcmm.calibrating.acceptance import predicted
+    from vcmm.files.certificate import stated_certificate
+
+    certificate = stated_certificate(file)
+    if certificate is None:
+        return []
+    if any(i.evidence == certificate.words() for i in machine.inputs):
+        return [["certificate", f"{certificate.words()}; the errors are drawn from it"]]
+    rows = []
+    for test in ("10360-2", "230-2"):
+        if limits := certificate.limits(test):
+            for figure in predicted(machine, test, limits, trials=400):
+                if figure.p_pass is not None:
+                    told = "" if figure.p_pass >= 0.5 else ": errors or certificate are wrong"
+                    rows.append(
+                        [f"certificate {figure.name}", f"kept in {figure.p_pass:.0%} of drawn machines{told}"]
+                    )
+    return rows
 
 
 def _describe_machine(machine: Any) -> list[list[str]]:
@@ -214,17 +237,24 @@ def _measuring_rows(file: Path) -> list[list[str]]:
     scenario = load_scenario(file)
     with about(file):
         task = scenario.task()
-        _evaluate(task)
+        refused = _evaluate(task)
     rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
     touches = f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"
     rows += [["plan", touches], *_known_rows(scenario, task)]
-    rows += [[f"remark {i}", text] for i, text in enumerate(remarks(scenario), 1)]
+    said = (*remarks(scenario), *refused)
+    rows += [[f"remark {i}", text] for i, text in enumerate(said, 1)]
     return rows
 
 
-def _evaluate(task: Any) -> None:
-    """Ask every effect and every input once: columns, tables, hulls, rotations, labels."""
-    from vcmm.response.influence import influences
+def _evaluate(task: Any) -> list[str]:
+    """The job's own preparation: every effect, input, fit and characteristic asked once. What only `uncertainty` lacks is said."""
+    from vcmm.evaluation.uncertainty import prepared
+    from vcmm.measuring.task import evaluate_all, fit_features, measured_points
 
-    task.machine.indication_error(task.touches.run)
-    influences(task.machine, task.touches.run, task.inputs)
+    errors = task.machine.indication_error(task.touches.run)
+    evaluate_all(task, fit_features(task, measured_points(task, errors)))
+    if task.part.characteristics and task.inputs:
+        prepared(task)
+        return []
+    missing = "characteristics" if task.inputs else "inputs (nothing is uncertain)"
+    return [f"measure works, uncertainty and place do not: the scenario has no {missing}"]

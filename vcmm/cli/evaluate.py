@@ -43,23 +43,25 @@ def evaluate_command(
     json
         Print one JSON document.
     out
-        Folder for evaluation.json, values.csv, and of one part report.html and budget.csv.
+        Folder for evaluation.json, values.csv, a sheet for the auditor per part, and of one part report.html and budget.csv.
     """
+    from vcmm.api import evaluate
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
     from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
 
-    _refuse(points, values, frame, tip_centres)
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
-    settings = _settings(loaded.settings, seed=seed, trials=trials)
     with progress() as report, about(scenario):
-        parts = _evaluated(loaded, (points, values), (frame, tip_centres), settings, report)
-    content = _document(parts, settings, scenario, points or values)
+        parts = evaluate(
+            loaded, points=points, values=values, frame=frame, tip_centres=tip_centres, seed=seed, trials=trials,
+            progress=report,
+        )  # fmt: skip
+    content = _document(parts, scenario, points or values)
     if folder:
-        _write(folder, loaded, parts, content)
+        _write(folder, loaded, parts, content, (scenario, points or values))
     if json:
         print_json(content)
     else:
@@ -68,46 +70,18 @@ def evaluate_command(
     return 1 if any(d.text == "does not conform" for d in decisions) else 0
 
 
-def _document(parts: Any, settings: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
+def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
     from vcmm.console.documents import document, sources
     from vcmm.tables.inferred import evaluate_json
 
     assert measured is not None
     return document(
         "vcmm.uncertainty/1",
-        evaluate_json(parts, settings.trials),
-        seed=settings.seed,
+        evaluate_json(parts),
+        seed=parts[0].uncertainty.seed,
         files=[*sources(scenario), measured],
         warnings=list(dict.fromkeys(w for p in parts for w in p.warnings)),
     )
-
-
-def _refuse(points: Path | None, values: Path | None, frame: str, tip_centres: bool) -> None:
-    from vcmm.core.errors import UsageError
-
-    if (points is None) == (values is None):
-        raise UsageError("give what was measured: --points points.csv or --values values.csv, one of the two")
-    if values is not None and (frame != "part" or tip_centres):
-        raise UsageError("--frame and --tip-centres are about points; values have neither")
-
-
-def _settings(settings: Any, **changes: int | None) -> Any:
-    from dataclasses import replace
-
-    return replace(settings, **{k: v for k, v in changes.items() if v is not None})
-
-
-def _evaluated(loaded: Any, files: Any, how: Any, settings: Any, report: Any) -> Any:
-    from vcmm.files.measured import read_measured_points, read_measured_values
-    from vcmm.inference.job import evaluate_points, evaluate_values
-
-    points, values = files
-    if values is not None:
-        return evaluate_values(loaded, read_measured_values(values), settings=settings, progress=report)
-    return evaluate_points(
-        loaded, read_measured_points(points), in_machine=how[0] == "machine", tip_centres=how[1],
-        settings=settings, progress=report,
-    )  # fmt: skip
 
 
 def _show(parts: Any, warnings: list[str]) -> None:
@@ -123,12 +97,13 @@ def _show(parts: Any, warnings: list[str]) -> None:
         say(f"note: {warning}")
 
 
-def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any]) -> None:
+def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], files: Any) -> None:
     from dataclasses import replace
 
-    from vcmm.console.documents import json_text
+    from vcmm.console.documents import json_text, sources
     from vcmm.console.files import write_files
     from vcmm.console.terminal import say
+    from vcmm.pages.sheet import sheet_page
     from vcmm.pages.uncertainty import uncertainty_page
     from vcmm.tables.evaluated import budget_csv
     from vcmm.tables.inferred import values_csv
@@ -141,5 +116,12 @@ def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any]) -> 
             warnings=parts[0].warnings,
         )
         texts |= {"report.html": uncertainty_page(scenario, whole), "budget.csv": budget_csv(whole)}
+    given = [*sources(files[0]), files[1]]
+    texts |= {_sheet_name(p.part): sheet_page(scenario, p, given) for p in parts}
     write_files(folder, texts)
     say(f"wrote {', '.join(f'{folder}/{name}' for name in texts)}")
+
+
+def _sheet_name(part: str) -> str:
+    plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in part)
+    return f"sheet-{plain}.html" if plain else "sheet.html"

@@ -91,12 +91,19 @@ def _strategies() -> Rows:
 
 
 def _characteristics() -> Rows:
-    from vcmm.gps.characteristics import IMPLEMENTED
     from vcmm.part.part import TYPES
 
-    return ["characteristic", "state"], [
-        [t, "evaluated" if t in IMPLEMENTED else "comes later"] for t in TYPES
+    return ["characteristic", "of", "between", "datums"], [
+        [t, *(_count(roles) for roles in (r.of, r.between, r.datums))] for t, r in TYPES.items()
     ]
+
+
+def _count(roles: tuple[int, int]) -> str:
+    """How many features: "1", "0 to 3", "" for none."""
+    least, most = roles
+    if most == 0:
+        return ""
+    return f"{least}" if least == most else f"{least} or more" if most > 9 else f"{least} to {most}"
 
 
 def _criteria() -> Rows:

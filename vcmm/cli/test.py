@@ -46,10 +46,14 @@ def test_command(
 
     limits = limits_of(limit or [])
     warnings: list[str] = []
+    drawn = False
     if str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
         figures = _recorded(file, iso, limits, warnings)
     else:
-        figures = predicted(load_machine(file), iso, limits, seed, trials)
+        machine = load_machine(file)
+        stated, drawn = _stated(file, machine, iso, warnings)
+        limits = {**stated, **limits}
+        figures = predicted(machine, iso, limits, seed, trials)
     _refuse_unused(limits, figures)
     content = document(
         "vcmm.test/1",
@@ -62,7 +66,23 @@ def test_command(
         show_table(figures_table(iso, figures))
         for warning in warnings:
             print(f"note: {warning}")
-    return int(any(f.p_pass is not None and f.p_pass < 0.5 for f in figures))
+    return int(not drawn and any(f.p_pass is not None and f.p_pass < 0.5 for f in figures))
+
+
+def _stated(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[dict[str, Any], bool]:
+    """Limits of the file's own [certificate] by figure, and whether its errors were drawn from it."""
+    from vcmm.files.certificate import stated_certificate
+
+    certificate = stated_certificate(file)
+    if certificate is None:
+        return {}, False
+    drawn = any(i.evidence == certificate.words() for i in machine.inputs)
+    if drawn:
+        warnings.append(
+            f"the errors of this machine are drawn from its certificate (prior {certificate.prior}): p_pass says how often a machine that "
+            "has passed would pass again"
+        )
+    return dict(certificate.limits(iso)), drawn
 
 
 def _refuse_unused(limits: Any, figures: Any) -> None:

@@ -73,10 +73,14 @@ def uncertainty_command(
 def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.console.terminal import say, show_table
+    from vcmm.evaluation.result import common_causes
     from vcmm.tables.evaluated import computed, largest, results
 
     for table in (results(result), largest(result.characteristics), computed(result)):
         show_table(table)
+    for c in result.characteristics:
+        for cause, (share, names) in common_causes(c.budget).items():
+            say(f"{c.name}: {share:.1%} of u² come from {cause}, in {' and '.join(names)}")
     for warning in result.warnings:
         say(f"note: {warning}")
 

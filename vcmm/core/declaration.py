@@ -27,6 +27,8 @@ ROLES: Mapping[str, str] = {
     "repeatability": "(): one touch, Input of `value`; [repeatability]",
     "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",
     "part temperature": "(alpha, corrected), Input of `alpha`; [part] expansion",
+    "tip out of round": "(stylus, coefficients), Input of `coefficients`; [certificate] P_Form_Sph_1x25",
+    "tip size": "(stylus, dr), Input of `dr`; [certificate] P_Size_Sph_1x25",
     "qualified stylus": "(stylus), Input of `d`, offset and radius; qualification of a stylus",
     "reversal gap": "(axis, gap): the backlash column of a control's table",
     "work zero": "(direction), Input of `shift`; [cut] work_offset",

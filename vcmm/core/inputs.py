@@ -7,6 +7,7 @@ column, one independent copy per value (machine: one for all; touch: one per row
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +22,13 @@ EVERY = "*"  # where = "*": one draw shared by all effects of that name (one coe
 class Input:
     """Knowledge about `effect[where].parameter`, or about the run column `parameter` when effect = "channel".
 
+    Where several quantities are known together, `members` names them and their own laws do not count. With a scalar law
+    they have a common cause that moves each by `shares` (k,) of one draw; with a joint law they are correlated.
+
     law: departure from the estimate, canonical units. A scalar law is drawn independently for every element of an
     array parameter, times `scale` (k,) where given; MultivariateNormal and MultivariateSamples draw all together.
-    owner: names the machine where two have a part in one task, so that each has draws of its own.
+    owner: names the machine where two have a part in one task, so that each has draws of its own. cause: tells apart what
+    makes one quantity uncertain for several physical reasons, each a line of the budget.
     """
 
     effect: str
@@ -34,17 +39,35 @@ class Input:
     evidence: str = ""
     scale: Array | None = None
     owner: str = ""
+    members: tuple[Input, ...] = ()
+    shares: Array | None = None
+    cause: str = ""
 
     @property
     def id(self) -> str:
         """Names the random stream and the budget line: backlash[X].gap, scatter.value, channel.temp_part_C."""
         where = f"[{self.where}]" if self.where else ""
-        name = f"{self.effect}{where}.{self.parameter}"
+        name = f"{self.effect}{where}.{self.parameter}" if self.effect else self.parameter
+        name = f"{name} by {self.cause}" if self.cause else name
         return f"{self.owner}: {name}" if self.owner else name
 
     @property
     def is_channel(self) -> bool:
-        return self.effect == "channel"
+        """Whether it moves columns of the run and no effect's number."""
+        return all(m.is_channel for m in self.members) if self.members else self.effect == "channel"
+
+    @property
+    def scalars(self) -> tuple[tuple[Input, float], ...]:
+        """What one draw of a scalar law moves, and by how much of it."""
+        if not self.members:
+            return ((self, 1.0),)
+        return tuple(zip(self.members, np.ones(len(self.members)) if self.shares is None else self.shares))
+
+    def joined(self, parts: Sequence[Array]) -> Array:
+        """Responses (..., 1) to the members as one to this Input: (..., 1) of a common cause, else (..., k)."""
+        if isinstance(self.law, Law):
+            return np.asarray(sum(share * part for (_, share), part in zip(self.scalars, parts)))
+        return np.concatenate(parts, axis=-1)
 
     @property
     def size(self) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import EVERY, Input
+from vcmm.core.laws import Law
 from vcmm.core.machine import Machine
 
 
@@ -35,11 +36,18 @@ def informed(machine: Machine, effects: Sequence[Effect] = (), inputs: Sequence[
 
 def doubled(one: Input, known: Sequence[Input]) -> str:
     """What is wrong with a quantity that has an Input already: it would be drawn twice from one stream. '' where it has none."""
-    other = next((k for k in known if k.id == one.id), None)
-    if other is None:
-        return ""
-    said = f" ({other.evidence})" if other.evidence else ""
-    return f"{one.id} has an input already{said}; keep one of the two"
+    mine = {m.id for m in _correlated(one)}
+    for other in known:
+        name = next((m.id for m in _correlated(other) if m.id in mine), None)
+        if name is not None:
+            said = f" ({other.evidence})" if other.evidence else ""
+            return f"{name} has an input already{said}; keep one of the two"
+    return ""
+
+
+def _correlated(one: Input) -> tuple[Input, ...]:
+    """The quantities whose whole uncertainty an Input states; a common cause is one quantity beside theirs."""
+    return (one,) if not one.members or isinstance(one.law, Law) else one.members
 
 
 def merged(effects: Sequence[Effect]) -> list[Effect]:
@@ -79,3 +87,11 @@ def targets(machine: Machine, one: Input) -> list[Effect]:
             f"{one.id} acts on {len(hit)} effects of that name; make them one effect, or tell them apart by their place"
         )
     return hit
+
+
+def acted_on(machine: Machine, one: Input) -> tuple[Effect, ...]:
+    """The effects through which a single quantity shows: those that ask for a column, those that have a parameter; or none."""
+    if one.is_channel:
+        return tuple(e for e in machine.effects if one.parameter in e.required())
+    known = any(e.name == one.effect and one.where in (EVERY, e.where) for e in machine.effects)
+    return tuple(targets(machine, one)) if known else ()

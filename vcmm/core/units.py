@@ -110,6 +110,9 @@ def parse_unit(text: str) -> Unit:
     return unit
 
 
+ABSOLUTE_ZERO = -273.15  # degC
+
+
 def quantity(text: object, dimension: str, what: str = "value", example: str = "") -> float:
     """One number with its unit, in canonical units (a float).
 
@@ -122,7 +125,12 @@ def quantity(text: object, dimension: str, what: str = "value", example: str = "
         raise UsageError(
             f'{what} = "{text}" has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
         )
-    return numbers[0] * unit
+    value = numbers[0] * unit
+    if dimension == "temperature" and value < ABSOLUTE_ZERO:
+        raise UsageError(
+            f'{what} = "{text}" is below absolute zero ({ABSOLUTE_ZERO:g} degC); write for example {what} = "{example}"'
+        )
+    return value
 
 
 def vector(text: object, dimension: str, what: str = "value", example: str = "") -> tuple[float, ...]:

@@ -99,6 +99,7 @@ class TipRadius(_Probe):
     name = "tip_radius"
     needs = ("nx", "ny", "nz")
     cites = "ISO 10360-5: stylus tip qualification; geometry of a ball on a surface"
+    role = "tip size"
     of_qualification = True
     words = Words(
         seen="the tip is {dr} larger than qualified",

@@ -8,9 +8,13 @@ from vcmm.core.effect import parameter
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import targets
 from vcmm.core.units import channel_unit, in_unit
+from vcmm.effects import has_role
 from vcmm.evaluation.montecarlo import Term
+from vcmm.evaluation.part_forms import FORM
 from vcmm.evaluation.result import BudgetLine
 from vcmm.evaluation.world import World
+from vcmm.measuring.qualification import REPEATABILITY
+from vcmm.part.part import Characteristic
 from vcmm.response.influence import Influence
 
 
@@ -30,12 +34,27 @@ def budget_line(
         input=one.id, what=words(world, one), distribution=one.law.name, dof=float(getattr(law, "dof", np.inf)),
         redraw=one.redraw, estimate=_in(estimate(world, one), unit), u_input=_in(u_input, unit), unit=unit,
         sensitivity=sensitivity, u=u_i, share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"),
-        evidence=one.evidence,
+        evidence=one.evidence, cause=REPEATABILITY if has_role(one.effect, REPEATABILITY) else one.cause,
+    )  # fmt: skip
+
+
+def form_line(c: Characteristic, u_i: float, u: float) -> BudgetLine:
+    """What the points do not meet of the form: from part to part of a family of forms."""
+    name = ", ".join(c.of)
+    return BudgetLine(
+        input=f"form[{name}].between points", what=f"form of {name} between the points", distribution="family of forms",
+        dof=float("inf"), redraw="part", estimate=None, u_input=None, unit="", sensitivity=None, u=u_i,
+        share=(u_i / u) ** 2 if np.isfinite(u) and u > 0 else float("nan"), evidence="default family of forms",
     )  # fmt: skip
 
 
 def unit_of(world: World, one: Input) -> str:
     """The unit of the parameter or column, as files write it; degC for temperatures."""
+    if one.effect == FORM:
+        return "um"
+    if one.members:
+        units = {unit_of(world, m) for m in one.members}
+        return units.pop() if len(units) == 1 else ""
     if one.is_channel:
         unit = channel_unit(one.parameter)
         return "degC" if unit == "K" else unit
@@ -48,6 +67,8 @@ def unit_of(world: World, one: Input) -> str:
 
 def estimate(world: World, one: Input) -> float | None:
     """The number in the machine file or the run, canonical unit; None for arrays."""
+    if one.members or one.effect == FORM:
+        return None
     if one.is_channel:
         return float(np.mean(world.machine_of(one)[1].column(one.parameter)))
     effect = targets(world.machine_of(one)[0], one)[0]
@@ -57,12 +78,17 @@ def estimate(world: World, one: Input) -> float | None:
 
 def words(world: World, one: Input) -> str:
     """The Input in plain words: "expansion coefficient of the part", "temperature part"."""
+    if one.effect == FORM:
+        return f"form of {one.where}, {one.parameter} not known"
+    if one.members:
+        return one.evidence if one.shares is not None else "known together, correlated"
     if one.is_channel:
         name = one.parameter.rsplit("_", 1)[0].replace("temp_", "temperature ").replace("_", " ")
         return f"{name}, true minus reading" if name.startswith("temperature") else name
     effect = targets(world.machine_of(one)[0], one)[0]
     doc = str(parameter(effect, one.parameter).metadata["doc"])
-    return f"{one.effect.replace('_', ' ')}{f' {one.where}' if one.where else ''}: {doc}"
+    by = f", by the {one.cause}" if one.cause else ""
+    return f"{one.effect.replace('_', ' ')}{f' {one.where}' if one.where else ''}: {doc}{by}"
 
 
 def _scale(unit: str) -> float:

@@ -2,15 +2,68 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from vcmm.core.inputs import EVERY
 from vcmm.core.run import T0_DEG_C
 from vcmm.effects import BY_NAME
 from vcmm.measuring.scenario import Scenario
+from vcmm.part.part import ends
 
 
 def remarks(scenario: Scenario) -> tuple[str, ...]:
     """Sentences for `check`, the result and the report; empty when there is nothing to say."""
-    return (*_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario))
+    return (
+        *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario),
+        *_short_styli(scenario), *_inward_normals(scenario),
+    )  # fmt: skip
+
+
+INTO = (
+    -0.2
+)  # cosine between a normal and the way from tip to head, below which the stylus comes out of the material
+
+
+def _short_styli(scenario: Scenario) -> list[str]:
+    """Touches deeper in a bore than the stylus is long."""
+    out = []
+    for step in scenario.plan.steps:
+        feature, stylus = scenario.part.features[step.feature], scenario.plan.styli[step.stylus]
+        if not feature.inside or feature.kind not in ("cylinder", "cone"):
+            continue
+        reach = stylus.length or float(np.linalg.norm(stylus.offset))
+        up = scenario.pose.inverse().turn(-stylus.direction)  # from tip to head, drawing frame
+        along = up @ feature.axis
+        if abs(along) < 0.7 or reach == 0.0:
+            continue
+        mouth = ends(feature) @ feature.axis
+        depth = np.max(
+            mouth.max() - step.points @ feature.axis
+            if along > 0
+            else step.points @ feature.axis - mouth.min()
+        )
+        if depth > reach:
+            out.append(
+                f"{step.feature}: touches {depth:.4g} mm deep with stylus {step.stylus}, which is {reach:.4g} mm long: its head would "
+                "stand in the part; correct offset or length, or touch nearer to the mouth"
+            )
+    return out
+
+
+def _inward_normals(scenario: Scenario) -> list[str]:
+    """Planes that would be touched from inside the material: the way from tip to head leads through the surface."""
+    out = []
+    for step in scenario.plan.steps:
+        feature, stylus = scenario.part.features[step.feature], scenario.plan.styli[step.stylus]
+        if feature.kind not in ("plane", "line", "point") or not len(step.normals):
+            continue
+        up = scenario.pose.inverse().turn(-stylus.direction)
+        if float(np.max(step.normals @ up)) < INTO:
+            out.append(
+                f"{step.feature}: its normal points away from the head of stylus {step.stylus}, which would reach it through the "
+                "material: normals point out of the material; turn the normal, or use a stylus from that side"
+            )
+    return out
 
 
 def _unused_temperatures(scenario: Scenario) -> list[str]:
@@ -18,9 +71,12 @@ def _unused_temperatures(scenario: Scenario) -> list[str]:
     read = {column for effect in scenario.machine.effects for column in effect.required()}
     cures = {"temp_part_C": "[part] expansion", "temp_gradient_C": "an effect that bends with it"}
     out = []
+    matter = {
+        value for column, value in scenario.constants.items() if column in read
+    }  # a room that counts for others
     for column, value in scenario.constants.items():
         neutral = 0.0 if column == "temp_gradient_C" else T0_DEG_C
-        if column.startswith("temp_") and value != neutral and column not in read:
+        if column.startswith("temp_") and value not in (neutral, *matter) and column not in read:
             name = column.removeprefix("temp_").removesuffix("_C")
             cure = cures.get(
                 column,
@@ -34,7 +90,8 @@ def _unused_temperatures(scenario: Scenario) -> list[str]:
 
 def _exact_temperatures(scenario: Scenario) -> list[str]:
     """Temperatures that matter and have no uncertainty."""
-    known = {i.parameter for i in (*scenario.machine.inputs, *scenario.inputs) if i.is_channel}
+    inputs = (*scenario.machine.inputs, *scenario.inputs)
+    known = {single.parameter for i in inputs for single, _ in i.scalars if single.is_channel}
     out = []
     for effect in scenario.machine.effects:
         for column in effect.required():

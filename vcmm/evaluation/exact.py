@@ -13,6 +13,8 @@ from vcmm.evaluation.streams import copy_code, draw
 from vcmm.measuring.task import evaluate_all, fit_features, measured_points
 from vcmm.response.trials import Draws
 
+AT_ONCE = 200_000  # touches of all trials that are held at once
+
 
 def draw_inputs(model: LinearModel, seed: int, first: int, count: int) -> list[Draws]:
     """The same numbers that the Monte Carlo tiers draw for trials first .. first + count - 1."""
@@ -43,5 +45,14 @@ def linear_quantities(model: LinearModel, drawn: list[Draws]) -> Array:
 
 def exact_values(model: LinearModel, drawn: list[Draws]) -> Array:
     """Characteristics (m, C) with transforms multiplied, contact found and fits iterated."""
+    if not drawn:
+        return _exact(model, drawn)
+    count = len(drawn[0].raw)
+    size = max(1, AT_ONCE // model.task.touches.run.n)
+    parts = [_exact(model, [d.part(i, i + size) for d in drawn]) for i in range(0, count, size)]
+    return np.concatenate(parts)
+
+
+def _exact(model: LinearModel, drawn: list[Draws]) -> Array:
     points = measured_points(model.task, model.world.exact_errors(drawn))
     return evaluate_all(model.task, fit_features(model.task, points))

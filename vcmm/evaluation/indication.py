@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from vcmm.evaluation.result import CharacteristicResult
-from vcmm.evaluation.truth import Statement
+from vcmm.evaluation.result import CharacteristicResult, TrueValue
+from vcmm.evaluation.summary import Summary
+from vcmm.evaluation.truth import Additive, Predicted, Statement
 from vcmm.gps.decision import GUARD_BAND, Decision, decide, undecided
 
 
@@ -17,11 +18,21 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
     said = result.truth.given(y, result.p, result.interval_kind, limits)
+    if result.extreme and not isinstance(
+        result.truth, Predicted
+    ):  # nothing is smaller than perfect, no length below zero
+        low, high = (max(end, 0.0) for end in said.interval)
+        said = replace(said, estimate=max(said.estimate, 0.0), interval=(low, high))
     half = (said.interval[1] - said.interval[0]) / 2
     known = math.isfinite(result.u) and result.u > 0
+    half = result.half_width or half
+    true = None
+    if result.extreme and not isinstance(result.truth, Predicted):
+        true = TrueValue(said.estimate, said.interval, result.coverage_shown)
+    law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
-        result, value=said.estimate, interval=said.interval, k=half / result.u if known else math.nan,
-        decision=_decision(result, said, rule),
+        result, summary=law if isinstance(law, Summary) else None, value=y if result.extreme else said.estimate, interval=said.interval,
+        k=half / result.u if known else math.nan, decision=_decision(result, said, rule), true_value=true,
     )  # fmt: skip
 
 

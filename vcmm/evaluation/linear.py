@@ -10,7 +10,7 @@ only the machine and the fit are linearised, and `certify` states by how much th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from vcmm.gps.criteria import wanted, with_criteria
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points, per_normal
 from vcmm.part.part import Characteristic, frame
 from vcmm.response.influence import Influence, Product
+
+PLACED = ("position",)  # evaluated in the frame of the alignment
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,28 @@ class LinearModel:
     def values(self, q: Array) -> Array:
         """Characteristics (..., C) of q (..., K), mm or rad."""
         return evaluate_all(self.task, self.unpack(q))
+
+    def only(self, i: int) -> LinearModel:
+        """The same q, of which one characteristic is evaluated."""
+        c, scheme = self.characteristics[i], self.task.plan.alignment
+        placed = c.type in PLACED
+        names = set(gps.needs(c)) | (set(self.blocks) if scheme and placed else set())
+        plan = self.task.plan if placed else replace(self.task.plan, alignment=None)
+        task = replace(self.task, part=replace(self.task.part, characteristics=(c,)), plan=plan)
+        return replace(
+            self, task=task, blocks={n: b for n, b in self.blocks.items() if n in names},
+            base={n: f for n, f in self.base.items() if n in names},
+        )  # fmt: skip
+
+    def at_points(self, points: Array, fitted: Mapping[str, Fitted]) -> Array:
+        """q (K,) of measured points (n, 3) and the elements fitted through them; zero for features that are left out."""
+        q, t = np.zeros(len(self.q0)), self.task.touches
+        along = ((points - self.points) * t.normals).sum(axis=1)
+        for name, block in self.blocks.items():
+            own = _pack({name: block}, fitted)
+            own[len(own) - block.touches :] = along[t.rows[name]][: block.touches]
+            q[block.start : block.stop] = own
+        return q
 
     def gradient(self) -> Array:
         """d characteristics / d q (C, K) at q0 by central differences; exact to 1e-7 for smooth characteristics."""
@@ -162,14 +186,14 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
         rows = t.rows[name]
         feature = task.part.features[name]
         fixed = feature.axis if feature.kind == "circle" else None
-        s = sensitivity(fitted, points[rows], fixed_axis=fixed)
-        residuals = (
-            s.residuals if s.deviations is None else np.einsum("i,mipj->mpj", frame(feature)[0], s.deviations)
-        )
-        parts = [s.point, s.axis, s.sizes] + ([residuals] if name in shapes else [])
+        s = sensitivity(fitted, points[rows], fixed_axis=fixed, residuals=name in shapes)
+        parts = [s.point, s.axis, s.sizes]
+        if s.residuals is not None:
+            along = s.deviations
+            parts.append(s.residuals if along is None else np.einsum("i,mipj->mpj", frame(feature)[0], along))
         touches = len(rows) if name in contact else 0
         change = np.einsum("pni,ni->pn", np.concatenate(parts), direction[rows])
-        change = np.concatenate([change, np.eye(len(rows))[:touches]])
+        change = np.concatenate([change, np.eye(touches, len(rows))])
         full = np.zeros((len(change), t.run.n))
         full[:, rows] = change
         held = len(rows) if name in shapes else 0

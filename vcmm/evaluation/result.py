@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,26 @@ class BudgetLine:
     u: float
     share: float
     evidence: str
+    cause: str = ""  # physical cause, where several lines have it in common
+
+
+def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[str, ...]]]:
+    """Physical cause -> (share of u^2, names of its lines), of those that more than one line has."""
+    out: dict[str, tuple[float, tuple[str, ...]]] = {}
+    for line in budget:
+        if line.cause:
+            share, names = out.get(line.cause, (0.0, ()))
+            out[line.cause] = (share + line.share, (*names, line.input))
+    return {cause: found for cause, found in out.items() if len(found[1]) > 1}
+
+
+@dataclass(frozen=True)
+class TrueValue:
+    """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it."""
+
+    estimate: float
+    interval: tuple[float, float]
+    claimed: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +101,19 @@ class CharacteristicResult:
     one_sided: bool = False  # the lower limit is a bound of nature
     why_not_shown: str = ""  # why the coverage is not shown; empty where it is
     truth: Truth | None = None
+    half_width: float | None = (
+        None  # U of a part that is off as far as it may be, where U depends on the true value
+    )
+    true_value: TrueValue | None = None  # of extreme values
+    production: tuple[float, float] | None = (
+        None  # mean from the middle of the tolerance, and u, of what the process makes
+    )
 
     @property
     def expanded(self) -> float:
-        """U: half the width of the coverage interval."""
+        """U: half the width of the coverage interval; of an extreme value that of parts off as far as the zone allows."""
+        if self.half_width is not None:
+            return self.half_width
         return (self.interval[1] - self.interval[0]) / 2
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -98,7 +128,8 @@ class CharacteristicResult:
             limits=from_nominal(self.tolerance) if self.tolerance else None,
             marks={"result": (self.value - self.nominal) * scale},
             unit=unit,
-            title=f"{self.name}: deviation from {self.nominal:g} {self.unit}",
+            title=f"{self.name}: deviation from {self.nominal:g} {self.unit}"
+            + (" as indicated; interval of the true value" if self.true_value else ""),
             ax=ax,
         )
 

@@ -48,8 +48,11 @@ class Additive:
     shift: float = 0.0
 
     def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
-        law = self.law.reflected(y - self.shift + self.at)
-        return _statement(law, y - self.shift - self.error, p, kind, limits)
+        return _statement(self.of(y), y - self.shift - self.error, p, kind, limits)
+
+    def of(self, y: float) -> Linear | Summary:
+        """The law of the true value."""
+        return self.law.reflected(y - self.shift + self.at)
 
     def attained(self, p: float, kind: str, bias: float) -> float:
         """Probability that the interval for p holds the true value when all indications are off by `bias`, mm or rad."""

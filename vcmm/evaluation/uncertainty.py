@@ -20,16 +20,19 @@ from vcmm.charts import PlottedBudget
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
-from vcmm.evaluation.budget import budget_line
+from vcmm.evaluation.budget import budget_line, form_line
 from vcmm.evaluation.certify import Check, check
+from vcmm.evaluation.extreme import Extreme
 from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.interval import Linear
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
+from vcmm.evaluation.part_forms import FORM, true_values, without_unknown
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress, Sampler
-from vcmm.evaluation.truth import Additive, Predicted, holds
+from vcmm.evaluation.true_parts import invertible
+from vcmm.evaluation.truth import Additive, Predicted, Truth, holds
 from vcmm.evaluation.world import World
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
@@ -42,6 +45,7 @@ PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share o
 CURVATURE = (
     0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
 )
+NOTHING = 1e-6  # mm or rad: of a U below a nanometre, where nothing uncertain acts, no share is told
 ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
 SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
@@ -59,6 +63,15 @@ def evaluate(
     certain); see `linear.build` for the rest.
     """
     settings = settings or Settings()
+    report = progress or (lambda text, share: None)
+    model = prepared(task, world)
+    report("certifying the linear model", 0.0)
+    indicated = evaluate_all(task, fit_features(task, measured_points(task, model.world.errors())))
+    return _Evaluation(model, settings, report, indicated).result()
+
+
+def prepared(task: Task, world: World | None = None) -> LinearModel:
+    """All that an evaluation does before it draws anything: what it refuses, it refuses here."""
     if not task.part.characteristics:
         raise UsageError(
             "the part has no characteristics; add [[part.characteristics]] with name, type and of"
@@ -67,10 +80,9 @@ def evaluate(
         raise UsageError(
             "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
         )
-    report = progress or (lambda text, share: None)
-    model = build(task, world)
-    report("certifying the linear model", 0.0)
-    return _Evaluation(model, settings, report).result()
+    model = build(without_unknown(task) if task.forms else task, world)
+    model.values(model.q0)
+    return model
 
 
 @dataclass(frozen=True)
@@ -87,6 +99,7 @@ class _Outcome:
     linear_error: float
     tangent: bool  # linear over its own spread: noise moves it up as often as down
     error: float = 0.0
+    inverse: Extreme | None = None
 
     @property
     def summary(self) -> Summary | None:
@@ -96,13 +109,14 @@ class _Outcome:
 class _Evaluation:
     """One run over all characteristics; terms, gradient and values are made once."""
 
-    def __init__(self, model: LinearModel, settings: Settings, progress: Progress) -> None:
+    def __init__(self, model: LinearModel, settings: Settings, progress: Progress, indicated: Array) -> None:
         self.model, self.settings = model, settings
         self.features = model.task.part.features
         self.terms = model.terms()
         self.sampler = Sampler(model, self.terms, settings, progress)
         self.value = model.values(model.q0)
-        self.bias = self.value - _perfect(model.task)
+        self.indicated = np.where([c.type in gps.FORM for c in model.characteristics], indicated, self.value)
+        self.bias = self.value - true_values(model.task)
         self.gradient = model.gradient()
         self.check: Check = check(model, self.gradient, settings)
         self.smooth = [gps.is_linear(c, self.features) for c in model.characteristics]
@@ -111,11 +125,17 @@ class _Evaluation:
         all_of_them = self.model.characteristics
         sampled = [i for i in range(len(all_of_them)) if not self._has_closed_form(i)]
         summaries = self.sampler.summaries(sampled) if sampled else {}
-        curved = any(not self.smooth[i] or self._curved(i) for i in sampled)
+        inverses = {i: self._inverse(i) for i in sampled}
+        curved = any((not self.smooth[i] or self._curved(i)) and inverses[i] is None for i in sampled)
         alone = self.sampler.alone() if curved else np.zeros((len(self.terms), len(all_of_them)))
         results = []
         for i, c in enumerate(all_of_them):
-            outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
+            inverse = inverses.get(i)
+            if inverse is not None:
+                self.sampler.progress(f"true values of {c.name}", i / len(all_of_them))
+                outcome = self._inverted(i, summaries[i], inverse)
+            else:
+                outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
             results.append(self._assembled(i, c, outcome))
         predicts = self.model.world.predicts
         warnings = tuple(w for r in results for w in warnings_of(r, predicts))
@@ -158,14 +178,9 @@ class _Evaluation:
         linear = marginal(float(self.value[i]), terms, 0)
         lines = self._lines(terms, [float(closed_form_u([t])[0]) for t in terms], linear.u, True)
         return _Outcome(
-            CLOSED,
-            linear.u,
-            linear,
-            lines,
-            float(self.check.tangent_error[i]),
-            True,
-            linear.centre - linear.mean,
-        )
+            tier=CLOSED, u=linear.u, law=linear, lines=lines, linear_error=float(self.check.tangent_error[i]), tangent=True,
+            error=linear.centre - linear.mean,
+        )  # fmt: skip
 
     def _sampled(self, i: int, summary: Summary, alone: Array) -> _Outcome:
         exact = self.settings.engine == "exact"
@@ -183,7 +198,34 @@ class _Evaluation:
         error = float(self.check.linear_error[i])
         # a law of samples may have a mean: a smooth output then moves by it (JCGM 101, 7.6)
         moved = marginal(0.0, terms, 0).centre if tangent else 0.0
-        return _Outcome(EXACT if exact else SAMPLED, u, summary, lines, error, tangent, moved)
+        return _Outcome(
+            tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=lines, linear_error=error, tangent=tangent, error=moved
+        )  # fmt: skip
+
+    def _inverse(self, i: int) -> Extreme | None:
+        """What says of the true value of an extreme one; None where nothing is measured, or no family of parts is known."""
+        c = self.model.characteristics[i]
+        if self.model.world.predicts or not invertible(self.model, c):
+            return None
+        terms = [
+            t
+            for t, f in zip(self.terms, self.model.influences)
+            if f.input.effect != FORM or c.type not in gps.FORM
+        ]
+        return Extreme(self.model.only(i), terms, self.settings, c.zone)
+
+    def _inverted(self, i: int, summary: Summary, inverse: Extreme) -> _Outcome:
+        exact = self.settings.engine == "exact"
+        u = inverse.u
+        u_i, form = inverse.contributions()
+        if any(np.isinf(np.max(t.law.u)) for t, share in zip(inverse.terms, u_i) if share > 0):
+            u = np.inf  # the spread of a sample of infinite variance depends on the seed
+        between = form_line(inverse.parts.characteristic, form, u)
+        lines = (*self._lines(inverse.terms, u_i, u, False), *([between] if form > 1e-3 * inverse.u else []))
+        return _Outcome(
+            tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=lines, linear_error=float(self.check.linear_error[i]),
+            tangent=False, inverse=inverse,
+        )  # fmt: skip
 
     def _lines(
         self, terms: Sequence[Term], u_i: Sequence[float], u: float, linear: bool
@@ -203,10 +245,17 @@ class _Evaluation:
     def _assembled(self, i: int, c: Characteristic, outcome: _Outcome) -> CharacteristicResult:
         nominal, shift, u = gps.nominal(c, self.features), self._shift(i), outcome.u
         predicts, law = self.model.world.predicts, outcome.law
-        additive = Additive(law, float(self.value[i]), outcome.error, shift)
+        noise = (
+            outcome.error
+            if outcome.tangent or not outcome.summary
+            else outcome.summary.mean - float(self.value[i])
+        )
+        additive = Additive(law, float(self.value[i]), noise, shift)
         part = Predicted(law, float(self.value[i]) + outcome.error)
         why = "" if predicts else self._why_not_shown(i, c, outcome, additive)
         why = why or _why_not_linear(outcome, self.settings)
+        truth: Truth = part if predicts else additive
+        truth = truth if outcome.inverse is None else outcome.inverse.inverse
         result = CharacteristicResult(
             name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=nominal,
             mean=(law.centre if isinstance(law, Linear) else law.mean) - shift, bias=float(self.bias[i]), corrected=shift != 0,
@@ -215,13 +264,15 @@ class _Evaluation:
             budget=PlottedBudget(outcome.lines),
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
-            summary=outcome.summary, indicated=float(self.value[i]), one_sided=gps.one_sided(c), why_not_shown=why,
-            truth=additive if outcome.tangent and not predicts else part,
+            summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
+            production=self.settings.production.get(c.name), truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
         )  # fmt: skip
         return at_indication(result, result.indicated, self.settings.rule)
 
     def _why_not_shown(self, i: int, c: Characteristic, outcome: _Outcome, truth: Additive) -> str:
         """Why the interval is not shown to hold the true value of a part that was measured; empty where it is."""
+        if outcome.inverse is not None:
+            return outcome.inverse.shortfall()
         if not outcome.tangent:
             return f"{c.type} is an extreme value: its spread says nothing of the true value"
         bias = float(self.bias[i]) - truth.shift
@@ -235,13 +286,9 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
     if outcome.tier == EXACT or not np.isfinite(outcome.linear_error):
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
-    too_large = outcome.linear_error > ERROR_SHARE * max((high - low) / 2, NOTED)
-    return "the linear model errs by more than a tenth of U" if too_large else ""
-
-
-def _perfect(task: Task) -> Array:
-    """Characteristics of the same points on a machine without errors."""
-    return evaluate_all(task, fit_features(task, measured_points(task, np.zeros((task.touches.run.n, 3)))))
+    half = (high - low) / 2 if outcome.inverse is None else outcome.inverse.expanded
+    most = ERROR_SHARE * half if half > NOTHING else NOTED
+    return "the linear model errs by more than a tenth of U" if outcome.linear_error > most else ""
 
 
 def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
@@ -257,10 +304,14 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
             'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'
         )
     if r.extreme and not predicts:
-        moved = (r.mean - r.value) * scale
+        moved = (r.mean - r.indicated) * scale
         out.append(
-            f"{r.name}: {r.type} grows with noise and does not fall with it (here by {moved:+.3g} {unit} on average); perturbing "
-            "measured points and evaluating them again (the classic virtual-CMM recipe) has no shown coverage"
+            f"{r.name}: {r.type} grows with noise and does not fall with it (here by {moved:+.3g} {unit} on average)"
+            + (
+                f"; its coverage is not shown: {r.why_not_shown}"
+                if r.why_not_shown
+                else "; the interval takes that off"
+            )
         )
     if not np.isfinite(r.u):
         out.append(

@@ -11,9 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.evaluation.part_forms import FORM, form_influences
 from vcmm.measuring.task import Task
 from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
@@ -61,13 +64,18 @@ class Measuring:
         return self.task.machine.indication_error(self.task.touches.run)
 
     def influences(self) -> tuple[Influence, ...]:
-        return influences(self.task.machine, self.task.touches.run, self.task.inputs)
+        own = influences(self.task.machine, self.task.touches.run, self.task.inputs)
+        return (*own, *form_influences(self.task))
 
     def products(self, known: Sequence[Influence]) -> tuple[Product, ...]:
         return products(self.task.machine, self.task.touches.run, known)
 
     def exact_errors(self, drawn: Sequence[Draws]) -> Array:
-        return exact_errors(self.task.machine, self.task.touches.run, drawn)
+        of_part = [d for d in drawn if d.influence.input.effect == FORM]
+        errors = exact_errors(
+            self.task.machine, self.task.touches.run, [d for d in drawn if d not in of_part]
+        )
+        return np.asarray(sum((d.moves() for d in of_part), errors))
 
     def machine_of(self, one: Input) -> tuple[Machine, Run]:
         return self.task.machine, self.task.touches.run

@@ -20,6 +20,7 @@ from vcmm.core.run import OFFSET_LABEL, Series
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
 from vcmm.files.columns import read_csv
+from vcmm.files.environment import EnvironmentTable, Temperatures, columns_of, temperatures_of
 from vcmm.files.knowledge import note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
@@ -27,10 +28,7 @@ from vcmm.files.placement import PlacementTable, placement_from
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
 from vcmm.files.scenario import (
-    EnvironmentTable,
     PoseTable,
-    Temperatures,
-    columns_of,
     noting,
     pose_from,
     section,
@@ -144,7 +142,8 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         document, "environment", data.get("environment", {}), problems,
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )  # fmt: skip
-    settings = section(document, "job", data.get("job", {}), problems, settings_from)
+    temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
+    settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
     if settings is not None and settings.known_bias == CORRECTED:
         problems.add(
             ("job", "known_bias"),
@@ -172,7 +171,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
     return CutScenario(
         name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
         plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
-        dialect=model.cut.dialect or setup.dialect, constants=columns_of(environment.temperature), inputs=inputs,
+        dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures), inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         batch_part=model.cut.batch_part, force_log=log,

@@ -71,7 +71,7 @@ def _channel_input(table: dict[str, Any], found: Found) -> Input | None:
     with noting(found, "channel"):
         check_channel(channel)
         law, _ = _law(table, channel_unit(channel), difference=True)
-        return Input("channel", "", channel, law, _redraw(table), str(table.get("evidence", "")))
+        return Input("channel", "", channel, law, redraw_of(table), str(table.get("evidence", "")))
     return None
 
 
@@ -88,7 +88,7 @@ def _effect_input(
         target = _target(kind, table, effects, complete)
     spec = None
     with noting(found, "parameter"):
-        spec = _input_parameter(kind, table, "" if target is None else str(getattr(target, "component", "")))
+        spec = input_parameter(kind, table, "" if target is None else str(getattr(target, "component", "")))
     if spec is None or target is None:
         return None
     law, scale, component = None, None, str(getattr(target, "component", ""))
@@ -106,7 +106,7 @@ def _effect_input(
         where=EVERY if _everywhere(kind, table) else target.where,
         parameter=spec.name,
         law=law,
-        redraw=_redraw(table),
+        redraw=redraw_of(table),
         evidence=str(table.get("evidence", "")),
         scale=scale,
     )
@@ -134,7 +134,7 @@ def _check_size(law: Any, scale: Array | None, size: int, name: str) -> None:
         raise TableProblems([(key, f"{given} numbers for {name}, which has {size}; give one per element")])
 
 
-def _redraw(table: dict[str, Any]) -> str:
+def redraw_of(table: dict[str, Any]) -> str:
     return str(table.get("redraw", "machine"))
 
 
@@ -183,7 +183,7 @@ def _target(
     )
 
 
-def _input_parameter(kind: type[Effect], table: dict[str, Any], component: str) -> Field[Any]:
+def input_parameter(kind: type[Effect], table: dict[str, Any], component: str) -> Field[Any]:
     known = {f.name: f for f in parameter_fields(kind)}
     word = str(table.get("parameter", ""))
     allowed = list(dict.fromkeys([*kind.aliases, *known]))
@@ -256,14 +256,14 @@ def _multivariate(table: dict[str, Any], unit: str) -> MultivariateNormal:
     with _key("covariance"):
         rows = table["covariance"]
         square = isinstance(rows, list) and all(isinstance(r, list) and len(r) == len(rows) for r in rows)
-        if not square or not all(_is_number(v) for row in rows for v in row):
+        if not square or not all(is_number(v) for row in rows for v in row):
             raise UsageError(
                 f"covariance must be a square of plain numbers in ({unit})^2, as in [[1.0, 0.2], [0.2, 1.0]]"
             )
         return MultivariateNormal(np.array(rows, dtype=float) * parse_unit(unit).factor ** 2)
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
@@ -322,7 +322,7 @@ def _plain_number(value: Any, key: str, example: str) -> float:
         raise UsageError(
             f'law = "t" needs {key}, the degrees of freedom; write for example {key} = {example}'
         )
-    if not _is_number(value):
+    if not is_number(value):
         raise UsageError(
             f"{key} = {shown(value)} must be a plain number; write for example {key} = {example}"
         )

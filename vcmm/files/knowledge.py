@@ -9,6 +9,7 @@ from vcmm.core.effect import FREE_LINKS, Effect, place_fields
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import Chain
 from vcmm.core.knowledge import doubled
+from vcmm.files.correlated_inputs import build_correlated
 from vcmm.files.effects import build_effect
 from vcmm.files.inputs import build_input
 from vcmm.files.problems import Problems
@@ -63,7 +64,8 @@ def further_inputs(
     out: list[Input] = []
     for i, table in enumerate(tables):
         here = (*at, "inputs", i)
-        found = problems.attempt(here, lambda table=table: build_input(table, effects, complete))  # type: ignore[misc]
+        build = build_correlated if "names" in table else build_input
+        found = problems.attempt(here, lambda table=table, build=build: build(table, effects, complete))  # type: ignore[misc]
         if found is None:
             continue
         note_second(found, [*known, *out], problems, here)

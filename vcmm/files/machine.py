@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vcmm.certified.certificate import MachineCertificate
+from vcmm.certified.machines import CertifiedKnowledge, certified
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.kinematics import Axis, Chain, parse_structure
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
 from vcmm.core.units import quantity
+from vcmm.effects import has_role
+from vcmm.files.certificate import certificate_from
 from vcmm.files.effects import build_effect
 from vcmm.files.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.known_errors import known_errors
@@ -44,11 +49,6 @@ def _checked_machine(
         for i, table in enumerate(tables_in(data, "effects")):  # what can be checked without the rest
             problems.attempt((*at, "effects", i), lambda table=table: build_effect(table))  # type: ignore[misc]
         return None
-    if model.certificate is not None:
-        problems.add(
-            (*at, "certificate"),
-            "drawing machines that are consistent with a certificate is not built yet; give [errors], [repeatability] or [[effects]]",
-        )
     chain = problems.attempt((*at, "structure"), lambda: parse_structure(model.structure))
     axes = {
         k: problems.attempt((*at, "axes", k, "travel"), lambda k=k, a=a: _axis(k, a))  # type: ignore[misc]
@@ -70,7 +70,30 @@ def _checked_machine(
             compensation=tuple(errors.compensation) if errors else (),
         ),
     )  # fmt: skip
+    if bare is not None and model.certificate is not None:
+        stated = model.certificate
+        known = problems.attempt(
+            (*at, "certificate"), lambda: _certified(bare, model, certificate_from(stated))
+        )
+        effects += known.effects if known else ()
+        inputs += known.inputs if known else ()
     return bare and problems.attempt((*at, "structure"), lambda: informed(bare, effects, inputs))
+
+
+def _certified(
+    machine: Machine, model: MachineFile, certificate: MachineCertificate
+) -> CertifiedKnowledge | None:
+    """What the certificate says of the errors, where the file itself does not state them; its scatter is that of the file."""
+    if model.errors is not None or model.effects:
+        return None
+    known = certified(machine, certificate)
+    if model.repeatability is None:
+        return known
+    return replace(
+        known,
+        effects=tuple(e for e in known.effects if e.role != "repeatability"),
+        inputs=tuple(i for i in known.inputs if not has_role(i.effect, "repeatability")),
+    )
 
 
 def _check_axes(chain: Chain | None, names: list[str] | None, problems: Problems, at: Location) -> None:

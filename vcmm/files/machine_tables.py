@@ -75,6 +75,16 @@ class MachineEnvironment(Table):
     scales: Scales | None = None
 
 
+class CertificateTable(Table):
+    E0_MPE: str | None = Field(default=None, examples=['"1.8 um + L/350"'])
+    E150_MPE: str | None = Field(default=None, examples=['"2.2 um + L/350"'])
+    R0_MPL: str | None = Field(default=None, examples=['"1.5 um"'])
+    P_Form_Sph_1x25: str | None = Field(default=None, examples=['"1.8 um"'])
+    P_Size_Sph_1x25: str | None = Field(default=None, examples=['"1.5 um"'])
+    iso230_2: dict[str, str] | None = Field(default=None, examples=['{ A = "8 um", R = "4 um" }'])
+    prior: str = Field(default="limit", examples=['"limit"'])
+
+
 class MachineFile(Table):
     """machine/1"""
 
@@ -89,4 +99,4 @@ class MachineFile(Table):
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     load_limit: Mass | None = None
-    certificate: dict[str, str] | None = None
+    certificate: CertificateTable | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -13,8 +14,16 @@ from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
-from vcmm.core.units import quantity, shown
+from vcmm.core.units import quantity
 from vcmm.effects import made_for
+from vcmm.files.drawing import (
+    GeneralTolerances,
+    general_from,
+    general_of,
+    reciprocal,
+    size_limits,
+    stated_limits,
+)
 from vcmm.files.knowledge import names_in
 from vcmm.files.problems import Problems, TableProblems, misspelt
 from vcmm.files.schema import (
@@ -36,13 +45,15 @@ from vcmm.files.schema import (
 from vcmm.files.toml import Document, Location
 from vcmm.gps import characteristics as gps
 from vcmm.part.form import Lobes
-from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh
+from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh, members
 
 
 class FormTable(Table):
-    lobes: int = Field(ge=1, examples=["3"])
+    """Half the peak to valley, and what is known of the shape: lobes on round features, their phase."""
+
+    lobes: int | None = Field(default=None, ge=1, examples=["3"])
     amplitude: Deviation
-    phase: Angle = 0.0
+    phase: Angle | None = None
 
 
 class FeatureTable(Table):
@@ -115,11 +126,22 @@ class CharacteristicTable(Table):
     type: str = Field(examples=['"size"'])
     of: str | list[str] = Field(default_factory=list, examples=['"bore"'])
     between: list[str] = Field(default_factory=list, examples=['["front", "bore"]'])
-    datums: list[str] = Field(default_factory=list, examples=['["top"]'])
+    datums: list[str | list[str]] = Field(default_factory=list, examples=['["top"]'])
     criterion: str = Field(default="GG", examples=['"GX"'])
     datum_criterion: str = Field(default="G", examples=['"X"'])
-    limits: Limits | None = None
+    limits: Limits | str | None = Field(default=None, examples=['["0 mm", "0.021 mm"]', '"H7"'])
     zone: str | None = Field(default=None, examples=['"0.01 mm"'])
+    material: str = Field(default="", examples=['"M"'])
+    reciprocity: bool = False
+    projected: str | None = Field(default=None, examples=['"20 mm"'])
+    zones: str = Field(default="CZ", examples=['"CZ"'])
+
+
+class GeneralTable(Table):
+    standard: str = Field(default="ISO 22081", examples=['"ISO 22081"'])
+    size: Deviation | None = None
+    angle: Angle | None = None
+    profile: Deviation | None = None
 
 
 class PartFile(Table):
@@ -130,6 +152,7 @@ class PartFile(Table):
     u_expansion: ExpansionSpread = 0.0
     mass: Mass = 0.0
     mesh: str | None = Field(default=None, examples=['"part.stl"'])
+    general_tolerances: str | GeneralTable | None = Field(default=None, examples=['"ISO 2768-mK"'])
     features: dict[str, dict[str, Any]] = Field(
         default_factory=dict,
         examples=['{ top = { type = "plane", point = "0 0 20 mm", normal = [0, 0, 1], size = "80 80 mm" } }'],
@@ -177,11 +200,15 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
             features[name] = built[0]
             forms |= {name: built[1]} if built[1] is not None else {}
     characteristics: list[Characteristic] = []
+    general = problems.attempt(
+        (*at, "general_tolerances"), lambda: general_from(model and model.general_tolerances)
+    )
+    drawing = _Drawing(features, model.characteristics if model else [], general or GeneralTolerances())
     for i, item in enumerate(model.characteristics if model else ()):
         if not whole(item, data["characteristics"][i]):
             continue
         here = (*at, "characteristics", i)
-        c = problems.attempt(here, lambda item=item: _characteristic(item))  # type: ignore[misc]
+        c = problems.attempt(here, lambda item=item: _characteristic(item, drawing))  # type: ignore[misc]
         if c is not None:
             _check_names(c, names_in(data, "features") or None, characteristics, problems, here)
             characteristics.append(c)
@@ -198,8 +225,25 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
     if part is None:
         return None
     for i, c in enumerate(characteristics):
-        problems.attempt((*at, "characteristics", i), lambda c=c: gps.nominal(c, features))  # type: ignore[misc]
+        problems.attempt((*at, "characteristics", i), lambda c=c: _checked_limits(c, features))  # type: ignore[misc]
     return PartData(part, forms, model.u_expansion)
+
+
+NEAR = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
+
+
+def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
+    """UsageError for a characteristic that cannot be evaluated, and for limits that hold the nominal value itself."""
+    nominal = gps.nominal(c, features)
+    if c.limits is None or nominal <= 0 or not all(abs(end - nominal) < NEAR * nominal for end in c.limits):
+        return
+    scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
+    right = ", ".join(f'"{(end - nominal) * scale:.6g} {unit}"' for end in c.limits)
+    text = (
+        f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
+        f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
+    )
+    raise TableProblems([("limits", text)])
 
 
 def _check_names(
@@ -211,7 +255,7 @@ def _check_names(
 ) -> None:
     """A characteristic names features that exist, and has a name of its own."""
     for role in ("of", "between", "datums"):
-        for name in getattr(c, role):
+        for name in (m for n in getattr(c, role) for m in members(c, n)):
             if features is not None and name not in features:
                 problems.add(
                     (*at, role),
@@ -239,7 +283,7 @@ def _feature(
         )
     t: Any = read_model(TABLES[kind], data, document, at)
     form = getattr(t, "form", None)
-    lobes = Lobes(form.lobes, form.amplitude, form.phase) if form else None
+    lobes = Lobes(form.lobes or 0, form.amplitude, form.phase) if form else None
     inside = getattr(t, "inside", False)
     point = np.array(getattr(t, "point", (0.0, 0.0, 0.0)))
     axis = np.array(
@@ -278,37 +322,67 @@ def _numbers(kind: str, t: Any) -> tuple[list[float], tuple[float, ...]]:
     return [], ()
 
 
-def _characteristic(t: CharacteristicTable) -> Characteristic:
+@dataclass(frozen=True, eq=False)
+class _Drawing:
+    """What characteristics refer to: features, the tables of all of them, general tolerances."""
+
+    features: dict[str, Feature]
+    tables: list[CharacteristicTable]
+    general: GeneralTolerances
+
+    def own_limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
+        """Stated limits, else general ones."""
+        found = stated_limits(t, self.features)
+        if found is None and t.zone is None:
+            found = general_of(t, self.features, self.general)[0]
+        return found
+
+    def limits(self, t: CharacteristicTable) -> tuple[float, float] | None:
+        """With what reciprocity adds."""
+        found = self.own_limits(t)
+        return reciprocal(t, self.tables, self.features, found) if found and t.type == "size" else found
+
+
+def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic:
     found: list[tuple[str, str]] = []
     if t.type not in TYPES:
         found.append(("type", f'unknown characteristic type "{t.type}".{choose_from(t.type, TYPES)}'))
-    angle, limits, zone = t.type == "angle", None, None
-    dimension, example = ("angle", "0.1 deg") if angle else ("length", "0.021 mm")
-    try:
-        if t.limits is not None:
-            low, high = (quantity(v, dimension, "limits", example) for v in t.limits)
-            limits = (low, high)
-            if not low < high:
-                raise UsageError(
-                    f"limits = {shown(t.limits)}: the lower limit is not below the upper one; exchange them"
-                )
-    except UsageError as error:
-        found.append(("limits", str(error)))
-    try:
-        zone = None if t.zone is None else quantity(t.zone, "length", "zone", "0.01 mm")
-    except UsageError as error:
-        found.append(("zone", str(error)))
+    if t.reciprocity and not t.material:
+        found.append(("reciprocity", 'reciprocity goes with material = "M" or "L"'))
+
+    def read(key: str, make: Any) -> Any:
+        try:
+            return make()
+        except UsageError as error:
+            found.append((key, str(error)))
+            return None
+
+    limits = read("limits", lambda: drawing.limits(t)) if not found else None
+    zone = read("zone", lambda: None if t.zone is None else quantity(t.zone, "length", "zone", "0.01 mm"))
+    if t.limits is None and t.zone is None and not found:
+        zone = read("zone", lambda: general_of(t, drawing.features, drawing.general)[1])
+    along = read("projected", lambda: t.projected and quantity(t.projected, "length", "projected", "20 mm"))
+    sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.own_limits))
+    found += _compared_with_itself(t)
     if found:
         raise TableProblems(found)
-    of = (t.of,) if isinstance(t.of, str) else tuple(t.of)
     return Characteristic(
-        name=t.name,
-        type=t.type,
-        of=of,
-        between=tuple(t.between),
-        datums=tuple(t.datums),
-        criterion=t.criterion,
-        limits=limits,
-        zone=zone,
-        datum_criterion=t.datum_criterion,
-    )
+        name=t.name, type=t.type, of=(t.of,) if isinstance(t.of, str) else tuple(t.of), between=tuple(t.between),
+        datums=tuple(d if isinstance(d, str) else tuple(d) for d in t.datums),  # type: ignore[misc]
+        criterion=t.criterion, limits=limits, zone=zone, datum_criterion=t.datum_criterion,
+        projected=along or None, zones=t.zones, material=t.material, size_limits=sizes,
+    )  # fmt: skip
+
+
+def _compared_with_itself(t: CharacteristicTable) -> list[tuple[str, str]]:
+    """(role, complaint) of a feature that is named twice."""
+    datums = [m for d in t.datums for m in ([d] if isinstance(d, str) else d)]
+    given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": datums}
+    found: list[tuple[str, str]] = []
+    seen: set[str] = set()
+    for role, names in given.items():
+        for name in names:
+            if name in seen:
+                found.append((role, f'it compares "{name}" with itself; name another feature in one place'))
+            seen.add(name)
+    return found

@@ -55,6 +55,9 @@ def placement_from(document: Document, part: Part | None, model: Any, problems: 
         return None
     table: PlacementTable = model.placement
     here = ("placement",)
+    for key in ("slots", "weights"):
+        if key in data and not data[key]:
+            problems.add((*here, key), f"{key} is empty, which allows nothing; leave it out")
     freedoms = [problems.attempt((*here, n), lambda n=n: _freedom(n, getattr(table, n))) for n in DOFS]  # type: ignore[misc]
     faces = problems.attempt((*here, "faces_down"), lambda: _faces(table.faces_down, part))
     kept = tuple(f for f in freedoms if f is not None)
@@ -122,11 +125,12 @@ def _goal(table: PlacementTable, part: Part) -> Goal:
                     f'{what}: the part has no characteristic "{name}".{choose_from(name, names)}'
                 )
     units = {c.name: gps.unit(c) for c in part.characteristics}
-    process = {n: _process(n, p, units[n]) for n, p in table.process.items()}
+    process = {n: process_of(n, p, units[n]) for n, p in table.process.items()}
     return Goal(mixture, table.weights, table.costs, process)
 
 
-def _process(name: str, table: ProcessTable, unit: str) -> tuple[float, float]:
+def process_of(name: str, table: ProcessTable, unit: str) -> tuple[float, float]:
+    """Mean from the middle of the tolerance, and standard deviation, of what the process makes; mm or rad."""
     dimension, example = ("angle", "10 urad") if unit == "rad" else ("length", "0.003 mm")
     mean = 0.0 if table.mean == "0 mm" else quantity(table.mean, dimension, "mean", example)
     u = quantity(table.u, dimension, "u", example)

@@ -140,7 +140,7 @@ def _check_measured(
                 f'the alignment names "{name}", which the plan does not measure.{choose_from(name, measured)}',
             )
     for c in part.characteristics:
-        for name in (*c.of, *c.between, *c.datums):
+        for name in c.features:
             if name not in measured:
                 problems.add(
                     (*at, "steps"),

@@ -12,32 +12,28 @@ import numpy as np
 from pydantic import Field
 
 from vcmm.core.effect import Effect
-from vcmm.core.errors import DataError, UsageError, choose_from
+from vcmm.core.errors import DataError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
-from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
-from vcmm.core.run import T0_DEG_C
-from vcmm.core.units import quantity
+from vcmm.files.environment import (
+    EnvironmentTable,
+    Temperatures,
+    columns_of,
+    temperature_inputs,
+    temperatures_of,
+)
 from vcmm.files.knowledge import further_effects, further_inputs, note_second, tables_in
 from vcmm.files.machine import machine_from
 from vcmm.files.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.part import PartData, part_from
-from vcmm.files.placement import PlacementTable, placement_from
+from vcmm.files.placement import PlacementTable, ProcessTable, placement_from, process_of
 from vcmm.files.plan import plan_from
 from vcmm.files.problems import Problems
-from vcmm.files.schema import (
-    Gradient,
-    KelvinSpread,
-    Point,
-    Table,
-    Temperature,
-    Turn,
-    checked_model,
-    read_model,
-)
+from vcmm.files.schema import Point, Table, Turn, checked_model, read_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
+from vcmm.gps import characteristics as gps
 from vcmm.gps.decision import RULES
 from vcmm.measuring.plan import Plan
 from vcmm.measuring.scenario import Scenario
@@ -49,27 +45,6 @@ class PoseTable(Table):
     turn: Turn = (0.0, 0.0, 0.0)
 
 
-class Temperatures(Table):
-    part: Temperature = T0_DEG_C
-    scale_x: Temperature = T0_DEG_C
-    scale_y: Temperature = T0_DEG_C
-    scale_z: Temperature = T0_DEG_C
-    air: Temperature = T0_DEG_C
-    spindle: Temperature = T0_DEG_C
-    gradient: Gradient = 0.0
-
-
-class PartCompensation(Table):
-    compensated: bool = False
-    u_sensor: KelvinSpread = 0.0
-
-
-class EnvironmentTable(Table):
-    temperature: Temperatures = Field(default_factory=Temperatures)
-    u_temperature: dict[str, str] = Field(default_factory=dict, examples=['{ part = "0.1 K" }'])
-    part: PartCompensation = Field(default_factory=PartCompensation)
-
-
 class JobTable(Table):
     trials: int = Field(default=1_000_000, examples=["1_000_000"])
     seed: int = Field(default=0, ge=0, examples=["0"])
@@ -77,6 +52,20 @@ class JobTable(Table):
     interval: Literal["symmetric", "shortest"] = "symmetric"
     rule: str = Field(default=RULES[0], examples=[f'"{RULES[0]}"'])
     known_bias: Literal["reported", "corrected"] = "reported"
+    production: dict[str, ProcessTable] = Field(default_factory=dict)
+
+
+class RecordTable(Table):
+    by: str = Field(default="", examples=['"A. Person"'])
+    date: str = Field(default="", examples=['"2026-11-22"'])
+    laboratory: str = ""
+    machine_serial: str = ""
+    machine_certificate: str = ""
+    probe: str = ""
+    part_serial: str = ""
+    drawing: str = Field(default="", examples=['"D-1234 rev. B"'])
+    order: str = ""
+    remarks: str = ""
 
 
 class ScenarioFile(Table):
@@ -95,6 +84,7 @@ class ScenarioFile(Table):
     effects: list[dict[str, Any]] = Field(default_factory=list)
     inputs: list[dict[str, Any]] = Field(default_factory=list)
     placement: PlacementTable = Field(default_factory=PlacementTable)
+    record: RecordTable = Field(default_factory=RecordTable)
 
 
 def load_scenario(path: str | Path, machine: str | Path | None = None) -> Scenario:
@@ -135,7 +125,8 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         problems,
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )
-    settings = section(document, "job", data.get("job", {}), problems, settings_from)
+    temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
+    settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
     known = with_knowledge(document, machine, part, environment, planned, problems)
     placement = placement_from(document, part.part if part else None, model, problems)
     if problems.found or not (model and planned and part and settings and environment and known):
@@ -147,9 +138,9 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         return None
     return Scenario(
         name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
-        constants=columns_of(environment.temperature), inputs=inputs, forms=part.forms, qualifications=qualifications,
+        constants=columns_of(temperatures), inputs=inputs, forms=part.forms, qualifications=qualifications,
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
-        surroundings=around,
+        surroundings=around, record={k: v for k, v in model.record.model_dump().items() if v},
     )  # fmt: skip
 
 
@@ -186,7 +177,9 @@ def section(document: Document, key: str, value: object, problems: Problems, mak
     return problems.attempt((key,), from_file)
 
 
-def settings_from(document: Document, data: dict[str, Any], at: Location) -> Settings:
+def settings_from(
+    document: Document, data: dict[str, Any], at: Location, part: PartData | None = None
+) -> Settings:
     problems = Problems(document)
     job = checked_model(JobTable, data, problems, at)
     if job is not None and job.rule not in RULES:
@@ -194,9 +187,20 @@ def settings_from(document: Document, data: dict[str, Any], at: Location) -> Set
     if job is not None:
         problems.attempt((*at, "trials"), lambda: Settings(trials=job.trials))
         problems.attempt((*at, "p"), lambda: Settings(p=job.p))
+    production = {}
+    units = {c.name: gps.unit(c) for c in part.part.characteristics} if part else {}
+    for name, table in job.production.items() if job is not None else ():
+        here = (*at, "production", name)
+        if name in units:
+            production[name] = problems.attempt(here, lambda n=name, t=table: process_of(n, t, units[n]))  # type: ignore[misc]
+        elif part is not None:
+            problems.add(here, f'the part has no characteristic "{name}".{choose_from(name, list(units))}')
     problems.raise_if_any()
     assert job is not None
-    return Settings(job.seed, job.trials, job.p, job.interval, rule=job.rule, known_bias=job.known_bias)
+    return Settings(
+        job.seed, job.trials, job.p, job.interval, rule=job.rule, known_bias=job.known_bias,
+        production={n: found for n, found in production.items() if found},
+    )  # fmt: skip
 
 
 def with_knowledge(
@@ -210,7 +214,7 @@ def with_knowledge(
     """The machine with the effects of part and scenario, and all inputs that are not the machine's own."""
     chain = machine.chain if machine else None
     further = further_effects(tables_in(document.data, "effects"), chain, problems, ())
-    temperatures = _temperature_inputs(document, environment, problems) if environment else []
+    temperatures = temperature_inputs(document, environment, problems) if environment else []
     if planned:
         _check_styli(document, planned[0], problems)
     if machine is None or part is None or environment is None:
@@ -229,15 +233,13 @@ def with_knowledge(
         (),
         complete,
     )
-    _check_temperatures(document, machine.effects, environment, problems)
+    _check_temperatures(document, machine.effects, problems)
     return machine, tuple(inputs)
 
 
-def _check_temperatures(
-    document: Document, effects: Sequence[Effect], environment: EnvironmentTable, problems: Problems
-) -> None:
+def _check_temperatures(document: Document, effects: Sequence[Effect], problems: Problems) -> None:
     """A temperature that an effect needs is one of the environment's."""
-    known = columns_of(environment.temperature)
+    known = columns_of(Temperatures())
     for effect in effects:
         for column in effect.required():
             if column.startswith("temp_") and column not in known:
@@ -269,47 +271,6 @@ def _effect_location(document: Document, key: str, value: str) -> Location:
             if table.get(key) == value:
                 return (*above, "effects", i, key)
     return ("machine",)
-
-
-def _temperature_inputs(
-    document: Document, environment: EnvironmentTable, problems: Problems
-) -> list[tuple[Location, Input]]:
-    """(where it stands, Input) for every temperature with an uncertainty."""
-    inside = isinstance(document.data.get("environment"), dict)
-    names = [n for n in Temperatures.model_fields if n != "gradient"]
-    out: list[tuple[Location, Input]] = []
-    for name, text in environment.u_temperature.items():
-        here: Location = ("environment", "u_temperature", name) if inside else ("environment",)
-        if name not in names:
-            problems.add(here, f'unknown temperature "{name}".{choose_from(name, names)}')
-            continue
-        try:
-            u = quantity(text, "temperature difference", name, "0.1 K")
-            law = Normal(u)
-        except UsageError as error:
-            problems.add(here, str(error))
-            continue
-        column = f"temp_{name}_C"
-        out.append((here, Input("channel", "", column, law, "machine", "temperature of the environment")))
-    u_sensor = environment.part.u_sensor
-    if u_sensor and "part" in environment.u_temperature:
-        here = ("environment", "u_temperature", "part") if inside else ("environment",)
-        problems.add(here, "u_temperature.part and part.u_sensor say the same thing; keep one of them")
-    elif u_sensor:
-        one = Input(
-            "channel", "", "temp_part_C", Normal(u_sensor), "machine", "temperature sensor of the part"
-        )
-        out.append((("environment",), one))
-    return out
-
-
-def columns_of(temperature: Temperatures) -> dict[str, float]:
-    """Run columns: the temperatures, and as readings what the sensors say (the same numbers; Inputs move the truth)."""
-    out = {}
-    for name, value in temperature.model_dump().items():
-        out[f"temp_{name}_C"] = value
-        out[f"reading_{name}_C"] = value
-    return out
 
 
 __all__ = ["DataError", "ScenarioFile", "load_scenario"]

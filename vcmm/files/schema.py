@@ -107,6 +107,15 @@ def _axis_rate_type(dimension: str, example: str) -> Any:
     return Annotated[str, BeforeValidator(partial(_as_value_error, convert)), WithJsonSchema(schema)]
 
 
+def _temperature_or_difference(value: object) -> str:
+    """A temperature in degC or a difference in K; which of the two is due depends on whether there is a room."""
+    try:
+        quantity(value, "temperature difference", NAME, "0.4 K")
+    except UsageError:
+        quantity(value, "temperature", NAME, "20.4 degC")
+    return str(value)
+
+
 def _temperature_difference_type(example: str) -> Any:
     schema = {"type": "string", "description": "temperature difference with its unit", "examples": [example]}
     return Annotated[
@@ -172,6 +181,17 @@ Compliance = _quantity_type("compliance", "0.05 um/N", "not negative")
 AngleSpread = _quantity_type("angle", "1 urad", "not negative")
 Temperature = _quantity_type("temperature", "20.4 degC")
 KelvinSpread = _quantity_type("temperature difference", "0.05 K", "not negative")
+TemperatureOrDifference = Annotated[
+    str,
+    BeforeValidator(partial(_as_value_error, _temperature_or_difference)),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "description": "temperature with its unit; beside room a difference to it",
+            "examples": ["20.4 degC"],
+        }
+    ),
+]
 Gradient = _temperature_difference_type("0.1 K")
 Expansion = _quantity_type("expansion", "11.5 um/(m K)")
 ExpansionSpread = _quantity_type("expansion", "0.5 um/(m K)", "not negative")

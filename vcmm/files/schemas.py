@@ -10,12 +10,13 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects import ALL
 from vcmm.files.columns import REDRAW
 from vcmm.files.effects import may_be_left_out
+from vcmm.files.environment import EnvironmentTable
 from vcmm.files.inputs import INPUT_KEYS, LAW_KEYS
 from vcmm.files.machine import MachineFile
 from vcmm.files.part import TABLES, PartFile
 from vcmm.files.plan import PlanFile
 from vcmm.files.recording_tables import RecordingFile
-from vcmm.files.scenario import EnvironmentTable, JobTable, ScenarioFile
+from vcmm.files.scenario import JobTable, ScenarioFile
 from vcmm.files.schema import Table
 from vcmm.files.setup import SetupFile
 

@@ -10,8 +10,8 @@ from pydantic import Field
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.cutting.force import KIENZLE, LINEAR_EDGE
+from vcmm.files.environment import Temperatures, columns_of
 from vcmm.files.problems import Problems
-from vcmm.files.scenario import Temperatures, columns_of
 from vcmm.files.schema import Angle, Point, Size, Table, checked_model
 from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml

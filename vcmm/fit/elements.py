@@ -45,6 +45,7 @@ class Fitted:
     also       the same points by other criteria, where asked for (vcmm.gps.criteria): {"X": ...}; local sizes LP, LS
                hold half of each of k sizes in `sizes` (..., k)
     unique     (...) of an element by contact: False where others are as good
+    points     (..., n, 3) the points themselves, where a characteristic is evaluated on them
     """
 
     kind: str
@@ -55,6 +56,7 @@ class Fitted:
     normals: Array
     also: Mapping[str, Fitted] = field(default_factory=dict)
     unique: Mask | None = None
+    points: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ class Sensitivity:
     point       (3, n, 3)
     axis        (3, n, 3)
     sizes       (s, n, 3)
-    residuals   (n, n, 3)
+    residuals   (n, n, 3), None where it was not asked for: n^2 numbers, which only form needs
     deviations  (n, 3, n, 3) for point and line only: the vector from the element to each point. Its length
                 is the residual, which itself has no derivative where it is 0.
     """
@@ -32,7 +32,7 @@ class Sensitivity:
     point: Array
     axis: Array
     sizes: Array
-    residuals: Array
+    residuals: Array | None
     deviations: Array | None = None
 
 
@@ -49,9 +49,12 @@ class _Linear:
     scale: float
 
 
-def sensitivity(fitted: Fitted, points: Array, *, fixed_axis: Array | None = None) -> Sensitivity:
+def sensitivity(
+    fitted: Fitted, points: Array, *, fixed_axis: Array | None = None, residuals: bool = True
+) -> Sensitivity:
     """Sensitivity of `fitted` = gauss(kind, points (n, 3), fixed_axis=fixed_axis): one element, no batch.
 
+    residuals=False leaves out those of the residuals, in memory and time proportional to n.
     First order in the displacement; the relative error is of the order residual / radius.
     UsageError: a batch, or points that are not those of the fit. ModelLimit: an undetermined direction.
     """
@@ -66,11 +69,11 @@ def sensitivity(fitted: Fitted, points: Array, *, fixed_axis: Array | None = Non
     free = free_pose(element, held)
     if fitted.kind != "circle" or held:
         linear = _linearised(element, free, fitted, points)
-        return _assembled(linear, fitted, *_answer(linear, None))
+        return _assembled(linear, fitted, *_answer(linear, None, residuals))
     plane = element_of("plane")  # the plane of a circle is fitted first and answers first
-    tilt = _answer(_linearised(plane, free_pose(plane, False), fitted, points), None)[0][1:]
+    tilt = _answer(_linearised(plane, free_pose(plane, False), fitted, points), None, False)[0][1:]
     linear = _linearised(element, (*free, RX, RY), fitted, points)
-    return _assembled(linear, fitted, *_answer(linear, tilt))
+    return _assembled(linear, fitted, *_answer(linear, tilt, residuals))
 
 
 def _linearised(element: Element, free: tuple[int, ...], fitted: Fitted, points: Array) -> _Linear:
@@ -87,28 +90,34 @@ def _linearised(element: Element, free: tuple[int, ...], fitted: Fitted, points:
     )  # fmt: skip
 
 
-def _answer(linear: _Linear, tilt: Array | None) -> tuple[Array, Array]:
+def _answer(linear: _Linear, tilt: Array | None, residuals: bool) -> tuple[Array, Array | None]:
     """Change (p, n, 3) of motions and sizes and (k, n, n, 3) of distances per displacement, in scaled units.
 
-    tilt (2, n, 3): RX and RY where they are known beforehand (circle) instead of fitted.
+    tilt (2, n, 3): RX and RY where they are known beforehand (circle) instead of fitted. A point's displacement changes
+    its own distance by its normal and no other, so the fit is asked without the square of n.
     """
     p, k, n = linear.jac.shape
-    change = np.zeros((k, n, n, 3))
-    change[:, np.arange(n), np.arange(n)] = linear.normals
     answer = np.zeros((p, n, 3))
     fitted = np.ones(p, dtype=bool)
+    known: list[int] = []
     if tilt is not None:
         known = [linear.free.index(RX), linear.free.index(RY)]
         answer[known], fitted[known] = tilt, False
-        change += np.tensordot(linear.jac[known], tilt, axes=(0, 0))
     jac = linear.jac[fitted].reshape(-1, k * n)
     free = tuple(motion for motion, is_fitted in zip(linear.free, fitted) if is_fitted)
     check_rank(linear.element, free, (jac @ jac.T)[None], linear.frame[None], linear.element.kind)
-    answer[fitted] = -np.tensordot(np.linalg.pinv(jac.T), change.reshape(k * n, n, 3), axes=1)
-    return answer, change + np.tensordot(jac.T, answer[fitted], axes=1).reshape(change.shape)
+    inverse = np.linalg.pinv(jac.T)
+    answer[fitted] = -np.einsum("qkn,knc->qnc", inverse.reshape(-1, k, n), linear.normals)
+    if tilt is not None:
+        answer[fitted] -= np.tensordot(inverse @ linear.jac[known].reshape(2, k * n).T, tilt, axes=1)
+    if not residuals:
+        return answer, None
+    change = np.tensordot(linear.jac, answer, axes=(0, 0))
+    change[:, np.arange(n), np.arange(n)] += linear.normals
+    return answer, change
 
 
-def _assembled(linear: _Linear, fitted: Fitted, answer: Array, change: Array) -> Sensitivity:
+def _assembled(linear: _Linear, fitted: Fitted, answer: Array, change: Array | None) -> Sensitivity:
     """From motions in the element frame and scaled units to point, axis, sizes and residuals."""
     element, frame, n = linear.element, linear.frame, answer.shape[1]
     motion = np.zeros((5, n, 3))
@@ -123,6 +132,8 @@ def _assembled(linear: _Linear, fitted: Fitted, answer: Array, change: Array) ->
             sizes[0] += np.tan(fitted.sizes[1]) * slide
     if element.kind == "plane":
         point = point + ((np.eye(3) - np.outer(frame[2], frame[2])) / n)[:, None, :]
+    if change is None:
+        return Sensitivity(point, turn / linear.scale, sizes, None)
     if element.rows == 1:
         return Sensitivity(point, turn / linear.scale, sizes, change[0])
     across = linear.normals[:, 0]  # (k, 3): the same at every point
@@ -140,6 +151,7 @@ def linear_fit(fitted: Fitted, sens: Sensitivity, displacement: Array) -> Fitted
     UsageError: displacement of another number of points.
     """
     displacement = np.asarray(displacement, dtype=np.float64)
+    assert sens.residuals is not None
     n = sens.residuals.shape[0]
     if displacement.shape[-2:] != (n, 3):
         raise UsageError(f"displacement must have the shape (..., {n}, 3), got {displacement.shape}.")

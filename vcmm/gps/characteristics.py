@@ -11,6 +11,7 @@ distance     of two centres; or of the second feature's centre from the first fe
              a sign: plus on the side where the drawing has it, along the normal where it lies in the plane.
 angle        between normals, between axes; of an axis to a plane: to the surface, not to its normal. Acute
              or obtuse does not depend on how directions are drawn: the nominal angle is at most 90 deg.
+run-out, profile   pointwise.py · patterns, projected zones, material requirements: drawing.py · common datums: common.py
 form         range of the residuals of the element by the criterion: least squares (G), minimum zone (C), ...
 orientation  orientation.py · location: location.py
 """
@@ -26,6 +27,8 @@ from vcmm.core.errors import UsageError
 from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.fit import Fitted
 from vcmm.gps import criteria
+from vcmm.gps.common import with_common
+from vcmm.gps.drawing import pattern, projected, with_material
 from vcmm.gps.elements import (
     AXES,
     CENTRES,
@@ -38,10 +41,10 @@ from vcmm.gps.elements import (
 )
 from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
+from vcmm.gps.pointwise import POINTWISE, PROFILE, RUNOUT, check_pointwise, profile, runout
 from vcmm.part.alignment import datum_system
 from vcmm.part.part import Characteristic, Feature, frame
 
-LATER = ("line_profile", "surface_profile", "circular_runout", "total_runout")
 FORM = {
     "straightness": ("line",),
     "flatness": ("plane",),
@@ -52,7 +55,7 @@ SAME_PLANE = 1e-9  # mm
 SIZES = {"circle": 0, "sphere": 0, "cylinder": 0, "torus": 1}  # which of Fitted.sizes is the radius
 IMPLEMENTED = (
     "size", "distance", "angle", *FORM,
-    "parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry",
+    "parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry", *POINTWISE,
 )  # fmt: skip
 
 
@@ -66,19 +69,22 @@ def evaluate(
     frame.
 
     A position with datums is evaluated in the system of its datums; freedom they leave follows `pose`.
-    UsageError: unknown or unmeasured feature, a feature that does not suit the type, a type or criterion
-    that comes later. ModelLimit: fitted directions far from the drawing (the pose is missing).
+    UsageError: unknown or unmeasured feature, a feature that does not suit the type. ModelLimit: fitted directions far from the drawing (the pose is missing).
     """
     c = characteristic
     check(c)
     choice = criteria.chosen(c)
-    if c.type == "position" and c.datums:
+    features, fitted = with_common(c, features, fitted, choice.datums)
+    if c.type in ("position", *PROFILE) and c.datums:
         by = {
             n: criteria.by_criterion(n, fitted[n], k) for n, k in zip(c.datums, choice.datums) if n in fitted
         }
         pose = datum_system(c.datums, features, by, Pose.identity() if pose is None else pose)
     of = [place(n, features, fitted, pose, k) for n, k in zip((*c.of, *c.between), choice.of)]
-    return _value(c, of, [place(n, features, fitted, pose, k) for n, k in zip(c.datums, choice.datums)])
+    datums = [place(n, features, fitted, pose, k) for n, k in zip(c.datums, choice.datums)]
+    if c.type in PROFILE:
+        return profile(c, of[0], [d.feature for d in datums], choice.fit == "C")
+    return with_material(c, of[0], _value(c, of, datums)) if c.material else _value(c, of, datums)
 
 
 def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> float:
@@ -89,22 +95,23 @@ def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> 
     c = characteristic
     check(c)
     criteria.check_kinds(c, features)
+    features, _ = with_common(c, features)
+    if c.type in POINTWISE:
+        check_pointwise(c, features[c.of[0]], [features[d] for d in c.datums])
+        return 0.0
     of, datums = ([nominal_element(features[n]) for n in names] for names in ((*c.of, *c.between), c.datums))
     return float(_value(c, of, datums))
 
 
 def check(characteristic: Characteristic) -> None:
-    """UsageError for a type that is not evaluated yet, or words that are no criterion of the type."""
+    """UsageError for words that are no criterion of the type."""
     c = characteristic
-    if c.type in LATER:
-        raise UsageError(f'"{c.name}": {c.type} comes later. Working now: {", ".join(IMPLEMENTED)}.')
     criteria.chosen(c)
 
 
 def needs(characteristic: Characteristic) -> tuple[str, ...]:
     """Names of the features that must be measured, without repetition."""
-    c = characteristic
-    return tuple(dict.fromkeys((*c.of, *c.between, *c.datums)))
+    return characteristic.features
 
 
 def is_linear(characteristic: Characteristic, features: Mapping[str, Feature] | None = None) -> bool:
@@ -149,7 +156,11 @@ def _value(c: Characteristic, of: list[MeasuredElement], datums: list[MeasuredEl
     if c.type in FORM:
         return _form(c, of[0])
     if c.type == "position":
-        return position(c, of[0])
+        return (
+            pattern(c, of, [d.feature for d in datums]) if len(of) > 1 else position(c, projected(c, of[0]))
+        )
+    if c.type in RUNOUT:
+        return runout(c, of[0], datums[0])
     if c.type == "coaxiality":
         return coaxiality(c, of[0], datums[0])
     return symmetry(c, of, datums) if c.type == "symmetry" else orientation(c, of[0], datums[0])

@@ -20,7 +20,7 @@ from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.pose import Array
 from vcmm.fit import CRITERIA, Fitted, associate, profile_line, sphere_radii, two_point_radii
 from vcmm.fit.criteria import check_criterion
-from vcmm.part.part import Characteristic, Feature, frame
+from vcmm.part.part import Characteristic, Feature, frame, members
 
 SIZES: dict[str, str] = {
     "GG": "least-squares size",
@@ -41,6 +41,8 @@ RANKS: dict[str, tuple[str, Callable[[Array], Array]]] = {
 }
 LOCAL = {"LP": ("circle", "cylinder", "sphere"), "LS": ("circle", "cylinder")}
 FORMS = ("straightness", "flatness", "roundness", "cylindricity")
+POINTS = "points"  # asked for like a criterion: the measured points themselves
+ON_POINTS = ("circular_runout", "total_runout", "line_profile", "surface_profile")
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ class ChosenCriteria:
     of: tuple[str, ...]
     datums: tuple[str, ...]
     rank: str = ""
+    fit: str = "G"  # of points or patterns within what the datums leave free
 
     @property
     def gauss(self) -> bool:
@@ -65,7 +68,10 @@ def chosen(c: Characteristic) -> ChosenCriteria:
         size, rank = _size(c, words)
         return ChosenCriteria((size,), (), rank)
     datums = _letters(c, "datum_criterion", c.datum_criterion.split(), len(c.datums))
-    return ChosenCriteria(_letters(c, "criterion", words, len(c.of) + len(c.between)), datums)
+    letters = _letters(c, "criterion", words, len(c.of) + len(c.between))
+    if c.type in ON_POINTS:
+        return ChosenCriteria(("G",) * len(letters), datums, fit=letters[0])
+    return ChosenCriteria(letters, datums, fit=letters[0] if letters else "G")
 
 
 def _size(c: Characteristic, words: list[str]) -> tuple[str, str]:
@@ -96,6 +102,10 @@ def _letters(c: Characteristic, key: str, words: list[str], count: int) -> tuple
             raise UsageError(f'"{c.name}": unknown {key} "{letter}".{choose_from(letter, CRITERIA)}')
         if letter == "T" and c.type in FORMS:
             raise UsageError(f'"{c.name}": T is for orientation and location; {c.type} takes G, C, N or X.')
+        if letter not in ("G", "C") and c.type in ON_POINTS and key == "criterion":
+            raise UsageError(
+                f'"{c.name}": {c.type} is evaluated on the points; criterion G or C says how they are fitted.'
+            )
     if len(letters) not in (1, count) and count:
         raise UsageError(f'"{c.name}": {key} = "{" ".join(words)}" names {len(words)}; give one, or {count}.')
     return letters * count if len(letters) == 1 else letters
@@ -105,13 +115,16 @@ def _demands(c: Characteristic) -> Iterable[tuple[str, str]]:
     """(feature, criterion) of all associations of a characteristic."""
     choice = chosen(c)
     yield from zip((*c.of, *c.between), choice.of)
-    yield from zip(c.datums, choice.datums)
+    for datum, letter in zip(c.datums, choice.datums):
+        yield from ((name, letter) for name in members(c, datum))
+    if c.type in ON_POINTS:
+        yield from ((name, POINTS) for name in c.of)
 
 
 def check_kinds(c: Characteristic, features: Mapping[str, Feature]) -> None:
     """UsageError for a criterion that a feature of its kind does not have."""
     for name, criterion in _demands(c):
-        if name not in features or criterion == "G":
+        if name not in features or criterion in ("G", POINTS):
             continue
         feature = features[name]
         if criterion in LOCAL and feature.kind not in LOCAL[criterion]:
@@ -164,6 +177,8 @@ def with_criteria(
 
 
 def _associated(criterion: str, feature: Feature, points: Array, base: Fitted, judged: bool) -> Fitted:
+    if criterion == POINTS:
+        return replace(base, points=points)
     if criterion in LOCAL:
         radii = (two_point_radii if criterion == "LP" else sphere_radii)(points, base)
         return replace(base, sizes=radii)

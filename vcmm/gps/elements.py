@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.pose import Array, Pose, dot, length
 from vcmm.fit import Fitted
-from vcmm.gps.criteria import by_criterion
+from vcmm.gps.criteria import POINTS, by_criterion
 from vcmm.part.part import KINDS, Feature, centre, ends
 
 AXES = ("line", "cylinder", "cone")
@@ -30,6 +30,7 @@ class MeasuredElement:
     sizes: Array
     residuals: Array
     offsets: Array
+    points: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def nominal_element(feature: Feature) -> MeasuredElement:
@@ -58,10 +59,15 @@ def place(
         raise UsageError(f'Feature "{name}" is not measured; add a step for it to the plan.')
     feature, raw = features[name], by_criterion(name, fitted[name], criterion)
     by = Pose.identity() if pose is None else pose
+    measured = fitted[name].also[POINTS].points if POINTS in fitted[name].also else None
     axis = _signed(feature, by.turn_each(raw.axis))
     # only a line needs them: its residuals have a direction, those of surfaces a sign
     offsets = by.turn(raw.residuals[..., None] * raw.normals) if feature.kind == "line" else np.zeros((1, 3))
-    return MeasuredElement(feature, by.apply_each(raw.point), axis, raw.sizes, raw.residuals, offsets)
+    points = np.zeros((0, 3)) if measured is None else by.apply(measured)
+    return MeasuredElement(
+        feature=feature, point=by.apply_each(raw.point), axis=axis, sizes=raw.sizes, residuals=raw.residuals,
+        offsets=offsets, points=points,
+    )  # fmt: skip
 
 
 def _signed(feature: Feature, axis: Array) -> Array:

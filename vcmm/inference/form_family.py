@@ -1,11 +1,12 @@
 """How real surfaces depart from their nominal shape: families of forms, drawn at any points of a feature.
 
-waves    the family that the inverse knows: a few waves around and along the feature, amplitudes falling with their number
+waves    a few waves around and along the feature, amplitudes falling with their number
          by a power that differs from part to part (drilled and turned holes have few lobes, milled and ground ones many).
+lobes    one wave alone, as a chuck, a vice or an oval leaves it
 edges    a family that it does not know: dents, bumps and cusped lobes. It serves to ask whether what was found with the
          first one also holds for parts of another kind.
 
-Departures count along the outward normal, in units of their root mean square over the points of the last set.
+The inverse knows `waves` and `lobes` (KNOWN). Departures count along the outward normal, in units of their root mean square over the points of the last set.
 Undulations per revolution and their amplitudes: ISO 12181-2 (50 UPR at most for small holes; here 15, the rest is filtered).
 """
 
@@ -14,11 +15,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.run import Array
 from vcmm.part.part import Feature, centre, frame, normal
 
 Family = Callable[[np.random.Generator, Feature, Sequence[Array], int], list[Array]]
+Ints = npt.NDArray[np.integer]
 AROUND, ALONG, WAVES = 15, 5, 6  # most lobes, most half waves along a feature, waves of one part
 
 
@@ -50,18 +53,46 @@ def waves(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], cou
         else rng.integers(0, ALONG + 1, (count, WAVES)) * flat
     )
     along = rng.integers(0, ALONG + 1, (count, WAVES)) * (feature.kind != "circle")
+    return _sum_of(rng, feature, sets, first, along)
+
+
+def lobes(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], count: int) -> list[Array]:
+    """Departures (count, n) of one wave alone: 2 to 7 lobes around, or one to three half waves along."""
+    if feature.kind in ("plane", "line"):
+        first = rng.integers(0, 4, (count, 1)) * (feature.kind == "plane")
+        along = rng.integers(1, 4, (count, 1))
+        along = np.where(first + along < 2, 2, along)  # a half wave along is nearly a tilt
+        return _sum_of(rng, feature, sets, first, along)
+    return _sum_of(rng, feature, sets, rng.integers(2, 8, (count, 1)), np.zeros((count, 1), dtype=np.int64))
+
+
+def _sum_of(
+    rng: np.random.Generator, feature: Feature, sets: Sequence[Array], first: Ints, along: Ints
+) -> list[Array]:
+    """Waves of numbers first and along (count, w), of random phase, amplitudes falling with their number."""
+    count, number = first.shape
+    round_ = feature.kind not in ("plane", "line")
     power = rng.uniform(0.0, 2.0, (count, 1))
-    size = rng.normal(size=(count, WAVES)) * (1.0 + first + along) ** -power
-    phase = rng.uniform(0.0, 2 * np.pi, (2, count, WAVES, 1))
+    size = rng.normal(size=(count, number)) * (1.0 + first + along) ** -power
+    phase = rng.uniform(0.0, 2 * np.pi, (2, count, number))
+    weights = np.zeros((count, 4, (AROUND + 1) * (ALONG + 1)))
+    part = np.arange(count)[:, None], first * (ALONG + 1) + along
+    signs = ((np.cos, np.cos, 1.0), (np.cos, np.sin, -1.0), (np.sin, np.cos, -1.0), (np.sin, np.sin, 1.0))
+    for k, (one, other, sign) in enumerate(
+        signs
+    ):  # cos(m a + f) cos(l b + g) in products of cosines and sines
+        np.add.at(weights[:, k], part, sign * size * one(phase[0]) * other(phase[1]))
     scale = 1.0 if round_ else np.pi / 2
-    out = []
-    for points in sets:
-        a, b = coordinates(feature, points)
-        turned = np.cos(first[..., None] * scale * a + phase[0])
-        out.append(
-            np.einsum("cw,cwn->cn", size, turned * np.cos(along[..., None] * (np.pi / 2) * b + phase[1]))
-        )
+    out = [weights.reshape(count, -1) @ _products(*coordinates(feature, p), scale) for p in sets]
     return _of_unit_size(feature, sets, out)
+
+
+def _products(a: Array, b: Array, scale: float) -> Array:
+    """(4 (AROUND + 1) (ALONG + 1), n): cos or sin of m a times cos or sin of l b."""
+    first = np.arange(AROUND + 1)[:, None] * scale * a
+    second = np.arange(ALONG + 1)[:, None] * (np.pi / 2) * b
+    rows = [f(first)[:, None] * g(second)[None] for f in (np.cos, np.sin) for g in (np.cos, np.sin)]
+    return np.concatenate([r.reshape(-1, len(a)) for r in rows])
 
 
 def edges(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], count: int) -> list[Array]:
@@ -84,7 +115,8 @@ def edges(rng: np.random.Generator, feature: Feature, sets: Sequence[Array], cou
     return _of_unit_size(feature, sets, out)
 
 
-FAMILIES: Mapping[str, Family] = {"waves": waves, "edges": edges}
+FAMILIES: Mapping[str, Family] = {"waves": waves, "lobes": lobes, "edges": edges}
+KNOWN, OTHER = ("waves", "lobes"), "edges"
 
 
 def motions(feature: Feature, points: Array, normals: Array) -> Array:

@@ -11,44 +11,42 @@ from vcmm.core.errors import DataError, choose_from
 from vcmm.core.run import Array
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.indication import at_indication
-from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import CharacteristicResult, TrueValue, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import POINTS, wanted
 from vcmm.gps.decision import Decision, decide, undecided
-from vcmm.inference.belts import Inverse, coverage, inverse_of, tails
+from vcmm.inference.belts import Inverse, coverage, inverse_of
+from vcmm.inference.form_family import KNOWN, OTHER
 from vcmm.inference.given import GivenPoints, GivenValue
-from vcmm.inference.pairs import MOST, Drawing, pairs, prepared, rest_of
+from vcmm.inference.pairs import MOST, Drawing, both, pairs, prepared, rest_of
 from vcmm.inference.points import measured_task
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.part.part import Characteristic
 
-PARTS, COUNTED = 12_000, 2000  # drawn for the belts; drawn anew to count
-KNOWN, OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
+PARTS, COUNTED = 24_000, 2000  # drawn for the belts; drawn anew to count
+FEWER = 8000  # where elements by contact are searched in every one of them
+FIXED = (0.0, 20.0)  # form over noise: perfect parts and coarse ones are counted by themselves
+LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
 NEAR = (
     1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
 )
 
 
-@dataclass(frozen=True)
-class TrueValue:
-    """The true value: estimate and ends in mm or rad; claimed: counted on drawn parts; counted: shares (family, other one)."""
-
-    estimate: float
-    interval: tuple[float, float]
-    claimed: bool
-    counted: tuple[float, float]
-
-
 @dataclass(frozen=True, eq=False)
 class Evaluated:
-    """One characteristic of one measured part. measured: as handed in or as the points give it, mm or rad."""
+    """One characteristic of one measured part. measured: as handed in or as the points give it, mm or rad.
+
+    true: of an extreme value; counted: share of drawn parts whose true value lay in their interval, of the family and of another one.
+    """
 
     result: CharacteristicResult
     measured: float
     true: TrueValue | None
+    counted: tuple[float, float] | None = None
 
     @property
     def unit(self) -> str:
@@ -72,7 +70,7 @@ class PreparedTask:
     task: Task
     result: UncertaintyResult
     drawing: Drawing | None
-    inverses: dict[int, Inverted]
+    inverses: dict[int, CountedInverse]
     most: float
 
     def serves(self, task: Task, measured: Array) -> bool:
@@ -219,32 +217,45 @@ def _part(
 
 def _not_claimed(found: Sequence[Evaluated]) -> list[str]:
     return [
-        f"{e.result.name}: the interval of the true value held it in {e.true.counted[0]:.0%} of drawn parts and in "
-        f"{e.true.counted[1]:.0%} of parts of another kind; its coverage is not claimed. More points would help"
+        f"{e.result.name}: the interval of the true value held it in {e.counted[0]:.0%} of drawn parts and in "
+        f"{e.counted[1]:.0%} of parts of another kind; its coverage is not claimed. More points would help"
         for e in found
-        if e.true and not e.true.claimed
+        if e.true and e.counted and not e.true.claimed
     ]
 
 
 @dataclass(frozen=True, eq=False)
-class Inverted:
+class CountedInverse:
     """The inverse of one characteristic with what was counted of it: parts of the family, parts of another one."""
 
     inverse: Inverse
     counted: tuple[float, float]
 
+    def claimed(self, p: float) -> bool:
+        """Whether enough of the drawn parts of both kinds had their true value in the interval for p."""
+        return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
+
+
+def in_contact(task: Task) -> bool:
+    """Whether a characteristic asks for elements by contact, which take a hundred times as long as least squares."""
+    return any(set(asked) - {POINTS} for asked in wanted(task.part.characteristics).values())
+
 
 def inverses(
-    drawing: Drawing, wanted: Sequence[int], p: float, seed: int, most: float = MOST
-) -> dict[int, Inverted]:
+    drawing: Drawing, numbers: Sequence[int], p: float, seed: int, most: float = MOST
+) -> dict[int, CountedInverse]:
     """Belts of some characteristics, each counted on parts that were not used for it."""
-    made = pairs(drawing, PARTS, seed, most=most)
-    anew = pairs(drawing, COUNTED, seed + 1, most=most)
-    other = pairs(drawing, COUNTED, seed + 2, "edges", most=most)
+    count = (FEWER if in_contact(drawing.task) else PARTS) // len(KNOWN)
+    made = [pairs(drawing, count, seed, family, most=most) for family in KNOWN]
+    anew = [pairs(drawing, COUNTED // len(KNOWN), seed + 1, family, most=most) for family in KNOWN]
+    anew += [both(drawing, COUNTED, seed + 3 + k, ratio=ratio) for k, ratio in enumerate(FIXED)]
+    other = pairs(drawing, COUNTED, seed + 2, OTHER, most=most)
     out = {}
-    for i in wanted:
+    for i in numbers:
         inverse = inverse_of(drawing.task.part.characteristics[i], i, made)
-        out[i] = Inverted(inverse, (coverage(inverse, i, anew, p), coverage(inverse, i, other, p)))
+        out[i] = CountedInverse(
+            inverse, (min(coverage(inverse, i, one, p) for one in anew), coverage(inverse, i, other, p))
+        )
     return out
 
 
@@ -255,30 +266,31 @@ def _most(drawing: Drawing, measured: Array, extreme: Sequence[int]) -> float:
 
 
 def _inverted(
-    r: CharacteristicResult, y: float, one: Inverted, rest: float | None, settings: Settings
+    r: CharacteristicResult, y: float, one: CountedInverse, rest: float | None, settings: Settings
 ) -> Evaluated:
     """Interval and decision of an extreme value are those of the true one."""
     known = None if rest is None else np.array([rest])
-    middle, low, high = (float(one.inverse.quantile(q, np.array([y]), known)[0]) for q in (0.5, *tails(r.p)))
-    claimed = one.counted[0] >= r.p - (0.95 - KNOWN) and one.counted[1] >= r.p - (0.95 - OTHER)
-    true = TrueValue(middle, (low, high), claimed, one.counted)
+    middle = float(one.inverse.estimate(np.array([y]), known)[0])
+    low, high = (float(end[0]) for end in one.inverse.interval(r.p, np.array([y]), known))
+    claimed = one.claimed(r.p)
+    true = TrueValue(middle, (low, high), claimed)
     k = (high - low) / 2 / r.u if np.isfinite(r.u) and r.u > 0 else float("nan")
     why = "" if claimed else "the coverage of the interval about the true value was counted and is too small"
     changed = replace(
         r, value=y, indicated=y, interval=(low, high), coverage_shown=claimed, k=k, why_not_shown=why
     )
-    return Evaluated(replace(changed, decision=_decision(changed, true, one, rest, settings.rule)), y, true)
+    decided = replace(changed, decision=_decision(changed, true, one, rest, settings.rule), true_value=true)
+    return Evaluated(decided, y, true, one.counted)
 
 
 def _decision(
-    r: CharacteristicResult, true: TrueValue, one: Inverted, rest: float | None, rule: str
+    r: CharacteristicResult, true: TrueValue, one: CountedInverse, rest: float | None, rule: str
 ) -> Decision | None:
     if r.tolerance is None:
         return None
     if not true.claimed:
         return undecided(rule, r.why_not_shown)
     low, high = r.tolerance
-    p = one.inverse.confidence(high, r.value, rest)
-    p -= 0.0 if r.one_sided else one.inverse.confidence(low, r.value, rest)
+    p = one.inverse.within(-np.inf if r.one_sided else low, high, r.value, rest)
     half, where = (true.interval[1] - true.interval[0]) / 2, sum(true.interval) / 2
     return decide(where, r.tolerance, float(np.clip(p, 0, 1)), U=half, rule=rule, one_sided=r.one_sided)

@@ -12,17 +12,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.gps import characteristics as gps
 from vcmm.inference.dense import surface_model
-from vcmm.inference.form_family import FAMILIES, left_over, motions
+from vcmm.inference.form_family import FAMILIES, KNOWN, left_over, motions
 from vcmm.measuring.task import Task
 
 BLOCK = 2000
+LOST = 0.02  # of the drawn parts may have no element by a criterion of contact: rarer than what the quantiles tell
 LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
 FORMLESS = 0.1  # share of parts without form
+APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +99,12 @@ def pairs(
     return Pairs(*(np.concatenate(x) for x in zip(*parts)))
 
 
+def both(drawing: Drawing, count: int, seed: int, most: float = MOST, ratio: float | None = None) -> Pairs:
+    """Parts of the families that the inverse knows, as many of each."""
+    drawn = [pairs(drawing, count // len(KNOWN), seed, family, most, ratio) for family in KNOWN]
+    return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
+
+
 def _block(
     drawing: Drawing, count: int, place: tuple[int, int], how: tuple[str, float, float | None]
 ) -> tuple[Array, Array, Array]:
@@ -103,31 +112,50 @@ def _block(
     rng = np.random.default_rng([seed, first, sorted(FAMILIES).index(how[0])])
     touched = np.zeros((count, drawing.measured.task.touches.run.n))
     surface = np.zeros((count, drawing.surface.task.touches.run.n))
+    ratio = _ratios(rng, count, how[1], how[2])
     for name in drawing.noise:
-        for total, part in zip((touched, surface), _departures(drawing, name, rng, count, how)):
+        own = ratio if how[2] is not None else ratio * np.exp(APART * rng.normal(size=(count, 1)))
+        for total, part in zip((touched, surface), _departures(drawing, name, rng, own, how)):
             total += part
     found = touched + machine_part(drawing.measured, seed, first, count)
-    true = drawing.surface.values(drawing.surface.q0 + surface @ drawing.surface.operator.T)
-    indicated = drawing.measured.values(drawing.measured.q0 + found @ drawing.measured.operator.T)
-    return true, indicated, _rest(drawing, found)
+    true = _values(drawing.surface, surface)
+    indicated = _values(drawing.measured, found)
+    kept = np.isfinite(true).all(axis=1) & np.isfinite(indicated).all(axis=1)
+    if kept.mean() < 1.0 - LOST:
+        raise ModelLimit(
+            f"{1.0 - kept.mean():.0%} of the drawn parts have no element by the criteria asked for; measure more points, or use criterion G"
+        )
+    return true[kept], indicated[kept], _rest(drawing, found[kept])
+
+
+def _values(model: LinearModel, displacements: Array) -> Array:
+    """Characteristics (m, C) after displacements (m, n); NaN for the few parts whose elements by contact are not found."""
+    try:
+        return model.values(model.q0 + displacements @ model.operator.T)
+    except ModelLimit:
+        if len(displacements) == 1:
+            return np.full((1, len(model.characteristics)), np.nan)
+        return np.concatenate([_values(model, half) for half in np.array_split(displacements, 2)])
 
 
 def _departures(
-    drawing: Drawing, name: str, rng: np.random.Generator, count: int, how: tuple[str, float, float | None]
+    drawing: Drawing, name: str, rng: np.random.Generator, ratio: Array, how: tuple[str, float, float | None]
 ) -> list[Array]:
-    """Departures of one feature at its touches and all over, spread out over the columns of all touches."""
-    family, most, ratio = how
+    """Departures of one feature at its touches and all over, spread out over the columns of all touches.
+
+    ratio (count, 1): form over noise of every part. Place and direction vary by themselves.
+    """
+    count, (family, most, fixed) = len(ratio), how
     feature, models = drawing.task.part.features[name], (drawing.measured, drawing.surface)
     sets = [m.task.touches.points[m.task.touches.rows[name]] for m in models]
     normals = [m.task.touches.normals[m.task.touches.rows[name]] for m in models]
-    size = _sizes(rng, count, drawing.noise[name], most, ratio)
     formed = feature.kind not in ("point", "mesh")
     shapes = (
         FAMILIES[family](rng, feature, sets, count) if formed else [np.zeros((count, len(p))) for p in sets]
     )
-    drawn = [size * shape for shape in shapes]
+    drawn = [drawing.noise[name] * ratio * shape for shape in shapes]
     if name in drawing.moved:
-        way = rng.normal(size=(count, 6)) * _sizes(rng, count, drawing.attitude, most, ratio)
+        way = rng.normal(size=(count, 6)) * drawing.attitude * _ratios(rng, count, most, fixed)
         way[:, 3:] *= 2.0 / max(float(np.ptp(sets[1], axis=0).max()), 1.0)
         drawn = [d + way @ motions(feature, p, n)[:, :6].T for d, p, n in zip(drawn, sets, normals)]
     out = []
@@ -138,12 +166,12 @@ def _departures(
     return out
 
 
-def _sizes(rng: np.random.Generator, count: int, noise: float, most: float, ratio: float | None) -> Array:
-    """(count, 1) mm: evenly over the decades, some of nothing; or all the same."""
-    if ratio is not None:
-        return np.full((count, 1), ratio * noise)
-    size = noise * np.exp(rng.uniform(np.log(LEAST), np.log(most), (count, 1)))
-    return np.where(rng.uniform(size=(count, 1)) < FORMLESS, 0.0, size)
+def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | None) -> Array:
+    """(count, 1): evenly over the decades, some of nothing; or all the same."""
+    if fixed is not None:
+        return np.full((count, 1), fixed)
+    ratio = np.exp(rng.uniform(np.log(LEAST), np.log(most), (count, 1)))
+    return np.where(rng.uniform(size=(count, 1)) < FORMLESS, 0.0, ratio)
 
 
 def _rest(drawing: Drawing, found: Array) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from vcmm.core.errors import DataError, VcmmError, choose_from
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array
-from vcmm.fit import gauss
+from vcmm.fit import Fitted, gauss
 from vcmm.inference.checked import OnSurface, check_points, labelled, surfaces
 from vcmm.inference.given import GivenPoints
 from vcmm.measuring.plan import Ints, Step, Stylus, touches
@@ -42,8 +42,9 @@ def measured_task(
         points = _compensated(scenario, rows, points, stylus)
     placed = surfaces(scenario.part, rows, points)
     check_points(scenario, given, points, placed, in_machine)
+    _elements(scenario, given, rows, points)
     if in_machine and scenario.plan.alignment:
-        pose, points = _aligned(scenario, rows, points)
+        pose, points = _aligned(scenario, given, rows, points)
         placed = surfaces(scenario.part, rows, points)
     return _task(scenario.at(pose), placed, points, stylus)
 
@@ -111,22 +112,31 @@ def _compensated(scenario: Scenario, rows: Mapping[str, Ints], centres: Array, s
     return out
 
 
-def _aligned(scenario: Scenario, rows: Mapping[str, Ints], points: Array) -> tuple[Pose, Array]:
+def _aligned(
+    scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array
+) -> tuple[Pose, Array]:
     """The pose that the alignment finds in the machine, and the points in the drawing frame."""
     scheme = scenario.plan.alignment
     assert scheme is not None
     pose, features = scenario.pose, scenario.part.features
     for _ in range(ROUNDS):
-        fitted = {}
-        for name, at in rows.items():
-            feature = features[name]
-            if feature.kind == "mesh":
-                continue
-            fixed = feature.axis if feature.kind == "circle" else None
-            try:
-                fitted[name] = gauss(feature.kind, points[at], nominal_element(feature), fixed_axis=fixed)
-            except VcmmError as error:
-                raise type(error)(f'feature "{name}": {error}') from None
-        found = align(scheme, features, fitted, Pose.identity())
+        found = align(scheme, features, _elements(scenario, given, rows, points), Pose.identity())
         points, pose = found.apply(points), pose @ found.inverse()
     return pose, points
+
+
+def _elements(
+    scenario: Scenario, given: GivenPoints, rows: Mapping[str, Ints], points: Array
+) -> dict[str, Fitted]:
+    """Gauss elements of all features. DataError, with feature and file, for points that determine none."""
+    out = {}
+    for name, at in rows.items():
+        feature = scenario.part.features[name]
+        if feature.kind == "mesh":
+            continue
+        fixed = feature.axis if feature.kind == "circle" else None
+        try:
+            out[name] = gauss(feature.kind, points[at], nominal_element(feature), fixed_axis=fixed)
+        except VcmmError as error:
+            raise DataError(f'{given.where[at[0]]}: points of "{name}": {error}') from None
+    return out

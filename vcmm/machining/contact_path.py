@@ -18,6 +18,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.envelope import CutSurface
+from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
@@ -48,7 +49,13 @@ def tool_side(
     )  # fmt: skip
     whole, setting = _with_setting(job, run)
     known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
-    return job.process.tool_side(job, _prepared(job, whole), setting, known, inputs), rows.contacts
+    side = job.process.tool_side(job, _prepared(job, whole), setting, known, inputs)
+    deepest = np.flatnonzero(rows.candidate == 0)[
+        rows.point
+    ]  # all candidates of a point scatter as its deepest cut
+    passes = pass_weights(job.program, job.sweep, rows.row[deepest], rows.share[deepest])
+    passes = np.concatenate([passes, np.zeros((whole.n - run.n, passes.shape[1]))])
+    return replace(side, passes=passes), rows.contacts
 
 
 def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:

@@ -37,7 +37,7 @@ def gauge_plan(part: Part, plan: Plan | None) -> Plan:
 
 
 def _named(features: Mapping[str, Feature], part: Part) -> list[Feature]:
-    names = dict.fromkeys(n for c in part.characteristics for n in (*c.of, *c.between, *c.datums))
+    names = dict.fromkeys(n for c in part.characteristics for n in c.features)
     chosen = [features[n] for n in names] or list(features.values())
     for feature in chosen:
         if feature.kind in ("mesh", "point"):

@@ -19,10 +19,13 @@ from vcmm.machining.gauge import gauge_plan, ideal_gauge
 from vcmm.machining.preparation import other_unit
 from vcmm.machining.probing import ProbedHere
 from vcmm.machining.process import DEEPEST, GOUGE, HEIGHT, PreparedCut, Words, zeros
+from vcmm.machining.result import expected
 from vcmm.machining.scenario import IDEAL, SAME
 from vcmm.measuring.plan import Plan, touches
 from vcmm.measuring.qualification import qualified_machine
 from vcmm.measuring.task import Task
+
+UNSEEN = 0.1  # of U: what the probing machine misses beyond this is said
 
 
 def cut_points(job: PreparedCut, plan: Plan) -> tuple[Plan, CutSurface, tuple[str, ...]]:
@@ -136,6 +139,24 @@ def _offset_cut_under(job: PreparedCut, surface: CutSurface, feature: Words, dra
     return out
 
 
+def unseen(part: UncertaintyResult, reading: UncertaintyResult | None) -> list[str]:
+    """What the machine that cut the part does not see of it, characteristic by characteristic, where it is much beside U.
+
+    reading: what it would read; None where another machine measures.
+    """
+    out = []
+    for true, seen in zip(part.characteristics, reading.characteristics if reading else ()):
+        scale, unit = (1e3, "um") if true.unit == "mm" else (1e6, "urad")
+        missed = expected(true) - expected(seen)
+        if max(abs(missed), true.expanded - seen.expanded) > UNSEEN * max(true.expanded, 1e-9):
+            out.append(
+                f"{true.name}: the machine errs in probing as it did in cutting: of {expected(true) * scale:+.3g} +- "
+                f"{true.expanded * scale:.3g} {unit} from nominal it would read {expected(seen) * scale:+.3g} +- "
+                f"{seen.expanded * scale:.3g} {unit}; value, interval and decision are about the part"
+            )
+    return out
+
+
 def with_uncut(outcome: UncertaintyResult, task: Task, job: PreparedCut) -> tuple[CharacteristicResult, ...]:
     """A feature of which points were left uncut does not conform, whatever the points that were cut say."""
     scenario = job.scenario
@@ -144,7 +165,7 @@ def with_uncut(outcome: UncertaintyResult, task: Task, job: PreparedCut) -> tupl
     left = {name for name, rows in task.touches.rows.items() if len(rows) < planned.get(name, 0)}
     out = []
     for c, spec in zip(outcome.characteristics, scenario.part.characteristics):
-        if c.decision is not None and left & {*spec.of, *spec.between, *spec.datums}:
+        if c.decision is not None and left & set(spec.features):
             c = replace(
                 c, decision=replace(c.decision, text="does not conform", p_conform=0.0), coverage_shown=False
             )

@@ -17,13 +17,13 @@ from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.machining.contact_path import surface_at, tool_side
 from vcmm.machining.gauge import gauge_plan
-from vcmm.machining.inspection import cut_points, measuring_world, with_uncut
+from vcmm.machining.inspection import cut_points, measuring_world, unseen, with_uncut
 from vcmm.machining.patches import surface_map
 from vcmm.machining.preparation import remarks, set_up
 from vcmm.machining.process import GOUGE, PreparedCut
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
-from vcmm.machining.scenario import IDEAL, CutScenario
+from vcmm.machining.scenario import IDEAL, SAME, CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.measuring.task import Task
 
@@ -50,7 +50,12 @@ def cut(
     notes = (*notes, *said)
     touches = task.touches
     again = recut(job, surface_at(job, touches.points, touches.normals, exact=False))
+    reading = None
+    if scenario.inspection.kind == SAME:
+        reading = evaluate(task, settings, report, world)
+        world = world.of_part()
     outcome = evaluate(task, settings, report, world)
+    notes = (*notes, *unseen(outcome, reading))
     report("mapping the surface", 0.0)
     patches = surface_map(job)
     warnings = (*remarks(job), *notes, *_beyond_contacts(again, notes), *outcome.warnings)
@@ -67,6 +72,7 @@ def cut(
         warnings=warnings,
         blank=job.blank,
         recut=again,
+        own_reading=reading,
     )
 
 

@@ -25,7 +25,7 @@ from vcmm.machining.job import cut, finished_part
 from vcmm.machining.preparation import set_up
 from vcmm.machining.process import PreparedCut
 from vcmm.machining.result import CutResult
-from vcmm.machining.scenario import CutScenario
+from vcmm.machining.scenario import SAME, CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.measuring.fixture import Fixture, Freedom, pose_of, six_of
 from vcmm.part.part import Characteristic
@@ -170,6 +170,8 @@ def place_cut(
     if fixed := job.process.why_fixed(job):
         raise ModelLimit(fixed)
     task, world, _ = finished_part(job)
+    if scenario.inspection.kind == SAME:
+        world = world.of_part()
     model = build(task, world)
     present = six_of(job.pose)
     weights = _weights(scenario, model.characteristics)

@@ -24,6 +24,29 @@ from vcmm.response.trials import Draws, exact_errors
 
 
 @dataclass(frozen=True, eq=False)
+class Unprobed:
+    """The world of a task that nothing measures: its touches are where the part is looked at, and err by nothing."""
+
+    task: Task
+    predicts: bool = False
+
+    def errors(self) -> Array:
+        return np.zeros((self.task.touches.run.n, 3))
+
+    def influences(self) -> tuple[Influence, ...]:
+        return ()
+
+    def products(self, found: Sequence[Influence]) -> tuple[Product, ...]:
+        return ()
+
+    def exact_errors(self, drawn: Sequence[Draws]) -> Array:
+        return self.errors()[None]
+
+    def machine_of(self, one: Input) -> tuple[Machine, Run]:
+        return self.task.machine, self.task.touches.run
+
+
+@dataclass(frozen=True, eq=False)
 class ProbedHere:
     """The world of a measuring task whose readings are relative to `zeros`: work offset -> (3,), workpiece axes.
 

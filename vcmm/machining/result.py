@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 GROUPS = (*OWNERS, "measurement")
 SCATTERS = (
     "touch",
+    "pass",
     "part",
     "run",
     "event",
@@ -72,6 +73,9 @@ class CutResult:
     warnings: tuple[str, ...] = ()
     blank: Blank | TurnedBlank | None = None
     recut: Recut | None = None
+    own_reading: UncertaintyResult | None = (
+        None  # what the machine that cut the part would read of it, where it probes it
+    )
 
     @property
     def characteristics(self) -> tuple[CharacteristicResult, ...]:

@@ -20,13 +20,15 @@ import numpy as np
 
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import targets
+from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
+from vcmm.effects import has_role
 from vcmm.machining.zero_setting import Ints, ZeroRows
 from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
 
+PASS = "pass"  # redraw of the scatter of a cut
 FORCES = ("force_x_N", "force_y_N", "force_z_N")
 
 
@@ -50,7 +52,8 @@ class ToolSide:
     setting (n, 3): first of those of each row for X, Y, Z, -1 where nothing is subtracted (offset from elsewhere). known (n, 3): deviation
     of the nominal motion from the programmed path (corners rounded, nominal lag), mm. turn (n, 3, 3): from commanded X, Y, Z
     to workpiece axes in each row, None while all rotary axes stand at zero. phi (n,): angle of the meridian frame of a lathe
-    in which errors are wanted, rad; None: workpiece axes.
+    in which errors are wanted, rad; None: workpiece axes. passes (n, r): departure of each row per draw of the scatter of a
+    pass; None: every row has its own.
     """
 
     machine: Machine
@@ -61,6 +64,7 @@ class ToolSide:
     turn: Array | None = None
     phi: Array | None = None
     rows_per_zero: int = 1
+    passes: Array | None = None
 
     @property
     def zero(self) -> ZeroRows:
@@ -90,8 +94,30 @@ class ToolSide:
             if acting:
                 total = np.sum([s * f.response for f, s in acting], axis=0)
                 framed = np.moveaxis(self._framed(np.moveaxis(total, -1, 0)), 0, -1)
-                out.append(replace(acting[0][0], response=framed))
+                out.append(self._by_pass(replace(acting[0][0], response=framed)))
         return tuple(out)
+
+    def _by_pass(self, one: Influence) -> Influence:
+        """Scatter of the machine drawn per pass, not per point that is looked at."""
+        if (
+            self.passes is None
+            or one.input.redraw != "touch"
+            or not has_role(one.input.effect, "repeatability")
+        ):
+            return one
+        return Influence(
+            replace(one.input, redraw=PASS), one.response * self.passes[:, None, :], ("",),
+            np.zeros(self.run.n, dtype=np.intp),
+        )  # fmt: skip
+
+    def _by_row(self, one: Draws) -> Draws:
+        """The draws of passes as what acts on every row."""
+        if self.passes is None or one.influence.input.redraw != PASS:
+            return one
+        rows = tuple(str(i) for i in range(self.run.n))
+        each = replace(one.influence, copies=rows, codes=np.arange(self.run.n))
+        departures = one.departures[:, 0] @ self.passes.T
+        return Draws(each, departures[:, :, None], departures[:, :, None])
 
     def relative(self, one: Influence) -> Influence:
         """The influence less that in the row of setting, where both are one draw."""
@@ -115,7 +141,7 @@ class ToolSide:
     def exact(self, drawn: Sequence[Draws]) -> Array:
         """moved (m, n, 3) in every trial, transforms multiplied; the Draws carry influences of this run."""
         moves, stated = self.parts
-        quiet = [self.zero.quiet(d) for d in drawn]
+        quiet = [self.zero.quiet(self._by_row(d)) for d in drawn]
         total = -exact_errors(moves, self.run, quiet)
         if stated.effects:
             total = total + exact_errors(stated, self.run, quiet)
@@ -131,4 +157,4 @@ class ToolSide:
 
 
 def _acts(machine: Machine, one: Input) -> bool:
-    return any(e.name == one.effect for e in machine.effects) and bool(targets(machine, one))
+    return any(acted_on(machine, single) for single, _ in one.scalars)

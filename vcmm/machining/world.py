@@ -21,7 +21,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.cutting.contactmap import Contacts, Ints
 from vcmm.evaluation.world import Measuring
-from vcmm.machining.probing import ProbedHere
+from vcmm.machining.probing import ProbedHere, Unprobed
 from vcmm.machining.tool_errors import ToolSide
 from vcmm.response.influence import Influence, Product
 from vcmm.response.trials import Draws
@@ -34,7 +34,7 @@ class Cutting:
     measuring: the measuring machine's own world. An Input of both with one id is one quantity (the same machine).
     """
 
-    measuring: Measuring | ProbedHere
+    measuring: Measuring | ProbedHere | Unprobed
     tool: ToolSide
     contacts: Contacts
     predicts: bool = True
@@ -68,6 +68,10 @@ class Cutting:
             out.append(ids.index(one.input.id) if shared else following)
             following += not shared
         return out
+
+    def of_part(self) -> Cutting:
+        """The part itself, whatever measures it."""
+        return replace(self, measuring=Unprobed(self.measuring.task))
 
     def errors(self) -> Array:
         return self.measuring.errors() + self._outward(self.contacts.surface(self.moved) - self.level)

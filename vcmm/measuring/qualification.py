@@ -25,6 +25,8 @@ from vcmm.measuring.plan import Plan, Step, Stylus, probe_columns
 from vcmm.measuring.strategies import Iso10360, plan_points
 from vcmm.part.part import Feature
 
+REPEATABILITY = "repeatability"  # the cause of touches and of what qualification leaves alike
+
 
 @dataclass(frozen=True, eq=False)
 class Sphere:
@@ -48,8 +50,8 @@ def qualified_machine(
 ) -> tuple[Machine, tuple[Input, ...]]:
     """The machine with every named stylus qualified, and what remains uncertain of offsets and radii.
 
-    One Input per stylus (covariance 4 x 4 of offset and radius from the scatter and the form of the sphere), and one for
-    the diameter of every sphere on which several styli were qualified, which they share.
+    One Input per stylus and cause (covariance 4 x 4 of offset and radius from the scatter, from the form of the sphere and
+    from its diameter), and one for the diameter of every sphere on which several styli were qualified, which they share.
     Form enters as a uniform departure of each touch over the peak-to-valley range.
     Raises UsageError when the scatter has no finite variance.
     """
@@ -63,11 +65,13 @@ def qualified_machine(
     ready = replace(machine, effects=tuple(effects))
     shared = {name for names in groups if len(names) > 1 for name in names}
     inputs = [
-        _remaining(left.name, machine, name, one, spheres[name], name in shared) for name, one in how.items()
+        i
+        for name, one in how.items()
+        for i in _remaining(left.name, machine, name, one, spheres[name], name in shared)
     ]
     inputs += [_shared_sphere(left.name, names, how[names.split(",")[0]]) for names in together]
     qualified = informed(ready, [left(name) for name in (*how, *together)])
-    return qualified, tuple(i for i in inputs if i is not None)
+    return qualified, tuple(inputs)
 
 
 def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
@@ -80,20 +84,29 @@ def _spheres(how: Mapping[str, Qualification]) -> list[list[str]]:
 
 def _remaining(
     left: str, machine: Machine, name: str, how: Qualification, fitted: Sphere, common: bool
-) -> Input | None:
-    covariance = (_scatter_u(machine) ** 2 + how.form**2 / 12.0) * fitted.matrix @ fitted.matrix.T
-    covariance[3, 3] += 0.0 if common else (how.u_diameter / 2) ** 2
-    if not covariance.any():
-        return None
-    law = MultivariateNormal((covariance + covariance.T) / 2)
-    return Input(left, name, "d", law, "stylus", "simulated qualification, 25 touches")
+) -> list[Input]:
+    """What qualification leaves, one Input per physical cause."""
+    touches = fitted.matrix @ fitted.matrix.T
+    diameter = np.zeros((4, 4))
+    diameter[3, 3] = 0.0 if common else (how.u_diameter / 2) ** 2
+    causes = {
+        REPEATABILITY: _scatter_u(machine) ** 2 * touches,
+        "sphere form": how.form**2 / 12.0 * touches,
+        "sphere diameter": diameter,
+    }
+    said = "simulated qualification, 25 touches"
+    return [
+        Input(left, name, "d", MultivariateNormal((c + c.T) / 2), "stylus", said, cause=cause)
+        for cause, c in causes.items()
+        if c.any()
+    ]
 
 
 def _shared_sphere(left: str, names: str, how: Qualification) -> Input:
     covariance = np.zeros((4, 4))
     covariance[3, 3] = (how.u_diameter / 2) ** 2
     said = "diameter of the reference sphere, common to these styli"
-    return Input(left, names, "d", MultivariateNormal(covariance), "machine", said)
+    return Input(left, names, "d", MultivariateNormal(covariance), "machine", said, cause="sphere diameter")
 
 
 def sphere(plan: Plan, stylus: Stylus, how: Qualification) -> Sphere:

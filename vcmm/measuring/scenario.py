@@ -44,6 +44,7 @@ class Scenario:
     places: Mapping[str, Pose] = field(default_factory=dict)  # further poses to compare
     placement: Placement | None = None  # what `place` may move, and what it minimises
     surroundings: Surroundings = field(default_factory=Surroundings)
+    record: Mapping[str, str] = field(default_factory=dict)  # who, when, serial numbers: words for the sheet
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Touches of the plan with their outward normals, in workpiece axes of the machine."""
@@ -65,7 +66,8 @@ class Scenario:
         """Place the plan and collect all Inputs. Raises ModelLimit for points out of reach."""
         machine = self.informed_machine()
         placed = touches(self.plan, self.pose, machine, self.constants)
-        return Task(machine, self.part, self.plan, placed, machine.inputs, _form(self, placed))
+        form = _form(self, placed)
+        return Task(machine, self.part, self.plan, placed, machine.inputs, form, forms=self.forms)
 
 
 def _form(scenario: Scenario, placed: Touches) -> Array:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from vcmm.core.errors import UsageError
 from vcmm.gps.decision import RULES
@@ -15,6 +16,7 @@ REPORTED, CORRECTED = "reported", "corrected"
 class Settings:
     """trials: Monte Carlo trials (JCGM 101 suggests 10^6); p: coverage probability; kind: symmetric | shortest.
 
+    production: characteristic -> (mean from the middle of the tolerance, u) of what the process makes, for risks.
     digits > 0: adaptive Monte Carlo to this many digits of u (JCGM 101, 7.9). certify: exact trials for the check.
     """
 
@@ -27,6 +29,7 @@ class Settings:
     digits: int = 0
     known_bias: str = REPORTED
     certify: int = 200
+    production: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:

@@ -8,7 +8,7 @@ Every step takes leading batch dimensions, one row per trial.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from vcmm.gps.criteria import with_criteria
 from vcmm.measuring.contact import touch
 from vcmm.measuring.plan import Ints, Plan, Touches
 from vcmm.part.alignment import align
+from vcmm.part.form import Lobes
 from vcmm.part.part import Feature, Part, frame
 
 
@@ -35,6 +36,9 @@ class Task:
     touches: Touches
     inputs: tuple[Input, ...]
     form: Array  # (n,) mm: departure of the real surface from nominal at each touch, along the outward normal
+    forms: Mapping[str, Lobes] = field(
+        default_factory=dict
+    )  # stated ones, of which `form` holds what is known
 
 
 def measured_points(task: Task, indication_error: Array) -> Array:

@@ -6,7 +6,8 @@ import math
 
 from vcmm import __version__
 from vcmm import report as r
-from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
+from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.view import part_items, touch_covariances, touch_items, volume_items
 from vcmm.report.histogram import filled
@@ -129,11 +130,21 @@ def _histogram(c: CharacteristicResult, word: str, scale: float) -> str:
     edges, counts = c.summary.histogram
     edges, counts = filled((edges - c.nominal) * scale, counts)
     interval = ((c.interval[0] - c.nominal) * scale, (c.interval[1] - c.nominal) * scale)
-    marks = [("mean", (c.value - c.nominal) * scale)]
-    title = f"Distribution of the measured value, {c.trials:,} trials"
+    marks = [("y", (c.value - c.nominal) * scale), ("mean", (c.summary.mean - c.nominal) * scale)]
+    title = f"Distribution of the {_what(c)}, {c.trials:,} trials"
+    if c.true_value is not None:
+        return r.histogram(
+            edges, counts, x_label=f"deviation from nominal / {word}", title=title, marks=marks
+        )
     return r.histogram(
         edges, counts, x_label=f"deviation from nominal / {word}", title=title, interval=interval, marks=marks
     )
+
+
+def _what(c: CharacteristicResult) -> str:
+    if isinstance(c.truth, Predicted):
+        return "finished part"
+    return "true value when y is indicated" if c.true_value is None else "indicated value of the nominal part"
 
 
 def budget_table(c: CharacteristicResult) -> str:
@@ -146,6 +157,8 @@ def budget_table(c: CharacteristicResult) -> str:
     left = len(c.budget) - len(rows)
     if left:
         more.append([f"{left} further, each under 10⁻⁴ U", *blank, ""])
+    for cause, (share, names) in common_causes(c.budget).items():
+        more.append([f"of these by {cause}: {', '.join(names)}", *blank, f"{share:.1%}"])
     if math.isfinite(c.interaction_share) and abs(c.interaction_share) > 5e-4:
         more.append(["what inputs do only together", *blank, f"{c.interaction_share:.1%}"])
     total = f"u = {r.number(c.u * scale, 3)} {word}, k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word} (p = {c.p:.0%})"

@@ -15,18 +15,29 @@ ROUND = ("circle", "cylinder", "cone", "sphere")
 
 @dataclass(frozen=True)
 class Lobes:
-    """amplitude cos(lobes (theta - phase)) along the outward normal; peak to valley = 2 amplitude. mm, rad."""
+    """amplitude cos(lobes (theta - phase)) along the outward normal; peak to valley = 2 amplitude. mm, rad.
+
+    phase None: any; as long as nothing is drawn it counts as 0. lobes 0: nothing is known of the shape, which counts as none.
+    """
 
     lobes: int
     amplitude: float
-    phase: float = 0.0
+    phase: float | None = 0.0
+
+    @property
+    def known(self) -> bool:
+        return bool(self.lobes) and self.phase is not None
 
     def deviation(self, feature: Feature, points: Array) -> Array:
         """(n,) mm along the outward normal at points (n, 3) on a round feature, theta from u of the feature."""
+        if not self.lobes:
+            return np.zeros(len(points))
         if feature.kind not in ROUND:
             raise UsageError(
                 f"{feature.name}: lobes are a form of {', '.join(ROUND)}, not of a {feature.kind}"
             )
         u, v, _ = frame(feature)
         arm = points - feature.point
-        return np.asarray(self.amplitude * np.cos(self.lobes * (np.arctan2(arm @ v, arm @ u) - self.phase)))
+        return np.asarray(
+            self.amplitude * np.cos(self.lobes * (np.arctan2(arm @ v, arm @ u) - (self.phase or 0.0)))
+        )

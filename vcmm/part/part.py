@@ -20,11 +20,12 @@ import numpy.typing as npt
 
 from vcmm.core.errors import DataError, UsageError, choose_from, did_you_mean
 from vcmm.core.pose import Array, Pose, dot, frozen, length, triad, unit
+from vcmm.part.characteristic import TYPES, Characteristic, members
 from vcmm.part.mesh import Mesh, load_mesh
 
 __all__ = [
     "KINDS", "TYPES", "Characteristic", "Feature", "Mesh", "Part", "Shape",
-    "centre", "ends", "frame", "load_mesh", "moved", "normal", "signed_distance", "surface_point",
+    "centre", "ends", "frame", "load_mesh", "members", "moved", "normal", "signed_distance", "surface_point",
 ]  # fmt: skip
 
 
@@ -50,29 +51,6 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "mesh": Kind((), (), direction=False),
     }
 )
-
-
-@dataclass(frozen=True)
-class Roles:
-    """How many features a type of characteristic names, (least, most), in `of`, `between` and `datums`."""
-
-    of: tuple[int, int] = (1, 1)
-    between: tuple[int, int] = (0, 0)
-    datums: tuple[int, int] = (0, 0)
-
-
-_PAIR, _FORM, _ONE_DATUM = Roles(of=(0, 0), between=(2, 2)), Roles(), Roles(datums=(1, 1))
-TYPES: Mapping[str, Roles] = MappingProxyType(
-    {
-        "size": Roles(), "distance": _PAIR, "angle": _PAIR,
-        "straightness": _FORM, "flatness": _FORM, "roundness": _FORM, "cylindricity": _FORM,
-        "line_profile": Roles(datums=(0, 3)), "surface_profile": Roles(datums=(0, 3)),
-        "parallelism": _ONE_DATUM, "perpendicularity": _ONE_DATUM, "angularity": _ONE_DATUM,
-        "position": Roles(datums=(0, 3)), "coaxiality": _ONE_DATUM,
-        "symmetry": Roles(of=(1, 2), datums=(1, 2)),
-        "circular_runout": Roles(datums=(1, 2)), "total_runout": Roles(datums=(1, 2)),
-    }
-)  # fmt: skip
 
 
 class Shape(Protocol):
@@ -151,51 +129,6 @@ def _number_problems(names: tuple[str, ...], values: list[float]) -> Iterable[st
             yield f"{name} must be positive and finite, not {value:g}; correct the number."
 
 
-@dataclass(frozen=True)
-class Characteristic:
-    """One requirement. `limits` (lower, upper) count from nominal; `zone` is the width of a tolerance zone.
-
-    mm, or rad for an angle. `criterion` and `datum_criterion`: the association of features and datums, words of
-    vcmm.gps.criteria (GG, G = least squares).
-    """
-
-    name: str
-    type: str
-    of: tuple[str, ...] = ()  # a single name may be given as it is
-    between: tuple[str, ...] = ()
-    datums: tuple[str, ...] = ()
-    criterion: str = "GG"
-    limits: tuple[float, float] | None = None
-    zone: float | None = None
-    datum_criterion: str = "G"
-
-    def __post_init__(self) -> None:
-        for role in ("of", "between", "datums"):
-            names = getattr(self, role)
-            object.__setattr__(self, role, (names,) if isinstance(names, str) else tuple(names))
-        problems = list(_characteristic_problems(self))
-        if problems:
-            raise DataError(f'Characteristic "{self.name}": {problem}' for problem in problems)
-
-
-def _characteristic_problems(c: Characteristic) -> Iterable[str]:
-    if c.type not in TYPES:
-        yield f'unknown type "{c.type}".{choose_from(c.type, TYPES)}'
-        return
-    roles = TYPES[c.type]
-    for role, (least, most) in (("of", roles.of), ("between", roles.between), ("datums", roles.datums)):
-        given = len(getattr(c, role))
-        if not least <= given <= most:
-            wanted = f"{least}" if least == most else f"{least} to {most}"
-            yield f'{c.type} takes {wanted} feature(s) in "{role}", not {given}.'
-    if c.limits is not None and not c.limits[0] < c.limits[1]:
-        yield f"the lower limit {c.limits[0]:g} is not below the upper limit {c.limits[1]:g}; exchange them."
-    if c.zone is not None and not (math.isfinite(c.zone) and c.zone > 0.0):
-        yield f"zone must be positive and finite, not {c.zone:g}."
-    if c.zone is not None and (c.limits is not None or c.type in ("size", "distance", "angle")):
-        yield "give zone for form, orientation and location, limits for size, distance and angle; never both."
-
-
 @dataclass(frozen=True, eq=False)
 class Part:
     """Features by name, characteristics, thermal expansion (1/K) and perhaps a mesh in the drawing frame."""
@@ -225,7 +158,7 @@ def _part_problems(part: Part) -> Iterable[str]:
         if c.name in seen:
             yield f'Two characteristics are named "{c.name}"; rename one.'
         seen.add(c.name)
-        for name in (*c.of, *c.between, *c.datums):
+        for name in c.features:
             if name not in part.features:
                 known = f"Known features: {', '.join(part.features) or 'none'}."
                 hint = did_you_mean(name, part.features)

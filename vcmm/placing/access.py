@@ -16,7 +16,7 @@ import numpy as np
 from vcmm.core.pose import Array, Pose
 from vcmm.measuring.plan import Ints
 from vcmm.placing.collision import lacking
-from vcmm.placing.solid import Solid
+from vcmm.placing.solid import Cuboid, Solid, Union
 from vcmm.placing.tool import NAMES, Tooling, TouchSequence
 
 GRAZE = 0.1  # mm: what the tip may seem to be inside the surface on its way to the touch (chords of a mesh)
@@ -48,16 +48,26 @@ def room(tooling: Tooling, solid: Solid, rows: TouchSequence, rotation: Array) -
         [(rows.tip, rows.left)] if not np.allclose(rows.start, rows.left) else []
     )
     asked = [tooling.body(b, every, *way, rotation) for way in ways for b in range(len(NAMES))]
-    asked.append(tooling.ball(every, rows.tip, rows.start, np.full(rows.n, -GRAZE)))
+    graze, clamps = np.full(rows.n, -GRAZE), clamps_of(solid)
+    asked.append(tooling.ball(every, rows.tip, rows.start, graze))
     asked.append(tooling.ball(every, rows.start, rows.start, np.minimum(tooling.around.safe, 0.5 * slope)))
     lacks = lacking(solid, asked)
     bodies = {name: lacks[b : -2 : len(NAMES)].max(axis=0) for b, name in enumerate(NAMES)}
     tip = lacks[-2:].max(axis=0)
+    if clamps.parts:  # a clamp is no mesh with chords: the tip may not be inside it at all
+        at_clamps = [tooling.ball(every, rows.tip, rows.start, np.zeros(rows.n))]
+        tip = np.maximum(tip, lacking(clamps, at_clamps)[0])
     pairs = rows.pairs()
     direct = np.zeros(0)
     if len(pairs):
         direct = tooling.moving(solid, pairs[:, 0], rows.left[pairs[:, 0]], rows.start[pairs[:, 1]], rotation)
     return Room(bodies, tip, direct, pairs)
+
+
+def clamps_of(solid: Solid) -> Union:
+    """The clamps and other boxes that stand beside the part."""
+    parts = solid.parts if isinstance(solid, Union) else ()
+    return Union(tuple(p for p in parts if isinstance(p, Cuboid)))
 
 
 def drawn_back(rows: TouchSequence, blocked: Ints) -> Ints:

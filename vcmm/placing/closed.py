@@ -17,16 +17,15 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import targets
+from vcmm.core.knowledge import acted_on, targets
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
-from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.measuring.fixture import six_of
 from vcmm.measuring.plan import Ints
 from vcmm.placing.rows import Rows
 from vcmm.response.carrier import Carrier, Sight
-from vcmm.response.influence import Influence, products, shared
+from vcmm.response.influence import Influence, products
 
 AT_ONCE = 12_000  # rows in one call: the working arrays stay in the cache
 
@@ -72,7 +71,8 @@ class Closed:
         out = []
         for one in machine.inputs:
             copies, codes = run.copies(one.redraw)
-            effects = _readers(machine, one) if one.is_channel else tuple(targets(machine, one))
+            single = one.is_channel or one.members
+            effects = acted_on(machine, one) if single else tuple(targets(machine, one))
             out.append(KnownInput(one, codes, len(copies), effects))
         return tuple(out)
 
@@ -128,34 +128,25 @@ class Closed:
 
     def _product_moves(self, touches: Carrier, m: int) -> Iterator[Array]:
         """(m, n) per pair of draws that meet in a product: displacements times both standard uncertainties."""
-        for first, second, effects in self._pairs:
+        for first, second in self._pairs:
             one, other = self.known[first], self.known[second]
             u = float(np.abs(one.spread(1)).max()) * float(np.abs(other.spread(1)).max())
-            along = u * touches.product(one.input, other.input, effects).reshape(m, -1)
+            along = u * touches.product(one.input, other.input).reshape(m, -1)
             for a, b in sorted(set(zip(one.codes.tolist(), other.codes.tolist()))):
                 yield np.where((one.codes == a) & (other.codes == b), along, 0.0)
 
     @cached_property
-    def _pairs(self) -> tuple[tuple[int, int, tuple[Effect, ...]], ...]:
-        """Influences that meet in a product, and the effects in which they meet."""
+    def _pairs(self) -> tuple[tuple[int, int], ...]:
+        """Influences that meet in a product."""
         run, machine = self.rows.run(self.reference[None]), self.rows.machine
         sizes = [a.shape[1] for _, a in self.along(self.reference[None])]
         influences = [Influence(k.input, np.zeros((1, 3, s)), (), k.codes) for k, s in zip(self.known, sizes)]
-        out = []
-        for p in products(machine, run, influences):
-            effects = shared(machine, run, self.known[p.first].input, self.known[p.second].input)
-            out.append((p.first, p.second, tuple(effects)))
-        return tuple(out)
+        return tuple((p.first, p.second) for p in products(machine, run, influences))
 
     @cached_property
     def reference(self) -> Array:
         """The pose at which coverage factors and products are looked at."""
         return six_of(self.rows.scenario.pose) if self.at is None else self.at
-
-
-def _readers(machine: Machine, one: Input) -> tuple[Effect, ...]:
-    """Effects that ask for a column."""
-    return tuple(e for e in machine.effects if one.parameter in e.required())
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,9 @@ from vcmm.evaluation.linear import build
 from vcmm.evaluation.montecarlo import simulate
 from vcmm.evaluation.sampling import with_products
 from vcmm.evaluation.streams import key
+from vcmm.gps.risk import guard_band
 from vcmm.measuring.fixture import pose_of
 from vcmm.placing.objective import Uncertain, process, width
-from vcmm.placing.risk import guard_band
 
 BATCHES, TRIALS = 20, 5000
 

@@ -17,6 +17,7 @@ from vcmm.core.errors import ModelLimit, UsageError, choose_from
 from vcmm.core.run import Array
 from vcmm.evaluation.montecarlo import Term, marginal
 from vcmm.gps import characteristics as gps
+from vcmm.gps.risk import WrongDecisions, guard_band, wrong_decisions
 from vcmm.measuring.fixture import KINDS, Goal
 from vcmm.measuring.plan import Ints
 from vcmm.measuring.scenario import Scenario
@@ -24,7 +25,6 @@ from vcmm.measuring.settings import CORRECTED
 from vcmm.part.part import Characteristic
 from vcmm.placing.closed import AtPoses, Closed
 from vcmm.placing.extremes import ExtremeValues
-from vcmm.placing.risk import WrongDecisions, guard_band, wrong_decisions
 from vcmm.placing.rows import Rows
 
 

@@ -29,6 +29,7 @@ from vcmm.placing.search import SearchOutcome, search
 from vcmm.placing.travels import Travels
 
 EVALUATIONS, SCANNED = 5000, 4096
+SAME = 1e-9  # of the objective: rounding noise is no better pose
 TRIALS = 100_000  # of the full evaluation at the present and the best pose
 Progress = Callable[[str, float], None]
 
@@ -115,6 +116,12 @@ def _at(objective: Uncertain, six: Array) -> At:
     return At(six, float(objective.values(six[None])[0]), spread.u[0], spread.expanded[0])
 
 
+def _apart(one: Array, other: Array) -> float:
+    """How far two poses (6,) are from one another, mm; a turn counts as on an arm of 100 mm."""
+    turn = (one[3:] - other[3:] + np.pi) % (2 * np.pi) - np.pi
+    return float(np.linalg.norm(np.concatenate([one[:3] - other[:3], 100.0 * turn])))
+
+
 def _judged(
     objective: Uncertain,
     allowed: Sequence[PoseBox],
@@ -133,8 +140,14 @@ def _judged(
     chart = table_map(objective, outcome)
     flat = region(objective, outcome, seen.values, seed)
     best = _at(objective, outcome.pose)
-    if present is not None and present.value <= best.value:
+    if present is not None and present.value <= best.value * (1 + SAME):
         best = present  # nothing better was found: the part stays where it is
+    elif (
+        present is not None and len(allowed) == 1
+    ):  # of poses that are equally good the one nearest to the present
+        equal = [pose for value, pose in outcome.local if value <= best.value * (1 + SAME)]
+        near = min(equal, key=lambda pose: _apart(pose, present.pose), default=best.pose)
+        best = best if near is best.pose else _at(objective, near)
     certificate = certify(objective, allowed, best.pose, best.value, seen, earlier)
     confirmation = None
     if present is not None and best is not present:

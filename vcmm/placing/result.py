@@ -91,7 +91,7 @@ def place_json(placed: Placed) -> dict[str, Any]:
         "worst": at_json(placed, placed.worst),
         "certificate": {
             "method": certificate.method, "text": certificate.text, "scanned": certificate.scanned, "better": certificate.better,
-            "earlier": certificate.earlier, "hidden": certificate.hidden, "floor": certificate.floor, "spacing": certificate.spacing,
+            "earlier": certificate.earlier, "hidden": certificate.hidden if certificate.hidden < 1.0 else None, "floor": certificate.floor, "spacing": certificate.spacing,
         },
         "search": {
             "evaluations": placed.evaluations, "feasible_share": placed.feasible_share,

@@ -23,6 +23,7 @@ from vcmm.core.effect import Effect, basis, parameter, projected_basis, with_par
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import Input
 from vcmm.core.kinematics import LinkFrames, link_frames, sensed, turn_sensed
+from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run, Series
 
@@ -109,10 +110,14 @@ class Carrier:
 
     def of_input(self, one: Input, effects: Sequence[Effect]) -> Array:
         """(m, k) per unit of each element of an Input, through the effects on which it acts (a column: those that read it)."""
+        if one.members:
+            parts = [self.of_input(m, acted_on(self.machine, m)) for m in one.members]
+            return one.joined(parts)
         if one.is_channel:
             parts = [self.through(effect, self.unit_motion(one, effect)) for effect in effects]
             return np.asarray(sum(parts, np.zeros((len(self.sight.direction), 1))))
-        return np.asarray(sum(self.parameter(effect, one.parameter) for effect in effects))
+        parts = [self.parameter(effect, one.parameter) for effect in effects]
+        return np.asarray(sum(parts)) if parts else np.zeros((len(self.sight.direction), 1))
 
     def unit_motion(self, one: Input, effect: Effect) -> Array:
         """(n, 6, k): the error motion of an effect per unit of an Input; of a column by central difference."""
@@ -127,8 +132,18 @@ class Carrier:
             self._beside[column] = beside(self.run, column)
         return self._beside[column]
 
-    def product(self, one: Input, other: Input, effects: Sequence[Effect]) -> Array:
-        """(m,) per product of the departures of two scalar Inputs: the response to one with the other to both sides."""
+    def product(self, one: Input, other: Input) -> Array:
+        """(m,) per product of the departures of two scalar Inputs; zero where they do not meet."""
+        total = np.zeros(len(self.sight.direction))
+        for a, share in one.scalars:
+            for b, other_share in other.scalars:
+                effects = shared(self.machine, a, b)
+                if effects:
+                    total += share * other_share * self._product(a, b, effects)
+        return total
+
+    def _product(self, one: Input, other: Input, effects: Sequence[Effect]) -> Array:
+        """(m,): the response to one with the other to both sides."""
         if one.is_channel:
             one, other = other, one  # the first is a parameter: temperatures do not meet one another
         total = np.zeros((len(self.sight.direction), 1))
@@ -146,11 +161,31 @@ class Carrier:
         return total[:, 0]
 
 
+def meet(machine: Machine, one: Input, other: Input) -> bool:
+    """Whether two scalar Inputs are multiplied in an effect."""
+    return any(shared(machine, a, b) for a, _ in one.scalars for b, _ in other.scalars)
+
+
+def shared(machine: Machine, one: Input, other: Input) -> list[Effect]:
+    """Effects in which two single quantities meet as a product."""
+    if one.is_channel and other.is_channel:
+        return []  # an effect is linear in each temperature
+    if one.is_channel or other.is_channel:
+        channel, param = (one, other) if one.is_channel else (other, one)
+        return [e for e in acted_on(machine, param) if channel.parameter in e.required()]
+    if one.effect == other.effect and one.where == other.where:
+        return list(acted_on(machine, one))
+    return []
+
+
 def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]) -> list[Array]:
     """(m, k) of each of several carriers of one run, per unit of an Input; the unit motions are worked out once for all.
 
     Raises UsageError for an Input on several effects (where = "*") whose parameters differ in size.
     """
+    if one.members:
+        by_member = [_of_member(carriers, m) for m in one.members]
+        return [one.joined([seen[i] for seen in by_member]) for i in range(len(carriers))]
     totals: list[Array] = []
     for effect in effects:
         six = carriers[0].unit_motion(one, effect)
@@ -161,6 +196,11 @@ def responses(carriers: Sequence[Carrier], one: Input, effects: Sequence[Effect]
             )
         totals = [t + p for t, p in zip(totals, parts)] if totals else parts
     return totals
+
+
+def _of_member(carriers: Sequence[Carrier], one: Input) -> list[Array]:
+    found = responses(carriers, one, acted_on(carriers[0].machine, one))
+    return found or [np.zeros((len(c.sight.direction), 1)) for c in carriers]
 
 
 def beside(run: Run, column: str) -> tuple[Run, Run, float]:

@@ -14,14 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.effect import Effect
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
-from vcmm.core.knowledge import targets
+from vcmm.core.knowledge import acted_on, targets
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.response.carrier import Carrier, Sight, beside, responses
+from vcmm.response.carrier import Carrier, Sight, beside, meet, responses
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +40,24 @@ def influences(machine: Machine, run: Run, inputs: Sequence[Input]) -> tuple[Inf
     """One Influence per Input. `run` is prepared. Raises UsageError for a target that does not exist."""
     along, out = _carriers(machine, run), []
     for one in inputs:
-        response = (
-            _of_column(machine, run, one.parameter)
-            if one.is_channel
-            else _of_parameter(machine, run, one, along)
-        )
+        response = _response(machine, run, one, along)
         _check_size(one, response.shape[2])
         copies, codes = run.copies(one.redraw)
         out.append(Influence(one, response, tuple(copies), codes))
     return tuple(out)
+
+
+def _response(machine: Machine, run: Run, one: Input, along: Sequence[Carrier]) -> Array:
+    if one.members:
+        acting = [m.is_channel or bool(acted_on(machine, m)) for m in one.members]
+        parts = [
+            _response(machine, run, m, along) if acts else np.zeros((run.n, 3, 1))
+            for m, acts in zip(one.members, acting)
+        ]
+        return one.joined(parts)
+    if one.is_channel:
+        return _of_column(machine, run, one.parameter)
+    return _of_parameter(machine, run, one, along)
 
 
 def _check_size(one: Input, k: int) -> None:
@@ -109,21 +117,8 @@ def products(machine: Machine, run: Run, known: Sequence[Influence]) -> tuple[Pr
     for a, i in enumerate(scalar):
         for j in scalar[a + 1 :]:
             one, other = known[i].input, known[j].input
-            common = shared(machine, run, one, other)
-            if common:
-                response = np.stack([carrier.product(one, other, common) for carrier in along], axis=1)
+            if meet(machine, one, other):
+                response = np.stack([carrier.product(one, other) for carrier in along], axis=1)
                 if np.abs(response).max(initial=0.0) > 1e-12:
                     out.append(Product(i, j, response))
     return tuple(out)
-
-
-def shared(machine: Machine, run: Run, one: Input, other: Input) -> list[Effect]:
-    """Effects in which two scalar Inputs meet as a product."""
-    if one.is_channel and other.is_channel:
-        return []  # an effect is linear in each temperature
-    if one.is_channel or other.is_channel:
-        channel, param = (one, other) if one.is_channel else (other, one)
-        return [e for e in targets(machine, param) if channel.parameter in e.required()]
-    if one.effect == other.effect and one.where == other.where:
-        return targets(machine, one)
-    return []

@@ -107,6 +107,9 @@ class Observer:
 
     def _acted_on(self, one: Input) -> tuple[Effect, ...]:
         """The effects through which an Input shows; none where the recording lacks its columns."""
+        if one.members:
+            found = [self._acted_on(m) for m in one.members]
+            return tuple(e for effects in found for e in effects) if all(found) else ()
         if one.is_channel:
             return self.usable.effects if one.parameter in self.run.columns else ()
         return tuple(e for e in targets(self.machine, one) if not lacking(e, self.run))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vcmm.core.effect import Effect, basis, parameter, with_parameter
 from vcmm.core.inputs import EVERY
 from vcmm.core.kinematics import Motion, exact_tip_error
+from vcmm.core.laws import Law
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.response.carrier import shifted
@@ -28,7 +29,15 @@ class Draws:
 
     def head(self, count: int) -> Draws:
         """The first trials."""
-        return Draws(self.influence, self.raw[:count], self.departures[:count])
+        return self.part(0, count)
+
+    def part(self, first: int, last: int) -> Draws:
+        """Trials first .. last - 1."""
+        return Draws(self.influence, self.raw[first:last], self.departures[first:last])
+
+    def moves(self) -> Array:
+        """(m, n, 3): what the draws move every row by, first order."""
+        return np.einsum("nik,mnk->mni", self.influence.response, self.departures[:, self.influence.codes])
 
     def on_rows(self, trial: int) -> Array:
         """(n, k): the departure that acts on each row."""
@@ -42,8 +51,22 @@ def exact_errors(machine: Machine, run: Run, drawn: Sequence[Draws]) -> Array:
     is exact for all but scanned ones (a time constant redrawn per touch stays linearised).
     """
     trials = len(drawn[0].raw) if drawn else 1
+    drawn = [single for one in drawn for single in _singles(one)]
     bases = _Bases(run)
     return np.stack([_indication_error(machine, run, drawn, t, bases) for t in range(trials)])
+
+
+def _singles(one: Draws) -> list[Draws]:
+    """The draws of every single quantity that is known together with others."""
+    joint = one.influence.input
+    if not joint.members:
+        return [one]
+    common = isinstance(joint.law, Law)
+    out = []
+    for i, (member, share) in enumerate(joint.scalars):
+        moved = share * one.departures if common else one.departures[:, :, i : i + 1]
+        out.append(Draws(replace(one.influence, input=member), one.raw, moved))
+    return out
 
 
 class _Bases:

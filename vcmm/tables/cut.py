@@ -37,14 +37,33 @@ PART: tuple[Column[CharacteristicResult], ...] = (
 
 
 def finished_part(result: CutResult) -> ResultTable[CharacteristicResult]:
-    """What to expect of each characteristic, and whether it will conform."""
+    """What to expect of each characteristic, and whether it will conform; beside it what the own machine would read."""
     p = result.characteristics[0].p
     caption = (
         f"Deviation to expect, of it by the known errors of the machine, and coverage interval for p = {p:.0%}; lengths "
         "in mm and µm, angles in deg and µrad."
     )
     title = f"the finished part: expected deviation from nominal and its coverage interval for p = {p:.0%}"
-    return ResultTable(title, PART, result.characteristics, page_caption=caption)
+    columns = list(PART)
+    if result.own_reading is not None:
+        columns.insert(3, Column("own reading", partial(_own_reading, result), DEVIATION))
+    return ResultTable(title, columns, result.characteristics, page_caption=caption)
+
+
+def _own_reading(result: CutResult, c: CharacteristicResult) -> float:
+    """Deviation from nominal that the machine that cut the part reads of it."""
+    assert result.own_reading is not None
+    return expected(next(r for r in result.own_reading.characteristics if r.name == c.name))
+
+
+def _own_readings(result: CutResult) -> list[dict[str, Any]]:
+    """Per characteristic what the own machine would read, from nominal; nothing where another measures."""
+    if result.own_reading is None:
+        return [{} for _ in result.characteristics]
+    return [
+        {f"own_reading_{c.unit}": expected(c), f"own_reading_U_{c.unit}": c.expanded}
+        for c in result.own_reading.characteristics
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +151,9 @@ def cut_json(result: CutResult) -> dict[str, Any]:
     added = records(ADDED, owned(result))
     return {
         "trials": result.uncertainty.trials,
-        "characteristics": [characteristic_json(c) | more for c, more in zip(result.characteristics, added)],
+        "characteristics": [
+            characteristic_json(c) | more | own for c, more, own in zip(result.characteristics, added, _own_readings(result))
+        ],
         "surface": {
             "max_um": s.max_um, "rms_um": s.rms_um, "points": s.points, "uncut": s.uncut, "gouges": s.gouges,
             "gouge_depth_um": s.deep_um,

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
+from vcmm.evaluation.judgement import decision_risk, production_risk, reading_limits, zone_of
+from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.tables.quantities import (
     DASH,
     DEVIATION,
@@ -64,6 +65,38 @@ def from_nominal(ends: tuple[float, float] | None, c: CharacteristicResult) -> l
     return None if ends is None else [x - c.nominal for x in ends]
 
 
+def _causes(c: CharacteristicResult) -> list[dict[str, Any]]:
+    """Physical causes that several lines of the budget have in common, with their share together."""
+    found = common_causes(c.budget)
+    return [{"cause": k, "share": share, "inputs": list(names)} for k, (share, names) in found.items()]
+
+
+def _ends(limits: tuple[float, float] | None) -> list[float | None] | None:
+    return None if limits is None else [x if math.isfinite(x) else None for x in limits]
+
+
+def _global_risk(c: CharacteristicResult) -> dict[str, float] | None:
+    """Shares of the stated production: out and accepted, in and rejected."""
+    found = production_risk(c)
+    if found is None:
+        return None
+    return {
+        "consumer": found.consumer, "producer": found.producer, "out_of_tolerance": found.out, "accepted": found.accepted,
+    }  # fmt: skip
+
+
+def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
+    """The true value beside the indicated one, of form, orientation and location."""
+    t = c.true_value
+    if t is None:
+        return None
+    return {
+        f"estimate_{c.unit}": t.estimate,
+        f"interval_{c.unit}": list(t.interval),
+        "coverage_claimed": t.claimed,
+    }
+
+
 RESULTS: tuple[Column[CharacteristicResult], ...] = (
     Column("characteristic", lambda c: c.name, key="name"),
     entry("type", lambda c: c.type),
@@ -79,13 +112,20 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
     entry("interval_{unit}", lambda c: list(c.interval)),
     Column("interval from nominal", lambda c: from_nominal(c.interval, c), SPAN),
     entry("interval_kind", lambda c: c.interval_kind),
+    entry("true_value", lambda c: _true_value(c)),
+    entry("why_not_shown", lambda c: c.why_not_shown or None),
     entry("coverage_shown", lambda c: c.coverage_shown),
     entry("tolerance_{unit}", lambda c: None if c.tolerance is None else list(c.tolerance)),
     Column("tolerance", lambda c: from_nominal(c.tolerance, c), SPAN, on="page"),
     Column("decision", decided, DECISION, key="decision"),
     entry("decision_rule", lambda c: None if c.decision is None else c.decision.rule),
     entry("p_conform", p_conform),
+    entry("zone", zone_of),
+    entry("acceptance_limits_{unit}", lambda c: _ends(reading_limits(c))),
+    entry("specific_risk", decision_risk),
+    entry("global_risk", lambda c: _global_risk(c)),
     entry("budget", lambda c: records(BUDGET, budget_rows(c))),
+    entry("common_causes", lambda c: _causes(c)),
     entry("interaction_share", lambda c: c.interaction_share),
     entry("tier", lambda c: c.tier),
     entry("trials", lambda c: c.trials),

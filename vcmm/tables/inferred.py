@@ -22,19 +22,19 @@ def _of_result(column: Column[Any]) -> Column[Evaluated]:
 
 
 def _true(e: Evaluated) -> dict[str, Any] | None:
-    if e.true is None:
+    if e.true is None or e.counted is None:
         return None
     unit = e.unit
     return {
         f"estimate_{unit}": e.true.estimate,
         f"interval_{unit}": list(e.true.interval),
         "coverage_claimed": e.true.claimed,
-        "coverage_counted": {"family": e.true.counted[0], "other": e.true.counted[1]},
+        "coverage_counted": {"family": e.counted[0], "other": e.counted[1]},
     }
 
 
 DOCUMENT: tuple[Column[Evaluated], ...] = (
-    *(_of_result(c) for c in RESULTS),
+    *(_of_result(c) for c in RESULTS if c.key != "true_value"),
     entry("measured_{unit}", lambda e: e.measured),
     entry("true_value", _true),
 )
@@ -61,8 +61,9 @@ def shown(part: EvaluatedPart) -> ResultTable[Evaluated]:
     return ResultTable(title, SHOWN, part.characteristics, caption)
 
 
-def evaluate_json(parts: Sequence[EvaluatedPart], trials: int) -> dict[str, Any]:
+def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
     """The body of the JSON document: as of `uncertainty` for one part, a list of parts for several."""
+    trials = parts[0].uncertainty.trials
     if len(parts) == 1 and not parts[0].part:
         return {"trials": trials, "characteristics": records(DOCUMENT, parts[0].characteristics)}
     listed = [{"part": p.part, "characteristics": records(DOCUMENT, p.characteristics)} for p in parts]

@@ -1,0 +1,58 @@
+"""[certificate] of a machine file: limits in words to a MachineCertificate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vcmm.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
+from vcmm.core.errors import UsageError, choose_from
+from vcmm.files.machine_tables import CertificateTable, MachineFile
+from vcmm.files.problems import TableProblems
+from vcmm.files.schema import read_model
+from vcmm.files.toml import read_toml
+
+
+def certificate_from(table: CertificateTable) -> MachineCertificate:
+    """Raises TableProblems with every limit that is not understood, UsageError for limits that contradict one another."""
+    found: list[tuple[str, str]] = []
+
+    def limit(key: str, read: object) -> object:
+        text = getattr(table, key)
+        if text is None:
+            return None
+        try:
+            return read(text, key)  # type: ignore[operator]
+        except UsageError as error:
+            found.append((key, str(error)))
+            return None
+
+    values = {
+        "E0": limit("E0_MPE", length_limit), "E150": limit("E150_MPE", length_limit), "R0": limit("R0_MPL", short_limit),
+        "form": limit("P_Form_Sph_1x25", short_limit), "size": limit("P_Size_Sph_1x25", short_limit),
+    }  # fmt: skip
+    positioning = _positioning(table.iso230_2 or {}, found)
+    if found:
+        raise TableProblems(found)
+    return MachineCertificate(**values, positioning=positioning, prior=table.prior)  # type: ignore[arg-type]
+
+
+def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tuple[str, str], float]:
+    out = {}
+    for key, text in table.items():
+        figure, _, axis = key.partition(" ")
+        try:
+            if figure not in POSITIONING or axis not in ("", "X", "Y", "Z"):
+                raise UsageError(
+                    f'iso230_2: no figure "{key}".{choose_from(figure, POSITIONING)} With its axis: "A X"'
+                )
+            out[figure, axis] = short_limit(text, key)
+        except UsageError as error:
+            found.append(("iso230_2", str(error)))
+    return out
+
+
+def stated_certificate(path: str | Path) -> MachineCertificate | None:
+    """The certificate that a machine file states, whether or not its errors come from it."""
+    document = read_toml(path)
+    model = read_model(MachineFile, document.data, document, ())
+    return None if model.certificate is None else certificate_from(model.certificate)

@@ -1,0 +1,157 @@
+"""Are the intervals right? Parts and machines drawn from the stated knowledge, measured, evaluated, and counted.
+
+A size, distance or angle is drawn with the exact engine (transforms multiplied, contact found, fits iterated) on parts as the
+scenario states them. Extreme values are counted on parts with forms: over the whole prior, at fixed sizes of the form (so many
+times the noise of the machine), and on parts of another family, which the inverse does not know.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.evaluation.exact import draw_inputs, exact_values
+from vcmm.evaluation.indication import at_indication
+from vcmm.evaluation.result import CharacteristicResult
+from vcmm.evaluation.sampling import Progress
+from vcmm.inference.belts import Inverse, coverage
+from vcmm.inference.form_family import OTHER
+from vcmm.inference.job import LEAST, LEAST_OTHER, PreparedTask, known_of
+from vcmm.inference.pairs import Pairs, both, pairs
+from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.settings import Settings
+from vcmm.measuring.task import Task
+
+PARTS = 2000
+RATIOS = (0.0, 2.0, 6.0, 20.0)  # form over noise of the machine
+STATED, PRIOR, ANOTHER = "stated knowledge", "prior over forms", "another family of forms"
+BLOCK = 250
+BAND = 0.02  # either side of the target
+ABOVE = (
+    0.04  # over the prior of forms: an interval that holds each of two families holds more of both together
+)
+
+
+@dataclass(frozen=True)
+class Audited:
+    """How often the intervals of one characteristic held the true value. width: mean over the parts, mm or rad.
+
+    claimed: the interval says of itself that its coverage is shown; least, most: the band that it is held to.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    target: float
+    attained: float
+    parts: int
+    width: float
+    claimed: bool
+    least: float
+    most: float
+
+    @property
+    def interval95(self) -> tuple[float, float]:
+        """Of the attained share, from the finite number of parts (Wilson score)."""
+        return wilson(self.attained, self.parts)
+
+    @property
+    def outside(self) -> bool:
+        """Claimed, and certainly outside the band."""
+        low, high = self.interval95
+        return self.claimed and (high < self.least or low > self.most)
+
+
+def wilson(share: float, count: int, z: float = 1.959964) -> tuple[float, float]:
+    """Score interval of a binomial share (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
+    middle = (share + z * z / (2 * count)) / (1 + z * z / count)
+    half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+def audit(
+    scenario: Scenario,
+    *,
+    parts: int = PARTS,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+) -> tuple[Audited, ...]:
+    """Count the intervals of every characteristic of a scenario. Raises what `uncertainty` raises."""
+    return audited(scenario.task(), settings or scenario.settings, parts, progress)
+
+
+def audited(
+    task: Task, settings: Settings, parts: int, progress: Progress | None = None
+) -> tuple[Audited, ...]:
+    report = progress or (lambda text, share: None)
+    known = known_of(task, settings, None, progress)
+    rows: dict[int, list[Audited]] = {i: [] for i in range(len(known.result.characteristics))}
+    additive = [i for i in rows if i not in known.inverses]
+    if additive:
+        for i, row in _counted_exactly(known, additive, parts, report):
+            rows[i].append(row)
+    if known.inverses:
+        for number, (kind, drawn) in enumerate(_kinds(known, parts, settings.seed)):
+            report(f"parts of {kind}", number / (len(RATIOS) + 2))
+            for i in known.inverses:
+                rows[i].append(_counted(known, i, drawn, kind))
+    return tuple(row for found in rows.values() for row in found)
+
+
+def _kinds(known: PreparedTask, parts: int, seed: int) -> Sequence[tuple[str, Pairs]]:
+    """Parts that were used neither for the belts nor for what they say of themselves."""
+    assert known.drawing is not None
+    fresh = seed + 1000
+
+    out = [(PRIOR, both(known.drawing, parts, fresh, most=known.most))]
+    out += [
+        (f"form {r:g} x noise", both(known.drawing, parts, fresh + 1 + k, ratio=r))
+        for k, r in enumerate(RATIOS)
+    ]
+    return [*out, (ANOTHER, pairs(known.drawing, parts, fresh + 9, OTHER, most=known.most))]
+
+
+def _counted(known: PreparedTask, i: int, drawn: Pairs, kind: str) -> Audited:
+    result, one = known.result.characteristics[i], known.inverses[i]
+    p = result.p
+    least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
+    return Audited(
+        name=result.name, unit=result.unit, kind=kind, target=p, attained=coverage(one.inverse, i, drawn, p),
+        parts=len(drawn.true), width=_width(one.inverse, i, drawn, p), claimed=one.claimed(p), least=least,
+        most=p + ABOVE if kind == PRIOR else 1.0,
+    )  # fmt: skip
+
+
+def _width(inverse: Inverse, i: int, drawn: Pairs, p: float) -> float:
+    low, high = inverse.interval(p, drawn.indicated[:, i], drawn.rest[:, i])
+    return float((high - low).mean())
+
+
+def _counted_exactly(
+    known: PreparedTask, wanted: Sequence[int], parts: int, report: Progress
+) -> list[tuple[int, Audited]]:
+    """Sizes, distances and angles: y of the exact engine, the interval at y, and the true value of the part."""
+    model = known.result.model
+    truth = model.values(model.q0) - np.array([r.bias for r in known.result.characteristics])
+    found = []
+    for at in range(0, parts, BLOCK):
+        report("exact measurements", at / parts)
+        drawn = draw_inputs(model, known.result.seed + 1000, at, min(BLOCK, parts - at))
+        found.append(exact_values(model, drawn))
+    indicated = np.concatenate(found)
+    return [(i, _held(known.result.characteristics[i], indicated[:, i], float(truth[i]))) for i in wanted]
+
+
+def _held(result: CharacteristicResult, indicated: Array, truth: float) -> Audited:
+    """The interval moves with what is indicated: its ends at one value serve all."""
+    p, rule = result.p, "probability 95 %"
+    low, high = (end - result.indicated for end in at_indication(result, result.indicated, rule).interval)
+    inside = (indicated + low <= truth) & (truth <= indicated + high)
+    return Audited(
+        name=result.name, unit=result.unit, kind=STATED, target=p, attained=float(inside.mean()), parts=len(indicated),
+        width=high - low, claimed=result.coverage_shown, least=p - BAND, most=p + BAND,
+    )  # fmt: skip

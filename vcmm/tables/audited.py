@@ -1,0 +1,42 @@
+"""The audit of intervals as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from vcmm.inference.audit import Audited
+from vcmm.tables.quantities import SIZE, percent
+from vcmm.tables.table import COUNT, WORDS, Column, ResultTable, entry, records
+
+
+def verdict(a: Audited) -> str:
+    """Inside its band, outside, or not claimed."""
+    if not a.claimed:
+        return "not claimed"
+    return "outside" if a.outside else "inside"
+
+
+AUDIT: tuple[Column[Audited], ...] = (
+    Column("characteristic", lambda a: a.name, key="name", csv="characteristic"),
+    Column("parts drawn from", lambda a: a.kind, WORDS, key="kind", csv="kind"),
+    Column("target", lambda a: a.target, percent(0), key="target", csv="target"),
+    Column("attained", lambda a: a.attained, percent(1), key="attained", csv="attained"),
+    entry("attained_interval95", lambda a: list(a.interval95)),
+    Column("parts", lambda a: a.parts, COUNT, key="parts", csv="parts"),
+    Column("mean width", lambda a: a.width, SIZE, key="mean_width_{unit}"),
+    entry("claimed", lambda a: a.claimed),
+    Column("band", lambda a: f"{a.least:.2f} to {a.most:.2f}", WORDS),
+    entry("band", lambda a: [a.least, a.most]),
+    Column("verdict", verdict, WORDS, key="verdict", csv="verdict"),
+)
+
+
+def audit_table(rows: Sequence[Audited]) -> ResultTable[Audited]:
+    caption = "Share of drawn parts whose true value lies in their interval; form is given in units of the machine's noise."
+    return ResultTable("coverage, counted", AUDIT, rows, caption)
+
+
+def audit_json(rows: Sequence[Audited]) -> dict[str, Any]:
+    """The body of the JSON document."""
+    return {"audit": records(AUDIT, rows)}
