@@ -75,7 +75,7 @@ def world(
     )
     p = len(points)
     contacts = Contacts(np.zeros((p, 1)), n[:, None, :], n, np.arange(p)[:, None])
-    setting = np.append(np.full(p, p), -1)
+    setting = np.repeat(np.append(np.full(p, p), -1)[:, None], 3, axis=1)  # of X, Y and Z
     tool = ToolSide(machine, run, setting, np.zeros((count, 3)), machine.inputs)
     return task, Cutting(Measuring(Task(gauge, part, plan, placed, (), task.form)), tool, contacts)
 
@@ -105,7 +105,7 @@ def test_the_offset_set_on_this_machine_takes_the_common_error_away():
     assert found[0] == pytest.approx([-0.005, 0, 0], abs=1e-12)
     loose = Cutting(
         cutting.measuring,
-        ToolSide(**{**vars(cutting.tool), "setting": np.full(len(cutting.tool.setting), -1)}),
+        ToolSide(**{**vars(cutting.tool), "setting": np.full_like(cutting.tool.setting, -1)}),
         cutting.contacts,
     )
     # offset from elsewhere: at X = 250 the error is 25 um towards +x, into the left face (n = -x)
@@ -118,7 +118,7 @@ def test_a_long_tool_and_a_wrong_zero():
     _, cutting = world(mill(ToolLength("1", dl=0.004), WorkOffset("z", shift=0.006)))
     free = Cutting(
         cutting.measuring,
-        ToolSide(**{**vars(cutting.tool), "setting": np.full(len(cutting.tool.setting), -1)}),
+        ToolSide(**{**vars(cutting.tool), "setting": np.full_like(cutting.tool.setting, -1)}),
         cutting.contacts,
     )
     top = cutting.measuring.task.touches.rows

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -229,3 +230,18 @@ def test_a_table_that_stands_turned_has_its_tool_axis_in_the_workpiece():
     assert done[-1].tool_axis_end == pytest.approx(
         tuple(about("B", math.pi / 2) @ [0.0, 0.0, 1.0]), abs=1e-12
     )
+
+
+def test_angles_that_only_the_machine_knows_are_not_written():
+    last = moves("G43.5 H1 G0 X0 Y0 Z5.\nG1 X10. Y0 Z0 I0.5 J0 K0.8660254 F500\n")[-1]
+    written = move_json(last)
+    assert written["rotary_end_rad"] is None
+    assert written["tool_axis_end"] == pytest.approx([0.5, 0.0, math.sqrt(0.75)], abs=1e-6)
+
+
+def test_centres_that_are_not_stated_are_told():
+    mill = machine(HEAD)
+    bare = replace(mill, axes={**mill.axes, "B": replace(mill.axes["B"], centre=(0.0, 0.0, 0.0))})
+    _, said = in_machine_axes(moves("G43.4 H1 G0 X0 Y0 Z5.\nG1 Z0 F100\n"), bare)
+    assert [r.line for r in said] == [3]
+    assert "axis B turns about the zero of the machine frame" in said[0].text

@@ -50,8 +50,7 @@ def cut_command(
     out
         Folder for report.html, cut.json, surface.csv and, where the set-up states a stock, stock.stl.
     measured
-        The part came back measured: points.csv (feature, x_mm, y_mm, z_mm). Says where it departs from the prediction, and
-        writes a recording for `vcmm diagnose` (into --out, else beside the points).
+        The part came back measured, points.csv: says where it departs, and writes a recording for diagnose (--out, else there).
     frame
         Of the measured points: the drawing frame (after alignment) or the machine frame.
     u_point
@@ -93,34 +92,41 @@ def run_cut(
     """The whole job: document, files, tables. options: trials, seed, engine. returned: measured points, whether they stand in
     the machine frame, their standard uncertainty as text.
     """
-    from vcmm.console.documents import document, print_json, sources
+    from vcmm.cli.cut_measured import came_back
+    from vcmm.console.documents import print_json
     from vcmm.console.files import output_folder
-    from vcmm.tables.cut import cut_json
 
     given = None if returned is None else _given(returned[0], returned[2])
     folder = output_folder(out) if out else None
     loaded, result = _cut(scenario, options, sharing)
-    files = [*sources(scenario), loaded.program]
-    body, warnings, back = cut_json(result), result.warnings, None
-    if given is not None and returned is not None and returned[0] is not None:
-        from vcmm.cli.cut_measured import came_back
-
-        back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or returned[0].parent)
-        files, warnings, body = [*files, returned[0]], (*warnings, *back.warnings), body | back.json
-    content = document(
-        "vcmm.cut/1", body, seed=result.uncertainty.seed, files=files, warnings=tuple(warnings)
-    )
+    back, measured = None, returned[0] if returned else None
+    if given is not None and returned is not None and measured is not None:
+        back = came_back(scenario, loaded, given, returned[1], options["seed"], folder or measured.parent)
+    content = _content(scenario, loaded, result, measured, back)
     if folder:
         _write(folder, loaded, result, content)
-    if json:
-        print_json(content)
-    else:
-        show(result)
-        if back is not None:
-            back.show()
-    return (
-        1 if any(c.decision and c.decision.text == "does not conform" for c in result.characteristics) else 0
-    )
+    print_json(content) if json else _show_both(result, back)
+    decided = [c.decision.text for c in result.characteristics if c.decision]
+    return 1 if "does not conform" in decided else 0
+
+
+def _show_both(result: Any, back: Any) -> None:
+    """The prediction, and the measured part where there is one."""
+    show(result)
+    if back is not None:
+        back.show()
+
+
+def _content(scenario: Path, loaded: Any, result: Any, measured: Path | None, back: Any) -> dict[str, Any]:
+    """The document; back: of the measured part, None without one."""
+    from vcmm.console.documents import document, sources
+    from vcmm.tables.cut import cut_json
+
+    files, warnings, body = [*sources(scenario), loaded.program], result.warnings, cut_json(result)
+    if back is not None:
+        files, warnings, body = [*files, measured], (*warnings, *back.warnings), body | back.json
+    seed = result.uncertainty.seed
+    return document("vcmm.cut/1", body, seed=seed, files=files, warnings=tuple(warnings))
 
 
 def _given(measured: Path | None, u_point: str) -> Any:

@@ -38,7 +38,7 @@ TRIALS = 2000  # of the predicted part with its points measured: u to 1.6 %
 
 
 @dataclass(frozen=True)
-class Compared:
+class BesidePrediction:
     """One characteristic: measured and predicted value, u of their difference (mm or rad)."""
 
     name: str
@@ -62,7 +62,7 @@ class MeasuredCut:
     commanded of the tool. notes: points left out, what could not be told.
     """
 
-    compared: tuple[Compared, ...]
+    compared: tuple[BesidePrediction, ...]
     mismatch: tuple[Located, ...]
     scatter: float
     observed: Observed
@@ -188,7 +188,7 @@ def _observed(world: Cutting, rest: Array, known: Array) -> Observed:
     )
 
 
-def _compared(model: LinearModel, measured: Array, trials: Array) -> tuple[Compared, ...]:
+def _compared(model: LinearModel, measured: Array, trials: Array) -> tuple[BesidePrediction, ...]:
     """Each characteristic beside what measuring such a part would give. trials (m, n): departures of the points, mm.
 
     The scatter of the points is in the trials, so that a form that grows with it is expected as large as it will be found.
@@ -197,6 +197,6 @@ def _compared(model: LinearModel, measured: Array, trials: Array) -> tuple[Compa
     mean, u = drawn.mean(axis=0), drawn.std(axis=0)
     features = model.task.part.features
     return tuple(
-        Compared(c.name, gps.unit(c), gps.nominal(c, features), float(value), float(m), float(s))
+        BesidePrediction(c.name, gps.unit(c), gps.nominal(c, features), float(value), float(m), float(s))
         for c, value, m, s in zip(model.characteristics, measured, mean, u)
     )

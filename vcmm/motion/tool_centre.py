@@ -117,7 +117,16 @@ def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
             "[axes.B] centre"
         )
     first = moves[0]
-    return Leading(machine, name, np.array(first.start), np.array(first.rotary_start))
+    state = Leading(machine, name, np.array(first.start), np.array(first.rotary_start))
+    led = next((m for m in moves if m.led), None)
+    bare = [ROTARY[i] for i in rotary_of(machine) if machine.axes[ROTARY[i]].centre == (0.0, 0.0, 0.0)]
+    if led is not None and bare:
+        text = (
+            f"axis {' and '.join(bare)} turns about the zero of the machine frame: where the tip is led hangs on it; state [axes.{bare[0]}] "
+            f"centre in the file of {machine.name} where it lies elsewhere"
+        )
+        state.remarks.append(Remark(led.source.line, led.source.first, text))
+    return state
 
 
 def _taken(state: Leading, m: Move) -> None:
@@ -137,7 +146,7 @@ def _taken(state: Leading, m: Move) -> None:
     target = (
         np.array(m.rotary_end) if m.tool_axis_end is None else _angle(state, m, np.array(m.tool_axis_end))
     )
-    _check_swing(state, m, target, offset)
+    _check_swing(state, m, target)
     share, at, angle = _samples(state, m, target, offset)
     pieces = _pieces(state, m, share, at, angle)
     state.moves += pieces
@@ -180,7 +189,7 @@ def _brought(state: Leading, m: Move, angle: Array) -> None:
     state.angle = angle
 
 
-def _check_swing(state: Leading, m: Move, target: Array, offset: Array) -> None:
+def _check_swing(state: Leading, m: Move, target: Array) -> None:
     """A remark where an axis swings while the tool hardly tilts: the block passes near a singular position."""
     turn = np.abs(target - state.angle)
     if turn.max() < SWING:

@@ -62,7 +62,7 @@ def tip_as_at_zero(machine: Machine, at: Array, angle: Array, offset: Array) -> 
 
 
 def rotary_of(machine: Machine) -> list[int]:
-    """Numbers (0 = A) of the rotary axes of a machine, from the workpiece to the tool."""
+    """Numbers (0 = A) of the rotary axes of a machine, those on the side of the tool first."""
     return [ROTARY.index(a) for a in machine.chain.letters if a in ROTARY]
 
 

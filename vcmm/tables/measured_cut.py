@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from vcmm.machining.measured import Compared, MeasuredCut
+from vcmm.machining.measured import BesidePrediction, MeasuredCut
 from vcmm.machining.mismatch import Located
 from vcmm.tables.quantities import DEVIATION, LENGTH, SIZE, fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, entry, records
 
-COMPARED: tuple[Column[Compared], ...] = (
+COMPARED: tuple[Column[BesidePrediction], ...] = (
     Column("characteristic", lambda r: r.name, key="name"),
     Column("nominal", lambda r: r.nominal, LENGTH),
     Column("measured", lambda r: r.measured - r.nominal, DEVIATION),
@@ -30,7 +30,7 @@ MISMATCH: tuple[Column[Located], ...] = (
 )
 
 
-def compared(cut: MeasuredCut) -> ResultTable[Compared]:
+def compared(cut: MeasuredCut) -> ResultTable[BesidePrediction]:
     return ResultTable("measured against predicted, from nominal", COMPARED, list(cut.compared))
 
 

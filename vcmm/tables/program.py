@@ -17,6 +17,7 @@ from vcmm.tables.quantities import fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, entry, listing, records
 
 RIGHT = NUMBER_TEXT
+UPRIGHT = 1.0 - 1e-15
 
 
 def _point(p: Sequence[float]) -> str:
@@ -59,14 +60,20 @@ def move_json(m: Move) -> dict[str, Any]:
     """
     out = records(MOVES, [m])[0]
     if any(m.rotary_start) or any(m.rotary_end) or m.led:
-        ends = (("rotary_start_rad", m.rotary_start), ("rotary_end_rad", m.rotary_end))
-        out |= {name: dict(zip("ABC", angles)) for name, angles in ends}
+        out["rotary_start_rad"] = _angles(m.rotary_start, m.tool_axis_start)
+        out["rotary_end_rad"] = _angles(m.rotary_end, m.tool_axis_end)
     if m.led or m.tool_axis_end is not None:
         ways = (("tool_axis_start", m.tool_axis_start), ("tool_axis_end", m.tool_axis_end))
         out |= {name: None if way is None else list(way) for name, way in ways} | {"led": m.led}
     if m.kind == "dwell":
         out["seconds"] = m.seconds
     return out
+
+
+def _angles(angles: Sequence[float], axis: Sequence[float] | None) -> dict[str, float] | None:
+    """By axis; None where the tool points away from Z by angles that only the machine knows (it is not in the set-up)."""
+    unknown = axis is not None and axis[2] < UPRIGHT and not any(angles)
+    return None if unknown else dict(zip("ABC", angles))
 
 
 def kinds(name: str, program: Program, total: ProgramSummary) -> ResultTable[Any]:
