@@ -157,3 +157,14 @@ def test_certificates_that_cannot_be(tmp_path: Path, certificate: str, message: 
 def test_a_prior_must_be_known() -> None:
     with pytest.raises(UsageError, match="no such prior"):
         MachineCertificate(E0=LengthLimit(1e-3), prior="x")
+
+
+def test_the_page_shows_what_the_scenario_gives() -> None:
+    """U in um of the scenario that comes with vcmm, as docs/certificate.md has it for the default prior."""
+    from vcmm.api import uncertainty
+    from vcmm.files.scenario import load_scenario
+    from vcmm.library import path
+
+    found = uncertainty(load_scenario(path("certificate")), trials=20_000).characteristics
+    shown = (Path(__file__).parents[2] / "docs" / "certificate.md").read_text(encoding="utf-8")
+    assert ", ".join(f"{c.expanded * 1e3:.2f}" for c in found) + " µm" in shown

@@ -82,7 +82,7 @@ def _tables(machine: Machine) -> tuple[list[Effect], Sequence[str]]:
         row = np.zeros((1, total))
         row[0, len(kinds)] = 2e-3 / reach
         effects.append(kind(pair, np.zeros(0), row, "linear"))
-        kinds.append("squareness")
+        kinds.append("angle")
     return effects, kinds
 
 
