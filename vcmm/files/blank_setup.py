@@ -11,22 +11,17 @@ BLANK = '"?"'  # refused by the reader of set-up files, with its line, until som
 
 def blank_setup(program: Program, file: str) -> str:
     """TOML of setup/1. Keys that stand with "?" are needed; those behind # are optional."""
-    lines = [
+    head = [
         'vcmm = "setup/1"', f"# for {file}: write a number with its unit for every {BLANK}",
-        '# machine = "machine.toml"', f'dialect = "{program.dialect}"', "", *_offsets(program), *_tools(program),
+        '# machine = "machine.toml"', f'dialect = "{program.dialect}"',
     ]  # fmt: skip
-    others = [
-        a
+    head += [
+        f"{a.blank.key} = {a.blank.example}   # line {a.line}: {a.what}"
         for a in program.assumed
-        if a.blank is not None and not a.blank.table.startswith(("tools.", "offsets"))
+        if a.blank and not a.blank.table
     ]
-    for a in others:
-        assert a.blank is not None
-        lines += ([f"[{a.blank.table}]"] if a.blank.table else []) + [
-            f"{a.blank.key} = {BLANK}   # for example {a.blank.example}"
-        ]
-    lines += ["# [stock]", '# box = ["100 mm", "60 mm", "30 mm"]']
-    return "\n".join(lines) + "\n"
+    stock = ["# [stock]", '# box = ["100 mm", "60 mm", "30 mm"]']
+    return "\n".join([*head, "", *_offsets(program), *_tools(program), *stock]) + "\n"
 
 
 def _offsets(program: Program) -> list[str]:

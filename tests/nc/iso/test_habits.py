@@ -156,3 +156,21 @@ def test_compensation_rests_while_the_axes_go_home(code: str):
 def test_grbl_and_mach3_need_no_end_and_no_motion_code():
     assert ends("$H\nG21 G90 ; mm\nX1 Y2\nG4 P0.5\n", "grbl") == [(1, 2, 0), (1, 2, 0)]
     assert ends("G21 G91.1 G90\nG0 X1\nG80\nZ5\n", "mach3") == [(1, 0, 0), (1, 0, 5)]
+
+
+def test_pecks_of_haas_that_grow_smaller():
+    # G83 I4 J1 K2: 4, 3, 2, 2 ... of 10 mm from R 1
+    found = read("%\nO1\nG21 G90 F100.\nG0 Z5.\nG83 X0 Y0 Z-10. R1. I4. J1. K2.\nM30\n%", "haas").moves
+    assert [m.end[2] for m in found if m.kind == "line"] == [-3, -6, -8, -10]
+
+
+def test_a_subprogram_called_by_its_name(tmp_path):
+    from vcmm.nc.interpret import read_program
+
+    (tmp_path / "RING.nc").write_text("G91 X1.\nM99\n")
+    (tmp_path / "main.nc").write_text(
+        "%\nO1\nG21 G90 G0 X0.\nM98 <RING> L2\nM98 (RING.NC)\nM98 <GONE>\nM30\n%"
+    )
+    program = read_program(tmp_path / "main.nc", "fanuc", SURVEY)
+    assert [m.end[0] for m in program.moves] == [0, 1, 2, 3]
+    assert [a.what for a in program.assumed] == ["the subprogram GONE (GONE)"]

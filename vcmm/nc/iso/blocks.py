@@ -23,9 +23,14 @@ _PLAIN_WORD = re.compile(rf"([A-MP-Z])({_PLAIN_NUMBER})", re.IGNORECASE | re.ASC
 _UNBRACKETED = re.compile(r"[ \t]*[-+]?[ \t]*#\d+[ \t]*[-+*/]")  # X#1/2, as some laser cutters take it
 _CORNER = re.compile(r",[ \t]*[RC][ \t]*[-+.\d#\[]", re.IGNORECASE)
 _LETTERS = "ABCDEFGHIJKLMNPQRSTUVWXYZ"
-_OUTPUT = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(DPRNT|BPRNT|POPEN|PCLOS)\b", re.IGNORECASE)
+_OUTPUT = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(DPRNT|BPRNT|POPEN|PCLOS|SETVN)\b", re.IGNORECASE)
 _SECOND_BLOCK = re.compile(
     r"[ \t]*/?(?:[A-MP-Z][ \t]*[-+]?(?:\d+\.?\d*|\.\d+)[ \t]*)+;?[ \t]*\Z", re.IGNORECASE | re.ASCII
+)
+_MESSAGE = re.compile(r"[ \t]*M11[78]\b", re.IGNORECASE)
+_CALLED = re.compile(
+    r"[ \t]*(?:N\d+[ \t]*)?M[ \t]*1?98[ \t]*[(<][ \t]*([\w.-]+)[ \t]*[)>][ \t]*(?:L[ \t]*(\d+))?[ \t]*;?[ \t]*\Z",
+    re.IGNORECASE,
 )
 _TITLE = re.compile(r"[ \t]*(?:[O:][ \t]*(\d*[A-Z_][\w-]*|(?=[ \t]*\Z))|<([\w.-]+)>)[ \t]*\Z", re.IGNORECASE)
 
@@ -79,6 +84,7 @@ class IsoBlock:
     percent: bool = False
     deleted: bool = False
     spaced: int = 0  # column of a number with blanks inside
+    called: tuple[str, int] | None = None  # M98 <NAME> L2: the subprogram by its name, and how often
     beside: str = (
         ""  # what it is, where no axis has to do with it: output to a printer, a command of the console
     )
@@ -90,6 +96,9 @@ def parse_block(text: str, line: int, dialect: Dialect) -> IsoBlock:
     plain = _PLAIN.match(text)
     if plain is not None:  # most lines: nothing but letters with numbers
         _plain_words(block, plain)
+        return block
+    if dialect.words == "macro" and (named := _CALLED.match(text)):
+        block.called = (named[1], int(named[2] or 1))
         return block
     clean = without_comments(text, dialect)
     _check_characters(clean)
@@ -114,6 +123,8 @@ def _beside(clean: str, dialect: Dialect) -> str:
     first = clean.strip()[:1]
     if first and dialect.survey and first in "$!~?":
         return f"{clean.split()[0]}, a command of the console"
+    if dialect.survey and dialect.name == "grbl" and _MESSAGE.match(clean):
+        return "M117, a message"
     if dialect.words != "macro":
         return ""
     if output := _OUTPUT.match(clean):
@@ -224,7 +235,10 @@ def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
         raise reader.fault(
             "corner rounding and chamfers (,R ,C) are not understood; program the arc or the line itself"
         )
-    if here.upper() not in _LETTERS:
+    if here == "%" and dialect.survey:  # the end of the record behind a last block
+        reader.at = len(reader.text)
+        return
+    if here.upper() not in _LETTERS and not (here == "$" and dialect.words == "o"):
         raise reader.fault(
             f"{here!r} cannot be understood here; words are a letter and a number, as in X12.5"
         )

@@ -100,6 +100,7 @@ class IsoWords:
         if not stand_in:
             self.passed = True
             return code, "harmless"
+        self.passed = True
         return stand_in, groups[stand_in]
 
     def _add_m(self, c: IsoControl, number: float, column: int) -> None:

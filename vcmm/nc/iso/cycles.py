@@ -138,8 +138,10 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
 def _repeats(c: IsoControl, w: IsoWords, column: int) -> int:
     count = w.whole("L", column) if c.language.words == "o" or w.has("L") else None
     if count is None and c.language.words == "macro":
-        count = None if "K" not in w.values else w.whole("K", column)
-        c.cycle.pop("K", None)
+        smallest = c.language.codes == "haas" and "I" in w.values  # G83 of Haas: K is the least peck
+        count = None if "K" not in w.values or smallest else w.whole("K", column)
+        if not smallest:
+            c.cycle.pop("K", None)
     if count is not None and count > _MOST_PECKS:
         raise BlockFault(
             column, f"{count} repeats of a cycle; {_MOST_PECKS} are the most, correct their number"
@@ -177,11 +179,15 @@ def _g73(c: IsoControl, h: Hole) -> None:
 
 def _pecks(c: IsoControl, h: Hole, full: bool) -> None:
     peck, gap = c.cycle.get("Q", 0.0), c.language.peck_clearance
+    smaller = 0.0
+    if c.language.codes == "haas" and c.cycle.get("I"):  # first peck I, each smaller by J, down to K
+        peck, smaller = c.cycle["I"], c.cycle.get("J", 0.0)
     if peck <= 0:
         c.remark("the cycle has no Q and is drilled in one go", c.column, "no Q")
         return (_g82 if full else _g81)(c, h)
     depths = [h.clearance - peck]
-    while depths[-1] > h.bottom:
+    while depths[-1] > h.bottom and len(depths) < _MOST_PECKS:
+        peck = max(peck - smaller, c.cycle.get("K", 0.0), 1e-3) if smaller else peck
         depths.append(depths[-1] - peck)
     depths[-1] = h.bottom
     h.pecks(depths, lambda depth: min(depth + gap, h.clearance), out=full)

@@ -61,6 +61,8 @@ _FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # angles in degrees
 }  # fmt: skip
 _TOWARDS_ZERO: dict[str, tuple[int, Callable[..., float]]] = {
     "FIX": (1, math.trunc), "FUP": (1, away_from_zero), "POW": (2, power), "ADP": (1, lambda x: x),
+    "BCD": (1, lambda x: float(int(str(whole(x, "the argument of BCD")), 16))),
+    "BIN": (1, lambda x: float(f"{whole(x, 'the argument of BIN'):x}")),
 }  # fmt: skip
 _SIGNS: dict[str, tuple[int, Callable[[float], float]]] = {
     "-": (TIGHT, lambda x: -1.0 * x), "+": (TIGHT, lambda x: 1.0 * x),

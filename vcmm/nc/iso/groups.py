@@ -108,11 +108,13 @@ REFUSED = {
     "G150": "pockets of any shape", "G141": "radius compensation in space", "G136": "measuring a work offset",
     "G68.4": "tilted working planes", "G53.3": "tilted working planes", "G53.6": "tilted working planes", "G69": "tilted working planes",
     "G70": "turning cycles", "G71": "turning cycles", "G72": "turning cycles", "G75": "turning cycles", "G77": "turning cycles",
-    "G78": "threading cycles", "G79": "facing cycles", "G12": "circular pockets", "G13": "circular pockets",
+    "G84.2": "rigid tapping", "G84.3": "rigid tapping, left-hand", "G184": "reverse tapping", "G105": "a bar feeder",
+    "G241": "radial drilling with a driven tool", "G243": "radial drilling with a driven tool", "G195": "radial tapping with a driven tool",
+    "G196": "radial tapping with a driven tool", "G78": "threading cycles", "G79": "facing cycles", "G12": "circular pockets", "G13": "circular pockets",
 }  # fmt: skip
 STAND_INS = {  # a survey goes straight to the end point of what it does not model
     "G5": "G1", "G5.1": "G1", "G5.2": "G1", "G5.3": "G1", "G6.1": "G1", "G6.2": "G1", "G31": "G1", "G38.2": "G1", "G38.3": "G1",
-    "G38.4": "G1", "G38.5": "G1", "G41.2": "G41", "G42.2": "G42",
+    "G38.4": "G1", "G38.5": "G1", "G41.2": "G41", "G42.2": "G42", "G84.2": "G84", "G84.3": "G74",
 }  # fmt: skip
 M_GROUPS = {
     "stop": (0, 1, 2, 30, 60), "call": (97, 98, 99, 198), "tool": (6, 61), "spindle": (3, 4, 5, 19, 13, 14), "override": (48, 49),

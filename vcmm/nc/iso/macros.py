@@ -58,6 +58,17 @@ def call_program(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
     start_program(r, ProgramCall("M98", number, 1 if times is None else times), here, column)
 
 
+def call_named(r: IsoRunner, called: tuple[str, int], here: int) -> None:
+    """M98 <NAME> Lm (Fanuc), M98 (NAME.nc) Lm (Haas): a subprogram in a file of that name."""
+    name, times = called
+    other = r.load([name])
+    if other is None:
+        r.missing(name, name, 1)
+    elif times:
+        r.push(ActiveCall(r.text, here + 1, "M98", name, 0, times), None, 1)
+        r.enter(other, 0)
+
+
 def call_block(r: IsoRunner, w: IsoWords, here: int, column: int) -> None:
     """M97 Pn Lm (Haas): the subprogram that begins at block N n of this file."""
     number, times = w.whole("P", column), w.whole("L", column)

@@ -174,6 +174,8 @@ def preset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     elif code == "G92.3":
         c.g92 = c.g92_kept
     else:
+        if c.language.survey:
+            w.used |= set("XYZABC")  # some posts name the axes
         c.g92 = ORIGIN
         c.g92_kept = ORIGIN if code == "G92.1" else c.g92_kept
     c.rebuild()
@@ -182,6 +184,9 @@ def preset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
 def local_shift(c: IsoControl, w: IsoWords, column: int) -> None:
     """G52: a shift of all work offsets (Fanuc); in LinuxCNC it is kept with the shift of G92."""
     shift = list(c.g52 if c.language.words == "macro" else c.g92)
+    if not w.any_axis and c.language.survey:
+        c.remark("G52 without axes shifts nothing", column)
+        return
     if not w.any_axis:
         raise BlockFault(column, "G52 needs at least one axis word; G52 X0 Y0 Z0 cancels it")
     for i, axis in enumerate(AXES):

@@ -19,7 +19,15 @@ from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
 from vcmm.nc.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
-from vcmm.nc.iso.macros import call_block, call_program, end_program, macro, macro_call, modal_call
+from vcmm.nc.iso.macros import (
+    call_block,
+    call_named,
+    call_program,
+    end_program,
+    macro,
+    macro_call,
+    modal_call,
+)
 from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
@@ -217,6 +225,9 @@ def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
     r.executed(index, index + 1)
     if c.tracer is not None:
         c.tracer.step(step_of(r, block, index))
+    if block.called is not None:
+        call_named(r, block.called, index)
+        return
     if block.deleted:
         c.remark(
             'blocks with "/" are executed; write block_delete = true in the set-up file to leave them out',
