@@ -9,7 +9,6 @@ from collections.abc import Mapping
 
 from vcmm.nc.recorder import Recorder
 
-SPINDLE = (3, 4, 5, 13, 14)
 READ = (2, 30, 89, 91, 99)  # where they stand
 SHORTEST, LONGEST, TURN_FEED, MINUTE_FEED, TIP, TIP_OFF, RETRACT = 126, 127, 136, 137, 128, 129, 140
 IDLE_M = frozenset(
@@ -47,7 +46,6 @@ PARAMETERS: Mapping[int, tuple[str, ...]] = {  # words that belong to the M func
     103: ("F",), 112: ("T", "A", "E"), 118: ("X", "Y", "Z", "A", "B", "C"), 120: ("LA",), 124: ("T",), 128: ("F",), 140: ("MB", "F"),
     144: (), 197: ("DL",),
 }  # fmt: skip
-IDLE_WORDS = 0.0
 
 
 def strange(r: Recorder, m: int, column: int) -> None:
