@@ -99,17 +99,15 @@ def _read_back(folder: Path, improved: dict[str, str], recording: Path, diagnosi
 
 def _page(found: Any, known: Any, diagnosis: Any) -> str:
     """The report; where a picture cannot be drawn, a page that says so: numbers and files do not depend on it."""
-    from vcmm import report
     from vcmm.console.terminal import say
     from vcmm.core.errors import VcmmError
-    from vcmm.pages.diagnosis import diagnosis_page, sentences
+    from vcmm.pages.diagnosis import diagnosis_page, without_pictures
 
     try:
         return diagnosis_page(found, known, diagnosis)
     except VcmmError as error:
         say(f"note: the report has no pictures: {error}")
-        blocks = [report.heading("Verdict"), *(report.paragraph(s) for s in sentences(diagnosis))]
-        return report.page(f"Diagnosis of {found.name}", [*blocks, report.note(str(error), "warning")])
+        return without_pictures(found, diagnosis, str(error))
 
 
 def _fitted_before(diagnosis: Any, known: Any, recording: str) -> Any:

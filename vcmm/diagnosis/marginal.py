@@ -47,7 +47,7 @@ def drawn(
     names = scanned(term.option)
     others = [t for j, t in enumerate(selection.terms) if j != i]
     basis = basis_of(others, problem.m)
-    given = _Given(refiner, term.width, without_span(selection.y, basis), basis)
+    given = _FittedTo(refiner, term.width, without_span(selection.y, basis), basis)
     axes = [_cells(term.option, name, given, problem, selection.factor) for name in names]
     fits, weights, boxes = [], [], []
     for box in itertools.product(*axes):
@@ -71,7 +71,7 @@ def drawn(
 
 
 @dataclass(frozen=True, eq=False)
-class _Given:
+class _FittedTo:
     """What a term is fitted to: residual r (m,), white, outside the basis of the others."""
 
     refiner: Refiner
@@ -90,7 +90,7 @@ def _normal(fit: Posterior, factor: float, rng: np.random.Generator) -> Array:
 
 
 def _cells(
-    option: Option, name: str, given: _Given, problem: Problem, factor: float
+    option: Option, name: str, given: _FittedTo, problem: Problem, factor: float
 ) -> Sequence[tuple[float, float]]:
     """Intervals of a scanned value that together hold nearly all of its posterior, the others at their best."""
     assert option.effect is not None

@@ -138,6 +138,12 @@ def diagnosis_page(
     return r.page(f"Diagnosis of {recording.name}", blocks, subtitle=machine.name, footer=footer)
 
 
+def without_pictures(recording: Recording, d: Diagnosis, why: str) -> str:
+    """The verdict alone, and why nothing could be drawn."""
+    blocks = [r.heading("Verdict"), *(r.paragraph(s) for s in sentences(d)), r.note(why, "warning")]
+    return r.page(f"Diagnosis of {recording.name}", blocks)
+
+
 def _answers(table: ResultTable[Answer]) -> list[str]:
     out = [html(table)]
     items = [(_name(a), 100 * a.share) for a in table.rows]
