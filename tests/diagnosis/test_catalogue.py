@@ -28,6 +28,7 @@ def everything(structure: str, kind: str) -> tuple[Recording, Machine]:
     }
     names |= {f"{w}_{a}{u}" for a in chain.letters for w, u in (("sense", ""), ("since_reversal", "_rad"))}
     columns = {c: rng.uniform(0.1, 2.0, N) for c in names}
+    columns |= {c: rng.choice([-1.0, 1.0], N) for c in names if c.startswith("sense_")}
     columns["time_s"] = np.sort(rng.uniform(0, 3600.0, N))
     normal = rng.normal(size=(N, 3))
     normal /= np.linalg.norm(normal, axis=1)[:, None]
