@@ -67,7 +67,7 @@ def compensate_command(
 
 
 @dataclass(frozen=True)
-class _Given:
+class _GivenProgram:
     """A program, the set-up it was made for, and what a cutting scenario says of both. read: the files so far."""
 
     program: Path
@@ -79,7 +79,7 @@ class _Given:
     constants: Any = None
 
 
-def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) -> _Given:
+def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) -> _GivenProgram:
     """Raises UsageError: no set-up is known, or --set-on is none of its two words."""
     from vcmm.core.errors import UsageError, choose_from
 
@@ -87,7 +87,7 @@ def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) 
         raise UsageError(f'--set-on "{set_on}".{choose_from(set_on, ["this machine", "elsewhere"])}')
     here = set_on == "this machine"
     if setup is not None:
-        return _Given(program, setup, [program, setup], dialect, here)
+        return _GivenProgram(program, setup, [program, setup], dialect, here)
     if program.suffix != ".toml":
         raise UsageError(
             "the machine's position must be known: name a set-up file with --setup setup.toml (machine, work offsets, tools)"
@@ -95,7 +95,7 @@ def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) 
     from vcmm.files.cut_scenario import load_cut
 
     scenario = load_cut(program)
-    return _Given(
+    return _GivenProgram(
         scenario.program,
         replace(scenario.setup, set_at=scenario.set_at),
         [program, scenario.program],
@@ -106,7 +106,9 @@ def _given(program: Path, setup: Path | None, dialect: str | None, set_on: str) 
     )
 
 
-def _rewritten(given: _Given, out: Path | None, options: dict[str, Any], diff: bool, json: bool) -> int:
+def _rewritten(
+    given: _GivenProgram, out: Path | None, options: dict[str, Any], diff: bool, json: bool
+) -> int:
     """Rewrite the program. options: tolerance (mm), decimals, carry, growth, inline."""
     from vcmm.compensating.job import compensate
     from vcmm.compensating.source import write_source
@@ -135,7 +137,7 @@ def _rewritten(given: _Given, out: Path | None, options: dict[str, Any], diff: b
     return 0 if result.met else 1
 
 
-def _offsets(given: _Given, json: bool) -> int:
+def _offsets(given: _GivenProgram, json: bool) -> int:
     """--offset-only: nothing is written."""
     from vcmm.compensating.offsets import best_offsets
     from vcmm.console.documents import document, print_json

@@ -56,16 +56,25 @@ def cut_command(
     u_point
         Standard uncertainty of a measured point, for example "0.5 um"; default: found from the points.
     """
-    from vcmm.cli.options import put_shard, sharing_of, write_shard
-    from vcmm.console.documents import sources
-    from vcmm.core.errors import UsageError
+    from vcmm.cli.options import sharing_of
 
     sharing = sharing_of(workers, cluster, shard)
     options = {"trials": trials, "seed": seed, "engine": engine}
+    back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
     if sharing.share is None:
-        back = None if measured is None and not u_point else (measured, frame == "machine", u_point)
         return run_cut(scenario, options, sharing, json, out, back)
-    if measured is not None:
+    return _shard(scenario, options, sharing, json, out, back is not None)
+
+
+def _shard(
+    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None, measured: bool
+) -> int:
+    """A part of the trials, for `vcmm merge`."""
+    from vcmm.cli.options import put_shard, write_shard
+    from vcmm.console.documents import sources
+    from vcmm.core.errors import UsageError
+
+    if measured:
         raise UsageError("a shard counts trials only: give --measured to the whole job, without --shard")
     shared = write_shard(
         "cut", {"scenario": str(scenario), **options}, sources(scenario), sharing.share,
