@@ -148,3 +148,15 @@ def test_time_by_the_time_law(files: tuple[Path, Path], capsys: pytest.CaptureFi
     assert any("jerk" in text for text in found["assumptions"])
     assert run(["nc", str(program), "--time"]) == 2
     assert "--time needs the machine" in capsys.readouterr().err
+
+
+def test_strict_assumes_nothing(tmp_path, capsys):
+    """What both levels know stands as a remark under --strict; `assumed` is what a survey took."""
+    import json
+
+    path = tmp_path / "tcp.nc"
+    path.write_text("%\nO1\nG21 G90 G54 T1 M6\nG43.4 H1 Z50.\nG1 X1. F100\nM30\n%\n")
+    for option, count in (("--strict", 0), (None, 1)):
+        run([w for w in ("nc", str(path), "--dialect", "fanuc", option, "--json") if w])
+        found = json.loads(capsys.readouterr().out or '{"assumed": []}')
+        assert (len(found["assumed"]) > 0) == bool(count)

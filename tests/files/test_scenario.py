@@ -187,3 +187,10 @@ def test_json_schema_knows_effects_and_features():
         "oneOf"
     ]
     assert {f["properties"]["type"]["const"] for f in inside} >= {"plane", "cylinder", "torus"}
+
+
+def test_one_absolute_limit_is_refused_with_the_deviation(tmp_path):
+    # bore of 30 mm: "30.011 mm" is no deviation that a bore of 30 mm could have
+    path = edited(tmp_path, ('limits = ["0 mm", "0.021 mm"]', 'limits = ["0 mm", "30.011 mm"]'))
+    with pytest.raises(DataError, match=r'write limits = \["0 mm", "0.011 mm"\]'):
+        load_scenario(path)
