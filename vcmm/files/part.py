@@ -232,8 +232,10 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
 
 
 NEAR = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
-ONE = 0.05  # the same for one limit alone, of sizes from LEAST mm on: no tolerance is as wide as its size
-LEAST = 1.0
+ONE, LEAST = (
+    0.05,
+    1.0,
+)  # the same for one limit alone, of sizes from 1 mm on: no tolerance is as wide as its size
 
 
 def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
@@ -245,8 +247,7 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     if c.limits is None or nominal <= 0:
         return
     off = [abs(end - nominal) / nominal for end in c.limits]
-    alone = gps.unit(c) == "mm" and nominal >= LEAST and min(off) < ONE
-    if not (max(off) < NEAR or alone):
+    if max(off) >= NEAR and not (gps.unit(c) == "mm" and nominal >= LEAST and min(off) < ONE):
         return
     scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
     ends = [end - nominal if share < NEAR else end for end, share in zip(c.limits, off)]
