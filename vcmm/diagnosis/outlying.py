@@ -14,8 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.null import Noise, clipped, draws, upper_quantile
 from vcmm.diagnosis.select import Selection, Setting, worth
 
+HEAVY = 4.0  # degrees of freedom of noise whose tails the audit found heavy
+RECORDINGS = 400  # simulated
 HALVINGS = 60  # of an interval of ln s that spans the sizes of the rows
 
 
@@ -28,7 +31,9 @@ def huber_loss(r: Array, dof: int, clip: float) -> float:
     size = np.abs(r)
     if not size.any():
         return -np.inf
-    high = float(np.log(np.sqrt(size @ size / dof)))  # psi(x) <= |x|: the scale of least squares is the largest
+    high = float(
+        np.log(np.sqrt(size @ size / dof))
+    )  # psi(x) <= |x|: the scale of least squares is the largest
     low = high - 40.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -51,7 +56,21 @@ def worth_of_all_rows(state: Selection, setting: Setting) -> float:
 
 def owed(state: Selection, setting: Setting) -> float:
     """Nats by which the rows that were pulled in cost more as they are, at the scale of the noise that the others show."""
-    sigma = state.fit.sigma if state.fit else float(np.sqrt(state.y @ state.y / setting.found.dof))
-    signal = np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean if state.fit else 0.0
-    beyond = np.maximum(np.abs(setting.raw - signal) / sigma - setting.clip, 0.0)
-    return float(setting.clip * np.sum(beyond)) if np.isfinite(setting.clip) else 0.0
+    if state.fit is None:
+        return _debt(setting.raw, state.y, setting.found.dof, setting.clip)
+    signal = np.concatenate([t.white for t in state.terms], axis=1) @ state.fit.mean
+    return _debt(setting.raw - signal, state.rest, setting.found.dof, setting.clip)
+
+
+def excused(setting: Setting) -> float:
+    """What noise of heavy tails owes, the t law of HEAVY degrees of freedom: all but 1 % of recordings owe less."""
+    dof, clip = setting.found.dof, setting.clip
+    sample = draws(Noise(HEAVY), setting.white, 0, "what heavy tails owe", RECORDINGS)
+    near = clipped(sample, setting.white, clip)
+    return upper_quantile(np.array([_debt(r, y, dof, clip) for r, y in zip(sample.T, near.T)]))
+
+
+def _debt(r: Array, near: Array, dof: int, clip: float) -> float:
+    """clip (|r| / sigma - clip) summed over what lies beyond: r (m,) as it is, near (m,) pulled in, which tells sigma."""
+    sigma = max(float(np.sqrt(near @ near / dof)), 1e-300)
+    return float(np.sum(clip * np.maximum(np.abs(r) / sigma - clip, 0.0))) if np.isfinite(clip) else 0.0

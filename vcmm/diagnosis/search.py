@@ -14,7 +14,7 @@ from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.diagnosis.noise import Audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
-from vcmm.diagnosis.outlying import owed, worth_of_all_rows
+from vcmm.diagnosis.outlying import excused, owed, worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.select import Selection, Setting, among, cleaned, fitted_again, select, worth
@@ -125,13 +125,14 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
 
 
 def _named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
-    """The names, and the dictionary in which they were found. Where rows that were pulled in owe more than a name pays, the
-    search is made once more with every row as it is, what another preparation found is asked again, and of all answers
+    """The names, and the dictionary in which they were found. Where rows that were pulled in owe more than heavy tails
+    of the noise excuse, the search is made once more with every row as it is, what another preparation found is asked again, and of all answers
     that is taken which is worth most of the rows as they are.
     """
     found, rivals = _at_best_values(setting)
     near = _best(rivals, worth, replace(setting, found=found))
-    if owed(near, setting) <= setting.threshold:
+    debt = owed(near, setting)
+    if debt <= setting.threshold or debt <= excused(setting):
         return near, found
     wider, further = _at_best_values(replace(setting, clip=np.inf))
     own = replace(setting, found=wider, start=setting.raw)
@@ -145,7 +146,9 @@ def _named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dict
     return near, found
 
 
-def _best(rivals: Sequence[Selection], value: Callable[[Selection, Setting], float], own: Setting) -> Selection:
+def _best(
+    rivals: Sequence[Selection], value: Callable[[Selection, Setting], float], own: Setting
+) -> Selection:
     return max(rivals, key=lambda s: value(s, own))
 
 
