@@ -125,14 +125,16 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
 
 
 def _named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
-    """The names, and the dictionary in which they were found. Where rows that were pulled in owe more than heavy tails
-    of the noise excuse, the search is made once more with every row as it is, what another preparation found is asked again, and of all answers
-    that is taken which is worth most of the rows as they are.
+    """The names, and the dictionary in which they were found.
+
+    Where rows that were pulled in owe more than heavy tails of the noise excuse, the search is made once more with every row
+    as it is, and what another preparation found is asked again. Such an answer is taken where it explains those rows: it
+    leaves no more than is excused, and is worth more of all rows as they are.
     """
     found, rivals = _at_best_values(setting)
     near = _best(rivals, worth, replace(setting, found=found))
     debt = owed(near, setting)
-    if debt <= setting.threshold or debt <= excused(setting):
+    if debt <= setting.threshold or debt <= (free := excused(setting)):
         return near, found
     wider, further = _at_best_values(replace(setting, clip=np.inf))
     own = replace(setting, found=wider, start=setting.raw)
@@ -141,7 +143,7 @@ def _named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dict
     if earlier is not None and all(t.family.id in kept for t in earlier.terms):
         further.append(among(earlier, own))
     every = _best(further, worth_of_all_rows, own)
-    if worth_of_all_rows(every, own) > worth_of_all_rows(near, setting):
+    if owed(every, own) <= free and worth_of_all_rows(every, own) > worth_of_all_rows(near, setting):
         return every, wider
     return near, found
 
