@@ -50,7 +50,10 @@ def test_the_faults_are_named_with_their_sizes_and_written(tmp_path):
     faults = (RotaryLocation("B0B3", tilt=300e-6), RotaryLocation("X0A4", offset=0.25))
     recording, machine = recorded(tmp_path, faults)
     found = diagnose_recording(recording, machine, seed=1, nulls=200)
-    sizes = {a.where["component"]: next(iter(a.parameters.values())) for a in found.answer}
+    # a shift along the axis of A4 is one of B5, which it carries: such aliases stand beside the names, said to be that
+    named = [a for a in found.answer if not a.alias_of]
+    sizes = {a.where["component"]: next(iter(a.parameters.values())) for a in named}
+    assert ("rotary_location[X0A4]", "X0B5") in {(a.alias_of, a.where["component"]) for a in found.answer}
     assert {a.effect for a in found.answer} == {"rotary_location"}
     assert sorted(sizes) == ["B0B3", "X0A4"]
     assert abs(sizes["B0B3"].value - 300.0) < 4 * sizes["B0B3"].u

@@ -35,7 +35,6 @@ NODES = (
 EXTREMES = (1e-4, 1e2)  # of the usual size: smaller and larger ones are not looked at
 ROUNDING = 1e-10  # of the precision of a curve: smaller differences of precisions are rounding
 FAINT = 12.0  # nats below the best: no weight in the mixture
-UNBELIEVABLE = 1e12  # nats: beyond it a double has no digits left for differences of a nat
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +259,7 @@ class OneCurve:
                 here = value if at == 0 else self.value(length, near)[0]
                 tried.append((here + at**2 / 2 + np.log(weight * spread), length, near))
         top = max(t[0] for t in tried)
-        if not abs(top) < UNBELIEVABLE:
+        if not np.isfinite(top):
             raise ModelLimit(
                 f"these readings cannot tell {self.curve.component} from the other errors: its evidence, exp({top:.3g}), has lost "
                 "all its digits; record more positions, or name the errors to look for with --errors"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 from vcmm.calibrating.acceptance import Limit
@@ -16,5 +17,6 @@ def limits_of(texts: Sequence[str]) -> Mapping[str, Limit]:
         name, mark, value = text.partition("=")
         if not mark or not name.strip():
             raise UsageError(f'--limit "{text}" is not understood; write for example --limit "A = 8 um"')
-        out[name.strip()] = length_limit(value.strip(), name.strip())
+        figure = re.sub("_MP[EL]$", "", name.strip())  # as a machine file states it
+        out[figure] = length_limit(value.strip(), name.strip())
     return out

@@ -48,7 +48,7 @@ def folder_job(folder: Path, dialect: str | None, setup: Any, json: bool, out: P
         if not json:
             say(f"wrote {', '.join(str(p) for p in written)}")
     if json:
-        print_json(document("vcmm.nc/1", {}) | {"programs": records(tables.FOLDER, rows)})
+        print_json(document("vcmm.nc/1", {}, files=files) | {"programs": records(tables.FOLDER, rows)})
         return 0
     show_table(table)
     show_table(tables.folder_counts(rows))

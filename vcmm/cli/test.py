@@ -91,7 +91,7 @@ def _refuse_unused(limits: Any, figures: Any) -> None:
     from vcmm.core.errors import UsageError, choose_from
 
     names = [f.name for f in figures]
-    known = [*names, *dict.fromkeys(n.split(" ")[0] for n in names)]
+    known = list(dict.fromkeys([*names, *(n.split(" ")[0] for n in names)]))
     for name in limits:
         if name not in known and not any(n.rpartition(" ")[0] == name for n in names):
             raise UsageError(

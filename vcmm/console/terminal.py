@@ -60,7 +60,13 @@ def show_table(table: ResultTable[Any]) -> None:
         shown.add_column(_plain(name), justify="left" if words else "right", no_wrap=words and i == 0)
     for row in cells.rows:
         shown.add_row(*[_plain(cell) for cell in row])
-    Console(width=width, highlight=False).print(shown)
+
+    class Told(Console):
+        def on_broken_pipe(self) -> None:
+            """The reader has gone (| head): that is for the command to say, not for rich to end the process with 1."""
+            raise BrokenPipeError
+
+    Told(width=width, highlight=False).print(shown)
 
 
 def _plain(text: str) -> str:

@@ -72,7 +72,7 @@ EXAMPLES: dict[str, str] = {
 }  # fmt: skip
 
 LONGEST_UNIT = 80  # characters
-COLDEST = -273.15  # degC
+ABSOLUTE_ZERO = -273.15  # degC
 _DEG = math.pi / 180.0
 UNITS: dict[str, tuple[float, Dimension]] = {
     "nm": (1e-6, _dim(length=1)), "um": (1e-3, _dim(length=1)), "µm": (1e-3, _dim(length=1)), "mm": (1.0, _dim(length=1)),
@@ -121,9 +121,6 @@ def parse_unit(text: str) -> Unit:
     return unit
 
 
-ABSOLUTE_ZERO = -273.15  # degC
-
-
 def quantity(text: object, dimension: str, what: str = "value", example: str = "") -> float:
     """One number with its unit, in canonical units (a float).
 
@@ -136,12 +133,7 @@ def quantity(text: object, dimension: str, what: str = "value", example: str = "
         raise UsageError(
             f'{what} = {shown(text)} has {len(numbers)} numbers where one is due; write for example {what} = "{example}"'
         )
-    value = numbers[0] * unit
-    if dimension == "temperature" and value < ABSOLUTE_ZERO:
-        raise UsageError(
-            f'{what} = "{text}" is below absolute zero ({ABSOLUTE_ZERO:g} degC); write for example {what} = "{example}"'
-        )
-    return value
+    return numbers[0] * unit
 
 
 def vector(text: object, dimension: str, what: str = "value", example: str = "") -> tuple[float, ...]:
@@ -227,8 +219,8 @@ def _split(text: object, dimension: str, what: str, example: str) -> tuple[list[
         raise UsageError(
             f"{what} = {shown(text)} is {LARGEST:g} times what is usual, which no machine has; {due}"
         )
-    if dimension == "temperature" and min(numbers) * unit.factor < COLDEST:
-        raise UsageError(f"{what} = {shown(text)} is below the absolute zero, {COLDEST} degC; {due}")
+    if dimension == "temperature" and min(numbers) * unit.factor < ABSOLUTE_ZERO:
+        raise UsageError(f"{what} = {shown(text)} is below absolute zero ({ABSOLUTE_ZERO:g} degC); {due}")
     return numbers, unit.factor
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.evaluation.inverse import Inverted, inverted
+from vcmm.evaluation.inverse import BLIND, Inverted, inverted
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.montecarlo import Term, simulate
 from vcmm.evaluation.true_parts import TrueParts
@@ -31,7 +31,6 @@ BELOW, BELOW_UNKNOWN = (
 )  # what attained coverage may fall short of p: by the family, by one it does not know
 
 
-BLIND = 0.1  # of the true value: what is indicated at least of a part that is far off
 FAR = 30.0  # true values over the noise: where it acts linearly
 MEANT, MEANT_FORM = (
     20.0,

@@ -22,6 +22,9 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
         result.truth, Predicted
     ):  # nothing is smaller than perfect, no length below zero
         low, high = (max(end, 0.0) for end in said.interval)
+        if isinstance(result.truth, Additive) and result.one_sided and result.summary is not None:
+            # no inverse is known: the spread of what the machine indicates, which claims nothing
+            low, high = (max(end, 0.0) for end in result.summary.interval(result.p, result.interval_kind))
         said = replace(said, estimate=max(said.estimate, 0.0), interval=(low, high))
     half = (said.interval[1] - said.interval[0]) / 2
     known = math.isfinite(result.u) and result.u > 0

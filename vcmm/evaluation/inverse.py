@@ -21,6 +21,7 @@ from vcmm.evaluation.truth import Limits, Statement
 LEVELS = np.concatenate(
     [np.linspace(0.0, 0.05, 41), np.linspace(0.055, 0.945, 90), np.linspace(0.95, 1.0, 41)]
 )
+BLIND = 0.1  # of the true value: what is indicated at least of a part that is far off
 CLIP = 0.25  # an indicated value that falls below this quantile of a perfect part says no more than that quantile
 
 
@@ -34,9 +35,10 @@ class Inverted:
     def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
         low, estimate, high = (self._at(y, level) for level in ((1 + p) / 2, 0.5, (1 - p) / 2))
         most = None if limits is None else self.exceeds(limits[1], y)
-        return Statement(
-            estimate, (low, max(high, self._at(float(self._column(CLIP)[0]), (1 - p) / 2))), most
-        )
+        high = max(high, self._at(float(self._column(CLIP)[0]), (1 - p) / 2))
+        if self.sight(p) < BLIND:  # parts of any true value may indicate as little: there is no upper end
+            high = np.inf
+        return Statement(estimate, (low, high), most)
 
     def _column(self, level: float) -> Array:
         """Indicated value (t,) not exceeded with this probability, made to rise with the true value."""

@@ -14,6 +14,7 @@ from vcmm.core.axes import LETTERS, ROTARY, in_order, is_axis, is_rotary
 from vcmm.core.errors import DataError, UsageError, did_you_mean
 from vcmm.core.run import OFFSET_LABEL, Array, Run
 from vcmm.core.text import LARGEST, brief, is_usual, lines_of, read_text, restored, to_number
+from vcmm.core.units import ABSOLUTE_ZERO
 from vcmm.effects import ALL
 from vcmm.files.problems import misspelt
 
@@ -35,7 +36,6 @@ REDRAW = ("machine", "touch", OFFSET_LABEL, *LABELS)  # what an Input may be red
 DEG = np.pi / 180.0
 FEW = 5  # cells that are named one by one
 DEAD = 0.5  # share of cells without a number from which it is the column that is wrong, and not the rows
-COLDEST = -273.15  # degC
 _BY_AXIS = (
     "sense_{}",
     "since_reversal_{}_mm",
@@ -88,9 +88,9 @@ class Sheet:
                 problems.append(
                     f'{self.at(j)}: "{brief(row[i])}" in column {name} is {what}; remove or repair the row'
                 )
-            elif out[j] < COLDEST and _is_temperature(name):
+            elif out[j] < ABSOLUTE_ZERO and _is_temperature(name):
                 problems.append(
-                    f"{self.at(j)}: {row[i]} degC in column {name} is below the absolute zero; repair the row"
+                    f"{self.at(j)}: {row[i]} degC in column {name} is below absolute zero; repair the row"
                 )
         if len(problems) > max(DEAD * len(self.rows), FEW):
             problems = [

@@ -232,6 +232,8 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
 
 
 NEAR = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
+ONE = 0.05  # the same for one limit alone, of sizes from LEAST mm on: no tolerance is as wide as its size
+LEAST = 1.0
 
 
 def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
@@ -240,10 +242,15 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     if c.limits is not None and not nominal + c.limits[0] < nominal + c.limits[1]:
         text = f"the limits of {nominal:g} are one number to 16 digits; enlarge the tolerance"
         raise TableProblems([("limits", text)])
-    if c.limits is None or nominal <= 0 or not all(abs(end - nominal) < NEAR * nominal for end in c.limits):
+    if c.limits is None or nominal <= 0:
+        return
+    off = [abs(end - nominal) / nominal for end in c.limits]
+    alone = gps.unit(c) == "mm" and nominal >= LEAST and min(off) < ONE
+    if not (max(off) < NEAR or alone):
         return
     scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
-    right = ", ".join(f'"{(end - nominal) * scale:.6g} {unit}"' for end in c.limits)
+    ends = [end - nominal if share < NEAR else end for end, share in zip(c.limits, off)]
+    right = ", ".join(f'"{end * scale:.6g} {unit}"' for end in ends)
     text = (
         f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
         f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"

@@ -210,7 +210,10 @@ def _part(
         else:
             out.append(_inverted(r, y, one, None if rest is None else float(rest[i]), settings))
     warnings = tuple(
-        w for w in (*remarks(scenario), *known.result.warnings) if "classic virtual-CMM recipe" not in w
+        w
+        for w in (*remarks(scenario), *known.result.warnings)
+        if "classic virtual-CMM recipe" not in w
+        and "its coverage is not shown" not in w  # said below of what was measured
     )
     return EvaluatedPart(name, tuple(out), known.result, (*warnings, *_not_claimed(out)))
 
@@ -277,7 +280,14 @@ def _inverted(
     k = (high - low) / 2 / r.u if np.isfinite(r.u) and r.u > 0 else float("nan")
     why = "" if claimed else "the coverage of the interval about the true value was counted and is too small"
     changed = replace(
-        r, value=y, indicated=y, interval=(low, high), coverage_shown=claimed, k=k, why_not_shown=why
+        r,
+        value=y,
+        indicated=y,
+        interval=(low, high),
+        coverage_shown=claimed,
+        k=k,
+        why_not_shown=why,
+        half_width=None,
     )
     decided = replace(changed, decision=_decision(changed, true, one, rest, settings.rule), true_value=true)
     return Evaluated(decided, y, true, one.counted)

@@ -295,17 +295,18 @@ def _p(white: Array, taken: Array, columns: Array, rest: Array, left: tuple[floa
 def _entry(
     points: Observed, white: Array, taken: Array, best: Covariate, *, p: float, rivals: list[str]
 ) -> Located:
-    """Where the fitted columns are largest, in words."""
+    """Where measured departure and fitted columns go together most, in words; the amount is what was measured less predicted."""
     every = np.hstack([taken, best.columns])
     c = np.linalg.lstsq(white @ every, white @ points.rest, rcond=None)[0]
     shape = best.columns @ c[taken.shape[1] :]
     features, code = np.unique(points.feature, return_inverse=True)
-    size = np.sqrt(np.bincount(code, shape**2) / np.bincount(code))
+    both = np.abs(shape * points.rest)
+    size = np.bincount(code, both) / np.bincount(code)
     feature = str(features[int(np.argmax(size))])
     mine = points.feature == feature
     lines, which = np.unique(points.line[mine], return_inverse=True)
-    line = int(lines[int(np.argmax(np.bincount(which, np.abs(shape[mine]))))])
-    worst = float(shape[mine][int(np.argmax(np.abs(shape[mine])))])
+    line = int(lines[int(np.argmax(np.bincount(which, both[mine])))])
+    worst = float(points.rest[mine][int(np.argmax(both[mine]))])
     what = "more material than" if worst > 0 else "less material than"
     text = (
         f"{feature}: up to {abs(worst) * 1e3:.2f} um {what} predicted, most where line {line} cuts; it {best.words} "

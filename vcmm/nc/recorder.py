@@ -97,10 +97,13 @@ class Recorder(ModalState):
         """What the program lacks and the machine would know: `value` is taken, and told once for each `what`.
 
         The caller goes on with the value: this only tells. Strict: refused with the sentence `otherwise`; where there is none,
-        both levels go on. blank: how the set-up file gives it. matters: whether the path depends on it.
+        both levels go on, strict with a remark. blank: how the set-up file gives it. matters: whether the path depends on it.
         """
         if self.setup.strict and otherwise:
             self.fault(otherwise, column)
+        if self.setup.strict:  # nothing is assumed here: what both levels know is a remark
+            self.remark(f"{what}: {value}")
+            return
         self.assumed.setdefault(what, Assumed(self.line, what, value, blank, matters))
 
     # -- positions --

@@ -67,8 +67,9 @@ def _said(d: Diagnosis, a: Answer) -> str:
     said = plain_words(a.effect, a.where, a.parameters)
     if a.probability < LEAST_TOLD:  # it has the shape that was fitted, not the name
         said = f"Most probably {' or '.join(a.cannot_be_told_from)}; what was fitted has the shape of"
+    elif a.doubtful:
+        said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}"
     own = f" {a.remark[:1].upper()}{a.remark[1:]}." if a.remark else ""
-    said = f"Perhaps, less probable than not: {said[:1].lower()}{said[1:]}" if a.doubtful else said
     return (
         f"{said} {_name(a)}: {values_text(a)}; {a.share:.0%} of the excess energy, probability"
         f" {probability_text(a)}.{rivals}{own}".strip()

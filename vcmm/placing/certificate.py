@@ -23,6 +23,9 @@ SLOPES = 24  # lowest poses of the scan whose slopes are measured
 Progress = Callable[[str, float], None]
 
 
+SHOWN = 5e-6  # shares below it are printed as 0.000 %: no better pose
+
+
 @dataclass(frozen=True, eq=False)
 class Scan:
     """Feasible poses drawn evenly over the fixture, (m, 6), their values (m,), and the share of draws that is feasible."""
@@ -55,7 +58,7 @@ class Certificate:
 
     @property
     def text(self) -> str:
-        verdict = "none better" if self.better <= 0 else f"one better by {self.better:.3%}"
+        verdict = "none better" if self.better < SHOWN else f"one better by {self.better:.3%}"
         before = (
             f" (a scan before this one had found one better by {self.earlier:.3%}, from where the search went on)"
             if self.earlier > 0

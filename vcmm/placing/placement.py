@@ -16,7 +16,7 @@ from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.measuring.fixture import Fixture, Goal, Placement, pose_of, six_of
 from vcmm.measuring.scenario import Scenario
-from vcmm.placing.certificate import Scan, certify, scan_after
+from vcmm.placing.certificate import SHOWN, Scan, certify, scan_after
 from vcmm.placing.confirmation import confirm
 from vcmm.placing.fixture_boxes import PoseBox, all_boxes, boxes, default_fixture, probed, unreachable
 from vcmm.placing.hindrances import Constraint, Hindrance
@@ -208,7 +208,7 @@ def _notes(placed: Placed, problems: Sequence[Hindrance]) -> list[str]:
         out.append(
             f"the gain of {sure.gain:.3g} is not larger than twice its standard error {sure.u_gain:.2g}: the two poses are as good"
         )
-    if placed.certificate.better > 0:
+    if placed.certificate.better >= SHOWN:
         out.append(
             f"a pose of the scan is better by {placed.certificate.better:.3%}; search with more evaluations"
         )

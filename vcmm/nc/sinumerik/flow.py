@@ -23,7 +23,7 @@ from vcmm.nc.sinumerik.text import VariableValue
 from vcmm.nc.sinumerik.traces import cuts_of
 from vcmm.nc.trace import ExecutedBlock, Tracing
 
-LONGEST = 500_000  # blocks executed again before a program counts as endless
+LONGEST = 2_000_000  # blocks executed again before a program counts as endless
 UNSURE = 100_000  # the same where loops hang on values that are not known
 DEEPEST = 16  # nested subprograms, as on the control
 

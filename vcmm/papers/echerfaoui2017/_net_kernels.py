@@ -6,8 +6,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vcmm.core._compile_kernels import njit
 
 Array = NDArray[Any]
 
