@@ -183,19 +183,39 @@ def test_plug_plate_is_scaled_and_out_of_square(diagnosed, tmp_path):
     assert found["verdict"] == "partly explained"  # a smooth field is left: neighbours correlate 0.5
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the heating alone is explained by the frame with two lags, without the bed"
-)
-def test_cool_down_is_predicted_from_the_heating(tmp_path):
-    """Run 1, diagnosed up to the moment at which the bed is switched off; least squares by hand: 5.3 um of 123."""
-    source = data_file("data/recordings/klipper_frame_thermal/run1_2021-06-13_05-41-53.csv")
+def cool_down(run: str, tmp_path: Path) -> tuple[set[str], float, float]:
+    """Diagnosed up to the moment at which the bed is switched off: sensors named, rms of the cool-down before and after, mm."""
+    source = data_file(f"data/recordings/klipper_frame_thermal/{run}.csv")
     found = diagnose(*load_recording(gantry_heating(source, tmp_path / "hot", every=3, heating=True)), seed=1)
-    assert {a.where["sensor"] for a in found.answer if a.effect == "thermal_drift"} == {"bed", "frame"}
     problem = make_problem(*load_recording(gantry_heating(source, tmp_path / "all", every=3)))
     hidden = problem.of_rows(problem.run.column("time_s")) > switched_off(source)
     before, after = (
         rms(without_nuisance(r, problem, ~hidden)[hidden]) for r in (problem.residual, left(problem, found))
     )
+    return {a.where["sensor"] for a in found.answer if a.effect == "thermal_drift"}, before, after
+
+
+@pytest.mark.parametrize(
+    ("run", "least"), [("run1_2021-06-13_05-41-53", 13.8e-3), ("run2_2021-06-13_20-04-43", 28.3e-3)]
+)
+def test_heating_names_frame_and_bed_and_predicts_the_cool_down(run, least, tmp_path):
+    """The bed shows in the first ten of 185 rows, which about the frame alone are outliers. Least squares: frame with two lags
+    and bed 13.8 um of 88 on run 1, frame and bed 28.3 um of 59 on run 2.
+    """
+    sensors, before, after = cool_down(run, tmp_path)
+    assert sensors == {"bed", "frame"}
+    assert before > 55e-3
+    assert after < 1.4 * least
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="while the bed heats, its second lag closes the account; the cool-down shows that it does not hold: 14 um",
+)
+def test_cool_down_is_predicted_from_the_heating(tmp_path):
+    """Run 1; least squares with one lag each leaves 8.3 um."""
+    sensors, before, after = cool_down("run1_2021-06-13_05-41-53", tmp_path)
+    assert sensors == {"bed", "frame"}
     assert before > 80e-3
     assert after < 8e-3
 

@@ -104,11 +104,13 @@ def _passes(
     the first pass takes them for independent.
     """
     noise = replace(audit(problem, plain, plain.apply(problem.residual), seed), rho=0.0)
+    earlier: Selection | None = None
     for turn in range(PASSES):
         tell("simulating recordings with nothing concealed", 0.15 + 0.2 * turn)
         stage = staged(problem, known, generics, noise, seed, nulls)
         tell("weighing the evidence", 0.25 + 0.2 * turn)
-        chosen = search(problem, stage)
+        chosen = search(problem, stage, earlier)
+        earlier = chosen.selection
         before, noise = noise, audit(problem, plain, _left(chosen.problem, plain, chosen.selection), seed)
         if _same(noise, before):
             break

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,10 @@ from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.diagnosis.noise import Audit
 from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.outlying import excused, owed, worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.select import Selection, Setting, among, cleaned, select, worth
+from vcmm.diagnosis.select import Selection, Setting, among, cleaned, fitted_again, select, worth
 from vcmm.diagnosis.sharpen import sharpened
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import Whitener
@@ -97,14 +98,13 @@ class Chosen:
     tied: tuple[str, ...] = ()
 
 
-def search(problem: Problem, stage: Stage) -> Chosen:
-    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more."""
-    setting = cleaned(setting_of(problem, stage))
-    plain = select(setting)
-    sharp = sharpened(setting, plain)
-    if sharp is not setting:
-        stage = replace(stage, found=sharp.found)
-        plain = max((select(sharp), among(plain, sharp)), key=lambda s: worth(s, sharp))
+def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> Chosen:
+    """Mistakes of the table first, then effects. A mistake stands only while no free effect explains clearly more.
+
+    earlier: what was found under another preparation of the noise.
+    """
+    plain, found = _named(setting_of(problem, stage), earlier)
+    stage = replace(stage, found=found)
     raw = stage.white.apply(problem.residual)
     mistake = find_mistake(problem, stage.white, raw, stage.noise.noise.clip)
     if mistake is None:
@@ -122,6 +122,46 @@ def search(problem: Problem, stage: Stage) -> Chosen:
         return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -NATS else ())
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
     return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, stage)
+
+
+def _named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
+    """The names, and the dictionary in which they were found.
+
+    Where rows that were pulled in owe more than heavy tails of the noise excuse, the search is made once more with every row
+    as it is, and what another preparation found is asked again. Such an answer is taken where it explains those rows: it
+    leaves no more than is excused, and is worth more of all rows as they are.
+    """
+    found, rivals = _at_best_values(setting)
+    near = _best(rivals, worth, replace(setting, found=found))
+    debt = owed(near, setting)
+    if debt <= setting.threshold or debt <= (free := excused(setting)):
+        return near, found
+    wider, further = _at_best_values(replace(setting, clip=np.inf))
+    own = replace(setting, found=wider, start=setting.raw)
+    further = [fitted_again(s.terms, own) for s in further]
+    kept = {f.id for f in wider.families}
+    if earlier is not None and all(t.family.id in kept for t in earlier.terms):
+        further.append(among(earlier, own))
+    every = _best(further, worth_of_all_rows, own)
+    if owed(every, own) <= free and worth_of_all_rows(every, own) > worth_of_all_rows(near, setting):
+        return every, wider
+    return near, found
+
+
+def _best(
+    rivals: Sequence[Selection], value: Callable[[Selection, Setting], float], own: Setting
+) -> Selection:
+    return max(rivals, key=lambda s: value(s, own))
+
+
+def _at_best_values(setting: Setting) -> tuple[Dictionary, list[Selection]]:
+    """The dictionary with all competitors at their best lags, distances and periods; the names found with it and without."""
+    setting = cleaned(setting)
+    plain = select(setting)
+    sharp = sharpened(setting, plain)
+    if sharp is setting:
+        return setting.found, [plain]
+    return sharp.found, [select(sharp), among(plain, sharp)]
 
 
 def _exact(mistake: Mistake, stage: Stage, with_it: Selection) -> bool:

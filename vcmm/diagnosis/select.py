@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import Dictionary, scorer
@@ -267,10 +268,33 @@ def best_option(found: Dictionary, options: Array, family: int) -> int:
 
 
 def _term(family: int, options: Array, given: Sequence[Term], state: Selection, setting: Setting) -> Term:
-    """A term with its scans refined and its prior width chosen, given others."""
+    """A term with its scans refined and its prior width chosen, given others; with one lag where a second does not pay.
+
+    A second lag is a second template over the same sensor: like a second name it must pay what the error of the first may
+    bring, else it takes what another sensor's lag explains.
+    """
     found = setting.found
-    option = found.options[best_option(found, options, family)]
-    return _adjusted(Term(found.families[family], option, option.columns), given, state.y, setting)
+    own = options_of(found, family)
+    best = best_option(found, options, family)
+    width = found.options[best].columns.shape[1]
+    fewer = [k for k in own if _has_scan(found.options[k]) and found.options[k].columns.shape[1] < width]
+    large = _adjusted(_at_option(found, family, best), given, state.y, setting)
+    if not fewer or not _has_scan(found.options[best]):
+        return large
+    simple = max(fewer, key=lambda k: float(options[k] + found.weight[k]))
+    small = _adjusted(_at_option(found, family, simple), given, state.y, setting)
+    alone = joint((*given, small), setting)
+    lead = _value((*given, large), alone.y, setting) - _value(alone.terms, alone.y, setting)
+    return large if lead > 0.5 * (MISMATCH * alone.delta(len(given))) ** 2 else small
+
+
+def _at_option(found: Dictionary, family: int, option: int) -> Term:
+    return Term(found.families[family], found.options[option], found.options[option].columns)
+
+
+def _has_scan(option: Option) -> bool:
+    """Is the shape one of a lag, a distance or a period?"""
+    return option.effect is not None and any(f.metadata["scan"] for f in parameter_fields(option.effect))
 
 
 def basis_of(given: Sequence[Term], m: int) -> Array:
