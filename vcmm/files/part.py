@@ -232,10 +232,7 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
 
 
 NEAR = 0.5  # of the nominal value: limits that both lie within this of it are absolute ones
-ONE, LEAST = (
-    0.05,
-    1.0,
-)  # the same for one limit alone, of sizes from 1 mm on: no tolerance is as wide as its size
+ONE, LEAST = 0.05, 1.0  # the same for one limit alone, of sizes from 1 mm on
 
 
 def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
@@ -252,11 +249,9 @@ def _checked_limits(c: Characteristic, features: dict[str, Feature]) -> None:
     scale, unit = (1.0, "mm") if gps.unit(c) == "mm" else (180.0 / math.pi, "deg")
     ends = [end - nominal if share < NEAR else end for end, share in zip(c.limits, off)]
     right = ", ".join(f'"{end * scale:.6g} {unit}"' for end in ends)
-    text = (
-        f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
-        f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
-    )
-    raise TableProblems([("limits", text)])
+    said = f'"{c.name}": limits count from the nominal value ({nominal * scale:.6g} {unit}); '
+    held = f"{c.limits[0] * scale:.6g} and {c.limits[1] * scale:.6g} {unit} hold it already; write limits = [{right}]"
+    raise TableProblems([("limits", said + held)])
 
 
 def _check_names(
