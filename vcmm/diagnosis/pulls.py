@@ -10,14 +10,13 @@ A statement that is true has a pull beyond 3 in 1 of 370 cases (normal law).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.problem import Problem
-from vcmm.evaluation.gaussian import Whitener, without_span
 
 BEYOND = 3.0  # standard uncertainties from which a statement is called contradicted
 SEEN = 0.5  # share of the variance of a direction that the rows fix, from which it counts
@@ -42,11 +41,11 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
         return ()
     white = problem.without([name for name, _ in problem.stated]).whitener(u, rho)
     k, y = white.apply(problem.calibration) / sigma, white.apply(rest) / sigma
-    left = np.linalg.inv(k.T @ k + np.eye(k.shape[1]))  # variance of z that the rows leave
+    left = np.linalg.inv(k.T @ k + math.eye(k.shape[1]))  # variance of z that the rows leave
     z, out, at = left @ (k.T @ y), [], 0
     for name, columns in problem.stated:
         part = slice(at, at + columns.shape[1])
-        out.append(_pull(name, z[part], np.eye(columns.shape[1]) - left[part, part]))
+        out.append(_pull(name, z[part], math.eye(columns.shape[1]) - left[part, part]))
         at += columns.shape[1]
     stated = {one.id for one in problem.machine.inputs}
     return tuple(sorted((p for p in out if p.numbers and p.input in stated), key=lambda p: -abs(p.pull)))
@@ -77,11 +76,5 @@ def contradiction(pull: float, asked: int) -> float:
     """
     from scipy.special import ndtr
 
-    p = min(max(2.0 * asked * float(ndtr(-abs(pull))), LOWEST), 1.0 / np.e)
-    return float(1.0 / (1.0 - np.e * p * np.log(p)))
-
-
-def shown_alone(white: Whitener, signals: Sequence[Array]) -> Array:
-    """Sums of squares of signals (m,) outside the nuisance, calibration left aside, in units of the noise."""
-    rows = [without_span(white.scaled(s), white.nuisance) for s in signals]
-    return np.array([float(r @ r) for r in rows])
+    p = min(max(2.0 * asked * float(ndtr(-abs(pull))), LOWEST), 1.0 / math.e)
+    return float(1.0 / (1.0 - math.e * p * np.log(p)))
