@@ -41,11 +41,11 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
         return ()
     white = problem.without([name for name, _ in problem.stated]).whitener(u, rho)
     k, y = white.apply(problem.calibration) / sigma, white.apply(rest) / sigma
-    left = np.linalg.inv(k.T @ k + math.eye(k.shape[1]))  # variance of z that the rows leave
+    left = np.linalg.inv(k.T @ k + np.eye(k.shape[1]))  # variance of z that the rows leave
     z, out, at = left @ (k.T @ y), [], 0
     for name, columns in problem.stated:
         part = slice(at, at + columns.shape[1])
-        out.append(_pull(name, z[part], math.eye(columns.shape[1]) - left[part, part]))
+        out.append(_pull(name, z[part], np.eye(columns.shape[1]) - left[part, part]))
         at += columns.shape[1]
     stated = {one.id for one in problem.machine.inputs}
     return tuple(sorted((p for p in out if p.numbers and p.input in stated), key=lambda p: -abs(p.pull)))
