@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.documented import assert_documented
+from tests.documented import DOCS, assert_documented
 from vcmm.cli import run as command
 from vcmm.papers.echerfaoui2017 import page, twin
 from vcmm.papers.echerfaoui2017.laser import ARCSEC, OPTIONS, read
@@ -118,13 +118,25 @@ def test_published_sizes_are_met_by_every_machine():
 
 
 def test_a_kelvin_and_the_norm_of_the_diagonal():
+    """Scales that are 7, 23 and 12 um long at 400 mm: norm sqrt(49 + 529 + 144) = 26.87 um, along the diagonal 42 / sqrt(3) = 24.25."""
     assert result().thermal == pytest.approx(4.6)  # um: 11.5e-6 x 400 mm
-    assert np.sqrt(7**2 + 23**2 + 12**2) == pytest.approx(26.9, abs=0.05)  # their 27
-    assert (7 + 23 + 12) / np.sqrt(3) == pytest.approx(24.2, abs=0.05)  # along the diagonal, all of one sign
+    curves = {a: np.zeros((len(twin.NODES), 6)) for a in "XYZ"}
+    for k, (axis, size) in enumerate((("X", 7e-3), ("Y", 23e-3), ("Z", 12e-3))):
+        curves[axis][:, k] = size * twin.NODES / twin.TRAVEL
+    long = twin.machine(curves, {})
+    perfect = twin.machine({a: np.zeros_like(six) for a, six in curves.items()}, {})
+    found = twin.diagonal(long, perfect, "none")
+    assert (found.norm, found.projection) == pytest.approx((26.870, 24.249), abs=1e-3)
+    assert twin.diagonal(long, long, "all").norm_after == pytest.approx(0.0, abs=1e-9)
 
 
 def test_documentation_shows_what_the_command_prints():
     assert_documented("echerfaoui2017", page.tables(result()))
+    readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    rows = {row.what: row.values for row in page.compared(result())}
+    net = rows["what the chosen net leaves of a component"]
+    medians = ", ".join(f"{np.median(rows[f'largest error in {a}']):.0f}" for a in "XYZ")
+    assert f"{min(net):.1f} to {max(net):.1f} %; medians {medians} µm" in readme
 
 
 def test_command(tmp_path, capsys):
