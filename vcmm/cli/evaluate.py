@@ -19,6 +19,7 @@ def evaluate_command(
     seed: int | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
+    export: Path | None = None,
 ) -> int:
     """Evaluate what was measured: the value, the interval of the true value, decision and budget of every characteristic.
 
@@ -29,7 +30,7 @@ def evaluate_command(
     scenario
         Scenario file (scenario/1): machine, part, plan, what is known.
     points
-        Measured points: feature,x_mm,y_mm,z_mm (nx,ny,nz, part, stylus). Without feature: in the order of the plan.
+        Measured points: feature,x_mm,y_mm,z_mm (nx,ny,nz, part, stylus; without feature: in the order of the plan), or a QIF file.
     values
         Measured values: characteristic,value_mm (deviation_um, value_deg; part).
     frame
@@ -44,14 +45,19 @@ def evaluate_command(
         Print one JSON document.
     out
         Folder for evaluation.json, values.csv, a sheet for the auditor per part, and of one part report.html and budget.csv.
+    export
+        File for another system, by its ending: .qif (QIF 3.0 with combinedUncertainty), .dfq (Q-DAS), .xml (results of a DCC).
     """
     from vcmm.api import evaluate
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
     from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
+    from vcmm.exchange.export import check_ending
     from vcmm.files.scenario import load_scenario
 
+    if export:
+        check_ending(export)
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
     with progress() as report, about(scenario):
@@ -62,12 +68,28 @@ def evaluate_command(
     content = _document(parts, scenario, points or values)
     if folder:
         _write(folder, loaded, parts, content, (scenario, points or values))
+    if export:
+        _hand_over(export, loaded, content)
     if json:
         print_json(content)
     else:
         _show(parts, content["warnings"])
     decisions = [e.result.decision for p in parts for e in p.characteristics if e.result.decision]
     return 1 if any(d.text == "does not conform" for d in decisions) else 0
+
+
+def _hand_over(export: Path, scenario: Any, content: dict[str, Any]) -> None:
+    """The file for another system, from the document that is shown."""
+    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.terminal import say
+    from vcmm.exchange.export import exported
+
+    output_folder(export.parent)
+    text, notes = exported(export, scenario.name or "part", scenario.part, content)
+    write_text(export, text)
+    for note in notes:
+        say(f"note: {note}")
+    say(f"wrote {export}")
 
 
 def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:
