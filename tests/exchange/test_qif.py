@@ -11,7 +11,7 @@ from tests.conftest import data_file
 from tests.exchange.samples import QIF
 from vcmm.core.errors import DataError
 from vcmm.core.text import read_text
-from vcmm.exchange.convert import Around, convert
+from vcmm.exchange.convert import Beside, convert
 from vcmm.exchange.handed_over import handed_over
 from vcmm.exchange.qif import read_qif
 from vcmm.exchange.qif_machine import read_qif_machine
@@ -58,7 +58,7 @@ def test_the_scenario_of_a_part_is_read_without_a_problem(tmp_path: Path) -> Non
 
 
 def test_a_characteristic_can_be_left_out_with_its_reason(tmp_path: Path) -> None:
-    made = convert(written(tmp_path, QIF), Around(without={"P1": "contradicts the drawing"}))
+    made = convert(written(tmp_path, QIF), Beside(without={"P1": "contradicts the drawing"}))
     assert 'name = "P1"' not in made.texts["part.toml"]
     assert "P1: contradicts the drawing; left out" in made.notes
 

@@ -64,14 +64,14 @@ def convert_command(
 
 def _made(file: Path, machine: Path | None, target: Path) -> tuple[Any, list[str]]:
     """The files, and what `vcmm check` says against them. A characteristic that contradicts the drawing is left out."""
-    from vcmm.exchange.convert import Around, convert
+    from vcmm.exchange.convert import Beside, convert
 
     name, centre = _machine(machine, target)
-    made = convert(file, Around(name, centre))
+    made = convert(file, Beside(name, centre))
     found = _understood(made, target)
     wrong = {found.characteristics[i]: text for i, text in found.contradictory.items()}
     if wrong:
-        made = convert(file, Around(name, centre, wrong))
+        made = convert(file, Beside(name, centre, wrong))
         found = _understood(made, target)
     return made, found.problems
 

@@ -21,9 +21,7 @@ def evaluate_command(
     out: Path | None = None,
     export: Path | None = None,
 ) -> int:
-    """Evaluate what was measured: the value, the interval of the true value, decision and budget of every characteristic.
-
-    Exit code 1 when a characteristic of a part does not conform.
+    """Evaluate what was measured: values, intervals of the true values, decisions, budgets. Exit code 1: one does not conform.
 
     Parameters
     ----------
@@ -44,21 +42,17 @@ def evaluate_command(
     json
         Print one JSON document.
     out
-        Folder for evaluation.json, values.csv, a sheet for the auditor per part, and of one part report.html and budget.csv.
+        Folder for evaluation.json, values.csv, a sheet per part, and of one part report.html and budget.csv.
     export
         File for another system, by its ending: .qif (QIF 3.0 with combinedUncertainty), .dfq (Q-DAS), .xml (results of a DCC).
     """
     from vcmm.api import evaluate
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
-    from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
-    from vcmm.exchange.export import check_ending
     from vcmm.files.scenario import load_scenario
 
-    if export:
-        check_ending(export)
-    folder = output_folder(out) if out else None
+    folder = _places(out, export)
     loaded = load_scenario(scenario)
     with progress() as report, about(scenario):
         parts = evaluate(
@@ -70,12 +64,23 @@ def evaluate_command(
         _write(folder, loaded, parts, content, (scenario, points or values))
     if export:
         _hand_over(export, loaded, content)
-    if json:
-        print_json(content)
-    else:
-        _show(parts, content["warnings"])
+    print_json(content) if json else _show(parts, content["warnings"])
+    return _code(parts)
+
+
+def _code(parts: Any) -> int:
     decisions = [e.result.decision for p in parts for e in p.characteristics if e.result.decision]
     return 1 if any(d.text == "does not conform" for d in decisions) else 0
+
+
+def _places(out: Path | None, export: Path | None) -> Path | None:
+    """The folder, made and writable, and the ending of the file: refused before any work."""
+    from vcmm.console.files import output_folder
+    from vcmm.exchange.export import check_ending
+
+    if export:
+        check_ending(export)
+    return output_folder(out) if out else None
 
 
 def _hand_over(export: Path, scenario: Any, content: dict[str, Any]) -> None:

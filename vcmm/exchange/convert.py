@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import csv_of
-from vcmm.exchange.drawn import Drawn, mm, part_toml
+from vcmm.exchange.drawn import DrawnPart, mm, part_toml
 from vcmm.exchange.scenario_text import features_of, machine_toml, scenario_toml, target_csv, target_file
 
 KINDS = {".qif": "QIF", ".dmi": "DMIS", ".dmis": "DMIS", ".dms": "DMIS", ".xml": "DCC"}
@@ -26,7 +26,7 @@ class Converted:
 
 
 @dataclass(frozen=True)
-class Around:
+class Beside:
     """What stands around a part: name of a machine file and the centre of its volume (mm); characteristics to leave out, and why."""
 
     machine: str | None = None
@@ -34,7 +34,7 @@ class Around:
     without: Mapping[str, str] = field(default_factory=dict)
 
 
-def convert(path: str | Path, around: Around = Around()) -> Converted:
+def convert(path: str | Path, around: Beside = Beside()) -> Converted:
     """The vcmm files of a file of another system.
 
     Raises DataError: a kind of file that is not read, and what its reader refuses.
@@ -54,7 +54,7 @@ def convert(path: str | Path, around: Around = Around()) -> Converted:
     return _qif(path, around)
 
 
-def _qif(path: str | Path, around: Around) -> Converted:
+def _qif(path: str | Path, around: Beside) -> Converted:
     from vcmm.exchange.qif import read_qif
     from vcmm.exchange.qif_machine import machine_files, read_qif_machine
     from vcmm.exchange.qif_part import read_qif_part
@@ -68,7 +68,7 @@ def _qif(path: str | Path, around: Around) -> Converted:
     return Converted("QIF machine", texts, found.notes, counts, "machine.toml")
 
 
-def _part(kind: str, whole: Drawn, around: Around) -> Converted:
+def _part(kind: str, whole: DrawnPart, around: Beside) -> Converted:
     drawn = replace(
         whole,
         characteristics=[c for c in whole.characteristics if c["name"] not in around.without],
@@ -97,7 +97,7 @@ def _part(kind: str, whole: Drawn, around: Around) -> Converted:
     return Converted(kind, texts, tuple(notes), counts, "scenario.toml")
 
 
-def _unmeasured(drawn: Drawn) -> list[str]:
+def _unmeasured(drawn: DrawnPart) -> list[str]:
     """What `evaluate` will miss: characteristics of features without points."""
     out = []
     for c in drawn.characteristics:
@@ -109,7 +109,7 @@ def _unmeasured(drawn: Drawn) -> list[str]:
     return out
 
 
-def _points_csv(drawn: Drawn) -> str:
+def _points_csv(drawn: DrawnPart) -> str:
     rows = [[name, *(f"{v:.12g}" for v in p)] for name, points in drawn.points.items() for p in points]
     return csv_of([["feature", "x_mm", "y_mm", "z_mm"], *rows])
 

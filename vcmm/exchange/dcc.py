@@ -92,7 +92,8 @@ def _quantities(node: Node, section: str) -> list[Quantity]:
     word, factor = _unit(unit, unit.text.strip())
     U, k = _uncertainty(held)
     number = float(series(value)[0, 0])
-    return [Quantity(section, name, factor * number, word, None if U is None else factor * U, k, held.at)]
+    wide = None if U is None else factor * U
+    return [Quantity(section=section, name=name, value=factor * number, unit=word, U=wide, k=k, at=held.at)]
 
 
 def _list(held: Node, section: str, name: str) -> list[Quantity]:
@@ -111,17 +112,11 @@ def _list(held: Node, section: str, name: str) -> list[Quantity]:
     for i, (number, word) in enumerate(zip(numbers, words)):
         unit, factor = _unit(units, word)
         wide = None if U is None else factor * U[i]
-        out.append(
-            Quantity(
-                section,
-                f"{name} {i + 1}",
-                factor * float(number),
-                unit,
-                wide,
-                None if k is None else k[i],
-                held.at,
-            )
-        )
+        one = Quantity(
+            section=section, name=f"{name} {i + 1}", value=factor * float(number), unit=unit, U=wide,
+            k=None if k is None else k[i], at=held.at,
+        )  # fmt: skip
+        out.append(one)
     return out
 
 

@@ -26,7 +26,7 @@ import numpy as np
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.exchange.dmis_tolerances import TOLERANCES, ToleranceStatement, tables_of
-from vcmm.exchange.drawn import Drawn, deg, mm, unit
+from vcmm.exchange.drawn import DrawnPart, deg, mm, unit
 
 LENGTHS = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": 25.4, "FEET": 304.8}
 ANGLES = {"ANGDEC": math.pi / 180.0, "ANGDEG": math.pi / 180.0, "ANGRAD": 1.0}
@@ -36,7 +36,7 @@ ASSUMED = 20.0  # mm, extent of planes, lines and bores whose touches do not tel
 
 
 @dataclass(frozen=True)
-class Statement:
+class DmisStatement:
     """kind[/words] with its label and place: F(C1)=FEAT/CIRCLE,INNER,... -> ("F", "C1"), "FEAT", ["CIRCLE", "INNER", ...]."""
 
     at: str
@@ -49,7 +49,7 @@ class Statement:
 class _Program:
     """What was read so far."""
 
-    drawn: Drawn
+    drawn: DrawnPart
     mm: float = 0.0  # of one unit of length; 0: not stated yet
     rad: float = math.pi / 180.0
     tolerances: dict[str, ToleranceStatement] = field(default_factory=dict)
@@ -61,10 +61,10 @@ class _Program:
     stated: set[str] = field(default_factory=set)  # features whose extent the program states
 
 
-def read_dmis(path: str | Path) -> Drawn:
+def read_dmis(path: str | Path) -> DrawnPart:
     """Raises DataError with file and line: no DMIS, units missing, statements of the part that are not understood."""
     path = Path(path)
-    program = _Program(Drawn(path.name, path.stem))
+    program = _Program(DrawnPart(path.name, path.stem))
     for statement in _statements(path):
         _take(program, statement)
     if not program.drawn.features:
@@ -103,9 +103,9 @@ def _unasked(program: _Program) -> None:
             program.drawn.notes.append(f"{one.at}: T({name}) is not asked for by OUTPUT or EVAL: left out")
 
 
-def _statements(path: Path) -> list[Statement]:
+def _statements(path: Path) -> list[DmisStatement]:
     """Statements of a file: lines ended by $ go on, $$ begins a comment."""
-    out: list[Statement] = []
+    out: list[DmisStatement] = []
     text, start = "", 0
     for number, raw in enumerate(lines_of(read_text(path)), 1):
         line = raw.split("$$")[0].rstrip()
@@ -122,13 +122,13 @@ def _statements(path: Path) -> list[Statement]:
     return out
 
 
-def _statement(at: str, text: str) -> Statement:
+def _statement(at: str, text: str) -> DmisStatement:
     found = _LABELLED.match(text)
     if not found:
-        return Statement(at, ("", ""), "?", (text.strip(),))
+        return DmisStatement(at, ("", ""), "?", (text.strip(),))
     label, name, kind, rest = found.groups()
     words = _split(rest or "")
-    return Statement(at, ((label or "").upper(), (name or "").strip()), kind.upper(), tuple(words))
+    return DmisStatement(at, ((label or "").upper(), (name or "").strip()), kind.upper(), tuple(words))
 
 
 def _split(rest: str) -> list[str]:
@@ -137,8 +137,8 @@ def _split(rest: str) -> list[str]:
     return [c.strip() for c in cells]
 
 
-def _take(program: _Program, s: Statement) -> None:
-    handler: Callable[[_Program, Statement], None] | None = {
+def _take(program: _Program, s: DmisStatement) -> None:
+    handler: Callable[[_Program, DmisStatement], None] | None = {
         "UNITS": _units, "FEAT": _feature, "TOL": _tolerance, "DATDEF": _datum, "MEAS": _measure, "PTMEAS": _touch,
         "ENDMES": _end, "OUTPUT": _output, "EVAL": _output,
     }.get(s.kind)  # fmt: skip
@@ -148,7 +148,7 @@ def _take(program: _Program, s: Statement) -> None:
         program.others[s.kind] = program.others.get(s.kind, 0) + 1
 
 
-def _units(program: _Program, s: Statement) -> None:
+def _units(program: _Program, s: DmisStatement) -> None:
     words = [w.upper() for w in s.words]
     if not words or words[0] not in LENGTHS:
         raise DataError(
@@ -160,7 +160,7 @@ def _units(program: _Program, s: Statement) -> None:
     program.mm, program.rad = LENGTHS[words[0]], ANGLES[angle]
 
 
-def _feature(program: _Program, s: Statement) -> None:
+def _feature(program: _Program, s: DmisStatement) -> None:
     if s.label[0] != "F" or not s.label[1]:
         raise DataError(f"{s.at}: a feature needs its name: F(name)=FEAT/...")
     if not program.mm:
@@ -182,7 +182,7 @@ def _feature(program: _Program, s: Statement) -> None:
         ) from None
 
 
-def _numbers(s: Statement, after: str, least: int) -> list[float]:
+def _numbers(s: DmisStatement, after: str, least: int) -> list[float]:
     """The numbers behind a word such as CART. ValueError: another coordinate system, too few, no numbers."""
     words = [w.upper() for w in s.words]
     if after not in words:
@@ -203,24 +203,24 @@ def _numbers(s: Statement, after: str, least: int) -> list[float]:
     return out
 
 
-def _inside(s: Statement) -> dict[str, Any]:
+def _inside(s: DmisStatement) -> dict[str, Any]:
     words = [w.upper() for w in s.words[:3]]
     if not {"INNER", "OUTER"} & set(words):
         raise ValueError("INNER or OUTER is missing")
     return {"inside": True} if "INNER" in words else {}
 
 
-def _point(p: _Program, s: Statement) -> dict[str, Any]:
+def _point(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 6)
     return {"type": "point", "point": mm(*(p.mm * v for v in x[:3])), "normal": unit(x[3:6])}
 
 
-def _plane(p: _Program, s: Statement) -> dict[str, Any]:
+def _plane(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 6)
     return {"type": "plane", "point": mm(*(p.mm * v for v in x[:3])), "normal": unit(x[3:6]), "size": mm(ASSUMED, ASSUMED)}  # fmt: skip
 
 
-def _line(p: _Program, s: Statement) -> dict[str, Any]:
+def _line(p: _Program, s: DmisStatement) -> dict[str, Any]:
     bounded = len(s.words) > 1 and s.words[1].upper() == "BND"
     x = _numbers(s, "CART", 9 if bounded else 6)
     way = [b - a for a, b in zip(x[:3], x[3:6])] if bounded else x[3:6]
@@ -236,12 +236,12 @@ def _line(p: _Program, s: Statement) -> dict[str, Any]:
     return out | ({"normal": unit(x[6:9])} if len(x) >= 9 else {})
 
 
-def _circle(p: _Program, s: Statement) -> dict[str, Any]:
+def _circle(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 7)
     return {"type": "circle", "point": mm(*(p.mm * v for v in x[:3])), "axis": unit(x[3:6]), "diameter": mm(p.mm * x[6])} | _inside(s)  # fmt: skip
 
 
-def _cylinder(p: _Program, s: Statement) -> dict[str, Any]:
+def _cylinder(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 7)
     long = p.mm * x[7] if len(x) > 7 else ASSUMED
     if len(x) > 7:
@@ -249,7 +249,7 @@ def _cylinder(p: _Program, s: Statement) -> dict[str, Any]:
     return _circle(p, s) | {"type": "cylinder", "length": mm(long)}
 
 
-def _cone(p: _Program, s: Statement) -> dict[str, Any]:
+def _cone(p: _Program, s: DmisStatement) -> dict[str, Any]:
     """The point of a DMIS cone is its vertex; part/1 wants a diameter: that at 20 mm from it, where the touches move it."""
     x = _numbers(s, "CART", 7)
     axis, full = unit(x[3:6]), p.rad * x[6]
@@ -260,14 +260,14 @@ def _cone(p: _Program, s: Statement) -> dict[str, Any]:
     return {"type": "cone", "point": mm(*start), "axis": axis, "diameter": mm(wide), "angle": deg(full), "length": mm(ASSUMED)} | _inside(s)  # fmt: skip
 
 
-def _sphere(p: _Program, s: Statement) -> dict[str, Any]:
+def _sphere(p: _Program, s: DmisStatement) -> dict[str, Any]:
     x = _numbers(s, "CART", 4)
     return {"type": "sphere", "point": mm(*(p.mm * v for v in x[:3])), "diameter": mm(p.mm * x[3])} | _inside(
         s
     )
 
 
-FEATURES: dict[str, Callable[[_Program, Statement], dict[str, Any]]] = {
+FEATURES: dict[str, Callable[[_Program, DmisStatement], dict[str, Any]]] = {
     "POINT": _point, "PLANE": _plane, "LINE": _line, "CIRCLE": _circle, "CYLNDR": _cylinder, "CONE": _cone, "SPHERE": _sphere,
 }  # fmt: skip
 FORMS = {
@@ -278,7 +278,7 @@ FORMS = {
 }  # fmt: skip
 
 
-def _tolerance(program: _Program, s: Statement) -> None:
+def _tolerance(program: _Program, s: DmisStatement) -> None:
     if s.label[0] != "T" or not s.label[1]:
         raise DataError(f"{s.at}: a tolerance needs its name: T(name)=TOL/...")
     kind = s.words[0].upper() if s.words else ""
@@ -287,7 +287,7 @@ def _tolerance(program: _Program, s: Statement) -> None:
     program.tolerances[s.label[1]] = ToleranceStatement(s.at, s.label[1], kind, s.words[1:], program.mm or 1.0, program.rad)  # fmt: skip
 
 
-def _datum(program: _Program, s: Statement) -> None:
+def _datum(program: _Program, s: DmisStatement) -> None:
     feature = _names("FA|F", s)
     letter = _names("DAT", s)
     if len(feature) != 1 or len(letter) != 1:
@@ -295,7 +295,7 @@ def _datum(program: _Program, s: Statement) -> None:
     program.datums[letter[0]] = feature[0]
 
 
-def _measure(program: _Program, s: Statement) -> None:
+def _measure(program: _Program, s: DmisStatement) -> None:
     name = _names("F", s)
     if len(name) != 1 or name[0] not in program.drawn.features:
         program.measuring = ""
@@ -303,7 +303,7 @@ def _measure(program: _Program, s: Statement) -> None:
     program.measuring = name[0]
 
 
-def _touch(program: _Program, s: Statement) -> None:
+def _touch(program: _Program, s: DmisStatement) -> None:
     if not program.measuring:
         return
     feature = program.drawn.features[program.measuring]
@@ -319,11 +319,11 @@ def _touch(program: _Program, s: Statement) -> None:
     program.touches.setdefault(program.measuring, []).append(row)
 
 
-def _end(program: _Program, _s: Statement) -> None:
+def _end(program: _Program, _s: DmisStatement) -> None:
     program.measuring = ""
 
 
-def _output(program: _Program, s: Statement) -> None:
+def _output(program: _Program, s: DmisStatement) -> None:
     features, tolerances = _names("FA|F", s), _names("TA|T", s)
     known = [t for t in tolerances if t in program.tolerances]
     unknown = [t for t in tolerances if t not in program.tolerances]
@@ -333,13 +333,13 @@ def _output(program: _Program, s: Statement) -> None:
         program.asked.append((s.at, features, known))
 
 
-def _names(kinds: str, s: Statement) -> list[str]:
+def _names(kinds: str, s: DmisStatement) -> list[str]:
     """Names in words such as FA(C1) of the kinds given."""
     found = (re.fullmatch(rf"(?:{kinds})\(([^)]*)\)", w, re.IGNORECASE) for w in s.words)
     return [f[1].strip() for f in found if f]
 
 
-def _spanned(drawn: Drawn, name: str, rows: Any) -> None:
+def _spanned(drawn: DrawnPart, name: str, rows: Any) -> None:
     """The extent of a plane, bore or cone from its touches (n, 6)."""
     table = drawn.features[name]
     place = np.array([float(v) for v in table["point"].removesuffix(" mm").split()])

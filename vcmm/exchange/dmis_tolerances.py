@@ -9,7 +9,7 @@ from typing import Any
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import is_usual, to_number
-from vcmm.exchange.drawn import Drawn, deg, mm
+from vcmm.exchange.drawn import DrawnPart, deg, mm
 
 ZONES = {
     "FLAT": "flatness", "STRGHT": "straightness", "CIRLTY": "roundness", "CYLCTY": "cylindricity",
@@ -37,7 +37,7 @@ class ToleranceStatement:
 
 
 def tables_of(
-    drawn: Drawn, t: ToleranceStatement, features: list[str], context: tuple[str, Mapping[str, str]]
+    drawn: DrawnPart, t: ToleranceStatement, features: list[str], context: tuple[str, Mapping[str, str]]
 ) -> None:
     """The characteristic of a tolerance asked for features, into `drawn`; a note where part/1 has no words for it.
 
@@ -61,7 +61,7 @@ def tables_of(
 
 
 def _table(
-    drawn: Drawn, t: ToleranceStatement, features: list[str], datums: Mapping[str, str]
+    drawn: DrawnPart, t: ToleranceStatement, features: list[str], datums: Mapping[str, str]
 ) -> dict[str, Any] | str:
     """The table, or why there is none."""
     if t.kind in BETWEEN:

@@ -15,7 +15,7 @@ DIGITS = 12  # significant digits of a length in mm: 1e-9 mm at a metre
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class DrawnPart:
     """features, characteristics: the tables of part/1. points: measured, by feature (n, 3) mm. targets: touches of a
     measuring program by feature, (n, 6): place in mm and outward normal. tip_radius mm: the measured points are centres of
     such a tip (None: on the surface). notes: what was assumed or left out, with its line.
@@ -61,7 +61,7 @@ def unit(direction: Sequence[float]) -> list[float]:
     return [float(f"{v:.15g}") for v in d / size]
 
 
-def part_toml(drawn: Drawn) -> str:
+def part_toml(drawn: DrawnPart) -> str:
     """The text of a part/1 file; the notes stand at its head."""
     lines = [f"# part of {comment(drawn.source)}, drawing frame = its coordinate system"]
     lines += [f"# {comment(note)}" for note in drawn.notes]
@@ -77,7 +77,7 @@ def part_toml(drawn: Drawn) -> str:
     return "\n".join(lines) + "\n"
 
 
-def features_toml(drawn: Drawn, head: str) -> list[str]:
+def features_toml(drawn: DrawnPart, head: str) -> list[str]:
     """Lines of the table of features."""
     return [f"[{head}]", *(f"{_key(n)} = {toml_value(t)}" for n, t in drawn.features.items())]
 

@@ -50,8 +50,10 @@ def _value(c: Mapping[str, Any]) -> HandedValue:
 
     measured = got("measured")
     return HandedValue(
-        c["name"], c["type"], unit, got("nominal"), got("value") if measured is None else measured, got("bias") or 0.0,
-        got("u"), got("U"), c.get("k"), c["p"], _pair(got("interval")), _pair(got("tolerance")), c.get("decision") or "",
+        name=c["name"], type=c["type"], unit=unit, nominal=got("nominal"),
+        measured=got("value") if measured is None else measured, bias=got("bias") or 0.0, u=got("u"), U=got("U"),
+        k=c.get("k"), p=c["p"], interval=_pair(got("interval")), tolerance=_pair(got("tolerance")),
+        decision=c.get("decision") or "",
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.exchange.drawn import Drawn, deg, mm, unit
+from vcmm.exchange.drawn import DrawnPart, deg, mm, unit
 from vcmm.exchange.qif import Qif, series
 from vcmm.exchange.xml import Node
 
@@ -26,7 +26,7 @@ KINDS = {
 ASSUMED = 20.0  # mm, side or length where neither the file nor its points tell
 
 
-def add_features(qif: Qif, drawn: Drawn, measured: Mapping[str, Array]) -> dict[str, str]:
+def add_features(qif: Qif, drawn: DrawnPart, measured: Mapping[str, Array]) -> dict[str, str]:
     """Every feature item that vcmm has, into `drawn`; its name by item id. What it has not becomes a note.
 
     measured: points (n, 3) mm by id of the feature item.
@@ -56,7 +56,7 @@ def add_features(qif: Qif, drawn: Drawn, measured: Mapping[str, Array]) -> dict[
 
 
 def _table(
-    qif: Qif, drawn: Drawn, kind: str, described: tuple[str, Node, Node], points: Array | None
+    qif: Qif, drawn: DrawnPart, kind: str, described: tuple[str, Node, Node], points: Array | None
 ) -> dict[str, Any]:
     name, nominal, definition = described
     place, axis = _place(qif, nominal, kind)
@@ -111,7 +111,7 @@ def _round(qif: Qif, definition: Node, kind: str, name: str) -> dict[str, Any]:
     return sizes
 
 
-def _side(drawn: Drawn, definition: Node, table: dict[str, Any], points: Array | None) -> dict[str, Any]:
+def _side(drawn: DrawnPart, definition: Node, table: dict[str, Any], points: Array | None) -> dict[str, Any]:
     """{"inside": True} of a bore. Where the file does not say it, centres of the tip within the diameter tell."""
     stated = definition.words("InternalExternal")
     if stated in ("INTERNAL", "EXTERNAL"):
@@ -130,7 +130,7 @@ def _side(drawn: Drawn, definition: Node, table: dict[str, Any], points: Array |
 
 
 def _extent(
-    qif: Qif, drawn: Drawn, kind: str, described: tuple[str, Node, Node], frame: tuple[Array, list[float]],
+    qif: Qif, drawn: DrawnPart, kind: str, described: tuple[str, Node, Node], frame: tuple[Array, list[float]],
     points: Array | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Size of a plane, length of the others: stated, spanned by the points, or assumed and said."""
@@ -173,7 +173,7 @@ def spanned_plane(place: Array, axis: Array, points: Array) -> dict[str, Any]:
     return {"point": mm(*at), "size": mm(*(high - low)), "u": unit(u)}
 
 
-def _free(wanted: str, drawn: Drawn) -> str:
+def _free(wanted: str, drawn: DrawnPart) -> str:
     number = next(n for n in range(1, 10**6) if _numbered(wanted, n) not in drawn.features)
     return _numbered(wanted, number)
 

@@ -5,20 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 from vcmm.core.errors import DataError
-from vcmm.exchange.drawn import Drawn
+from vcmm.exchange.drawn import DrawnPart
 from vcmm.exchange.qif import Qif, read_qif
 from vcmm.exchange.qif_features import add_features
 from vcmm.exchange.qif_points import MeasuredSet, of_features
 from vcmm.exchange.qif_tolerances import add_characteristics
 
 
-def read_qif_part(path: str | Path) -> Drawn:
+def read_qif_part(path: str | Path) -> DrawnPart:
     """Raises DataError with file and line where the document is broken, or holds no feature that vcmm has."""
     qif = read_qif(path)
     notes: list[str] = []
     measured = _measured(qif, notes)
     radii = {one.tip_radius for one in measured.values()}
-    drawn = Drawn(
+    drawn = DrawnPart(
         Path(path).name, _name(qif), notes=notes, tip_radius=next(iter(radii)) if len(radii) == 1 else None
     )
     if len(radii) > 1:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vcmm.core.errors import DataError
-from vcmm.exchange.drawn import Drawn, deg, mm
+from vcmm.exchange.drawn import DrawnPart, deg, mm
 from vcmm.exchange.qif import Qif
 from vcmm.exchange.xml import Node
 
@@ -45,7 +45,7 @@ class Described:
     definition: Node
 
 
-def add_characteristics(qif: Qif, drawn: Drawn, names: Mapping[str, str]) -> dict[str, str]:
+def add_characteristics(qif: Qif, drawn: DrawnPart, names: Mapping[str, str]) -> dict[str, str]:
     """Every characteristic item that part/1 has words for, into `drawn`; its name by item id. The others become notes."""
     items = qif.root.one("Characteristics/CharacteristicItems")
     datums = _datum_features(qif, names)
@@ -64,7 +64,7 @@ def add_characteristics(qif: Qif, drawn: Drawn, names: Mapping[str, str]) -> dic
 
 
 def _table(
-    qif: Qif, drawn: Drawn, item: Node, names: Mapping[str, str], datums: Mapping[str, str]
+    qif: Qif, drawn: DrawnPart, item: Node, names: Mapping[str, str], datums: Mapping[str, str]
 ) -> dict[str, Any]:
     kind = item.name.removesuffix(SUFFIX)
     if kind not in (*ZONES, *SIZES, *BETWEEN):

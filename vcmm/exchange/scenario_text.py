@@ -12,7 +12,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.core.text import csv_of
-from vcmm.exchange.drawn import Drawn, comment, mm, toml_value
+from vcmm.exchange.drawn import DrawnPart, comment, mm, toml_value
 
 TRAVELS = (600.0, 500.0, 400.0)  # mm, of the machine that stands in until its own file does
 ROOM = 200.0  # mm that travels keep beyond the part: styli, clearance
@@ -21,7 +21,7 @@ STEEP = 0.3  # vertical share of an axis from which on a straight stylus enters 
 TIPS = (4.0, 2.0, 1.0, 0.5)  # mm, usual tip diameters
 
 
-def scenario_toml(drawn: Drawn, machine: str | None = None, centre: Sequence[float] | None = None) -> str:
+def scenario_toml(drawn: DrawnPart, machine: str | None = None, centre: Sequence[float] | None = None) -> str:
     """The text of a scenario/1 file. machine: name of a machine file; centre: mm, of its volume, where the part is put."""
     low, high = _box(drawn.features)
     travels = [max(t, float(h - b) + ROOM) for t, b, h in zip(TRAVELS, low, high)]
@@ -41,7 +41,7 @@ def scenario_toml(drawn: Drawn, machine: str | None = None, centre: Sequence[flo
     return "\n".join([*lines, "[job]", "trials = 20000", "seed = 1"]) + "\n"
 
 
-def machine_toml(drawn: Drawn) -> str:
+def machine_toml(drawn: DrawnPart) -> str:
     """A machine that is known by its certificate only, with travels that hold the part."""
     low, high = _box(drawn.features)
     x, y, z = (max(t, float(h - b) + ROOM) for t, b, h in zip(TRAVELS, low, high))
@@ -76,7 +76,7 @@ def target_csv(targets: Array) -> str:
     return csv_of([["x_mm", "y_mm", "z_mm", "nx", "ny", "nz"], *rows])
 
 
-def _plan(drawn: Drawn) -> list[str]:
+def _plan(drawn: DrawnPart) -> list[str]:
     """Styli and steps: every feature that a characteristic needs, as often as its kind asks for."""
     used = _used(drawn)
     steps = [_step(name, drawn.features[name], drawn.tip_radius) for name in used]
@@ -103,7 +103,7 @@ def features_of(characteristic: Mapping[str, Any]) -> list[str]:
     return out
 
 
-def _used(drawn: Drawn) -> list[str]:
+def _used(drawn: DrawnPart) -> list[str]:
     """Features of the characteristics in the order of the drawing."""
     named = {n for c in drawn.characteristics for n in features_of(c)}
     return [n for n in drawn.features if n in named]
