@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.diagnosis.confusion import NATS, Standing
+from vcmm.diagnosis.confusion import Standing
+from vcmm.diagnosis.constants import NOTHING, STRONG
 from vcmm.diagnosis.delivered import Delivered, setting_for, shares_of_rows
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary
@@ -21,7 +22,7 @@ from vcmm.diagnosis.result import Answer
 from vcmm.diagnosis.search import Stage
 from vcmm.diagnosis.select import Selection, Setting, Term, fitted_again
 from vcmm.diagnosis.simple_part import simple_part
-from vcmm.evaluation.gaussian import SCALES, Whitener
+from vcmm.evaluation.gaussian import RANK, SCALES, Whitener
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ class Named:
 
 def _excess(selection: Selection, stage: Stage) -> float:
     variance = selection.fit.sigma**2 if selection.fit else 1.0
-    return max(float(selection.y @ selection.y) - stage.white.dof * variance, 1e-300)
+    return max(float(selection.y @ selection.y) - stage.white.dof * variance, NOTHING)
 
 
 def answers(named: Named, given: Delivered, mistake: Mistake | None, seed: int) -> tuple[Answer, ...]:
@@ -119,7 +120,7 @@ def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
 
     def left(option: int) -> float:
         x = found.columns(option)
-        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]))
+        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]))
 
     best = min(range(int(found.first[j]), stop), key=left)
     return Term(found.families[j], found.options[best], found.columns(best), selection.terms[at].width)
@@ -144,7 +145,7 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     size = float(np.linalg.norm(white.apply(mistake.departure)))
     something = 1.0 - float(np.exp(-mistake.score))
     sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
-    rivals = mistake.free if mistake.lead < NATS else ()
+    rivals = mistake.free if mistake.lead < STRONG else ()
     theirs = something - sure if rivals else 0.0
     return Answer(
         mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs,

@@ -15,6 +15,7 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter, parameter_fields, typical
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
+from vcmm.diagnosis.constants import EXACT, RARER, UNSEEN
 from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.sanity import dead_sensors
@@ -23,7 +24,6 @@ from vcmm.effects import ALL, of_role
 from vcmm.evaluation.gaussian import thin_svd
 
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
-RARER = 0.1  # prior of an effect where it is rare (see vcmm.core.declaration.Prior)
 MOST_COLUMNS = 120
 
 
@@ -114,7 +114,7 @@ def _stale(problem: Problem) -> list[Family]:
     if changed is None or not np.any(problem.calibration):
         return []
     left, size = thin_svd(problem.calibration)
-    columns = (left * size)[:, size > 1e-2 * size[0]][:, :MOST_COLUMNS]
+    columns = (left * size)[:, size > EXACT * size[0]][:, :MOST_COLUMNS]
     k = columns.shape[1]
     option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)
     return [Family(changed.name, {"component": "all"}, (option,))]
@@ -184,7 +184,7 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
 def _independent(columns: Array) -> bool:
     """Does every one of several columns (m, k) show, and none as the others do?"""
     length = np.linalg.norm(columns, axis=0)
-    return bool(length.all()) and np.linalg.matrix_rank(columns / length, tol=1e-6) == columns.shape[1] > 1
+    return bool(length.all()) and np.linalg.matrix_rank(columns / length, tol=UNSEEN) == columns.shape[1] > 1
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:

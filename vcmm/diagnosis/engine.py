@@ -14,6 +14,7 @@ from vcmm.diagnosis.aliases import unresolved, with_aliases
 from vcmm.diagnosis.answers import Named, answers
 from vcmm.diagnosis.candidates import Catalogue, Family, catalogue
 from vcmm.diagnosis.confusion import Standing
+from vcmm.diagnosis.constants import MISMATCH
 from vcmm.diagnosis.contradicted import pulls_of, told_pulls, unexplained_pulls, with_contradicted
 from vcmm.diagnosis.delivered import delivered, rms_left
 from vcmm.diagnosis.evidence import scorer
@@ -119,7 +120,7 @@ def _passes(
 
 
 def _same(a: Audit, b: Audit) -> bool:
-    alike = abs(a.rho - b.rho) < 0.1 and abs(a.less - b.less) < 0.05
+    alike = abs(a.rho - b.rho) < 2.0 * MISMATCH and abs(a.less - b.less) < MISMATCH
     return alike and (a.growth == 0) == (b.growth == 0) and a.noise == b.noise
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from vcmm import charts
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
+from vcmm.diagnosis.constants import EVEN_ODDS
 from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
-EVEN_ODDS = 0.5  # a name below this, with its exact aliases, is not found
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Catalogue, Family
-from vcmm.diagnosis.confusion import NATS
+from vcmm.diagnosis.constants import FALSE_ALARM, STRONG
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.diagnosis.noise import Audit
-from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.null import clipped, draws, upper_quantile
 from vcmm.diagnosis.outlying import excused, owed, worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
@@ -21,10 +21,6 @@ from vcmm.diagnosis.select import Selection, Setting, among, cleaned, fitted_aga
 from vcmm.diagnosis.sharpen import sharpened
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import Whitener
-
-CLEARLY = (
-    3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +114,8 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
     held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
-    if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
-        return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -NATS else ())
+    if lead < (-STRONG if held and len(with_it.terms) < len(plain.terms) else 0.0):
+        return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ())
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
     return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, stage)
 

@@ -8,13 +8,12 @@ from __future__ import annotations
 from vcmm.core.effect import parameter
 from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.constants import MOSTLY, NOTHING
 from vcmm.diagnosis.evidence import visible
 from vcmm.diagnosis.select import Selection
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.effects import BY_NAME
 from vcmm.evaluation.gaussian import Whitener
-
-MOSTLY = 0.5  # share of the energy of a curve from which it is called by its straight part
 
 
 def simple_part(selection: Selection, i: int, families: tuple[Family, ...], white: Whitener) -> str:
@@ -33,7 +32,7 @@ def simple_part(selection: Selection, i: int, families: tuple[Family, ...], whit
             if x is None:
                 continue
             size = float(x[:, 0] @ signal / (x[:, 0] @ x[:, 0]))
-            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), 1e-300)
+            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), NOTHING)
             if share > (best[0] if best else MOSTLY):
                 best = share, family, option, size
     return _text(*best) if best else ""
