@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.diagnosis.candidates import again
 from vcmm.diagnosis.confusion import Standing
 from vcmm.diagnosis.constants import NOTHING, STRONG
 from vcmm.diagnosis.delivered import Delivered, setting_for, shares_of_rows
@@ -27,13 +28,17 @@ from vcmm.evaluation.gaussian import RANK, SCALES, Whitener
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """Everything that was thought of: the terms with their joint fit, and each among its rivals."""
+    """Everything that was thought of: the terms with their joint fit, and each among its rivals.
+
+    searched: the same in the rows that were searched, where these are not all.
+    """
 
     problem: Problem
     stage: Stage
     selection: Selection
     places: Sequence[Standing]
     field: Field | None = None
+    searched: Named | None = None
 
     def probabilities(self) -> list[Answer]:
         """Every term as an answer without numbers: what of it is probable."""
@@ -102,7 +107,7 @@ def _twins(
     setting, out = setting_for(problem, named.stage), []
     place = named.places[i]
     for j, probability in zip(place.twins, place.shares):
-        term = _at_place(named.stage.found, selection, at, j)
+        term = _twin(named, selection, at, i, j)
         moved = fitted_again(
             [term if k == at else t for k, t in enumerate(selection.terms)], setting, rounds=1
         )
@@ -111,6 +116,15 @@ def _twins(
         others = [of.id, *(n for n in of.cannot_be_told_from if n != term.family.id)]
         out.append(replace(new, fitted=None, inputs=(), cannot_be_told_from=tuple(others)))
     return out
+
+
+def _twin(named: Named, selection: Selection, at: int, i: int, j: int) -> Term:
+    """Term `at` of a refit, which is term i of all, as family j."""
+    if named.searched is None:
+        return _at_place(named.stage.found, selection, at, j)
+    term = _at_place(named.stage.found, named.searched.selection, i, j)
+    option = again(term.option, named.problem)
+    return selection.terms[at] if option is None else replace(term, option=option)
 
 
 def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
@@ -135,7 +149,7 @@ def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place
     said = (
         f"its place is open: as good at {others}" if others else "",
         remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
-        simple_part(selection, i, stage.found.families, stage.white),
+        simple_part(selection, i, stage.found.families, problem, stage.white),
     )
     return "; ".join(s for s in said if s)
 

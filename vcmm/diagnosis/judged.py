@@ -97,7 +97,7 @@ def beside_field(
     if field is None or not field.stands:
         return first
     beside = first.problem.with_statement(FIELD, field.columns)
-    stage = staged(beside, _simple(known), generics, first.stage.noise, seed, nulls)
+    stage = staged(beside, _simple(known), generics, first.stage.noise, seed, nulls, first.stage.screen)
     chosen = search(beside, stage)
     second = judged(chosen, chosen.stage, seed, in_field=True)
     if not second.selection.terms or _lost(first, second) or not _told_before(first, second):

@@ -8,6 +8,7 @@ Every shape is scored like an effect, and its p value is the share of null recor
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,14 +42,18 @@ class Place:
 
 def generic_families(problem: Problem) -> tuple[Family, ...]:
     """Shapes over every covariate and direction, columns in units of the noise."""
+    return tuple(each_shape(problem))
+
+
+def each_shape(problem: Problem) -> Iterator[Family]:
+    """The same one after another: together they are many columns."""
     size = float(np.median(problem.u))
-    out = []
-    for name, groups in covariates(problem).items():
-        for direction, factor in modulators(problem).items():
+    over, factors = covariates(problem), modulators(problem)
+    prior = -float(np.log(max(len(over) * len(factors), 1)))
+    for name, groups in over.items():
+        for direction, factor in factors.items():
             options = [_option(c * factor[:, None] * size, len(groups)) for c in groups]
-            out.append(Family(name, {"direction": direction}, tuple(options), 0.0))
-    count = max(len(out), 1)
-    return tuple(Family(f.name, f.where, f.options, -float(np.log(count))) for f in out)
+            yield Family(name, {"direction": direction}, tuple(options), prior)
 
 
 def _option(columns: Array, among: int) -> Option:

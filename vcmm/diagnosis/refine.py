@@ -8,7 +8,7 @@ import numpy as np
 
 from vcmm.core.effect import Effect, parameter_fields, with_parameter
 from vcmm.core.run import Array
-from vcmm.diagnosis.candidates import Option, make_option
+from vcmm.diagnosis.candidates import Option, again
 from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change
@@ -101,7 +101,7 @@ def moved(centre: float, step: float, name: str) -> float:
 def at_value(option: Option, name: str, value: float, problem: Problem) -> Option | None:
     """The same option with one scanned parameter changed."""
     assert option.effect is not None
-    made = make_option(with_parameter(option.effect, name, value), problem, option.log_prior)
+    made = again(option, problem, with_parameter(option.effect, name, value))
     if made is None or made.columns.shape != option.columns.shape:
         return None
     return replace(made, unit=made.unit)

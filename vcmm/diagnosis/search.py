@@ -22,6 +22,8 @@ from vcmm.diagnosis.sharpen import sharpened
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import Whitener
 
+SIMULATED = 1000  # null recordings of a long one: ten beyond a false alarm of 1 %
+
 
 @dataclass(frozen=True, eq=False)
 class Stage:
@@ -36,6 +38,9 @@ class Stage:
     generic_threshold: float
     chance: Array  # largest generic score of every null recording
     sample: Array  # the null recordings themselves, white and prepared
+    screen: Stage | None = (
+        None  # of a long recording, that of the rows in which the whole catalogue was searched
+    )
 
 
 def staged(
@@ -45,13 +50,22 @@ def staged(
     noise: Audit,
     seed: int,
     nulls: int,
+    screen: Stage | None = None,
 ) -> Stage:
-    """Whitener, dictionaries and thresholds under the noise that the audit found."""
+    """Whitener, dictionaries and thresholds under the noise that the audit found.
+
+    What the largest of so many candidates reaches by chance hardly depends on the number of rows: a long recording takes the
+    thresholds of its screen.
+    """
     u = noise.u(problem)
     white = problem.whitener(u, noise.rho)
     found, generic = dictionary(known.families, white), dictionary(generics, white)
-    sample = draws(noise.noise, white, seed, "null", nulls)
+    sample = draws(noise.noise, white, seed, "null", nulls if screen is None else min(nulls, SIMULATED))
     sample = clipped(sample, white, noise.noise.clip)
+    if screen is not None:
+        return replace(
+            screen, white=white, u=u, noise=noise, found=found, generic=generic, sample=sample, screen=screen
+        )
     largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
     return Stage(
         white,
