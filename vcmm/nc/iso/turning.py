@@ -17,7 +17,7 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.grooving import GROOVING, to_tip
-from vcmm.nc.iso.motion import length
+from vcmm.nc.iso.lengths import length
 from vcmm.nc.moves import Move
 from vcmm.nc.rounding import round_corners
 
