@@ -130,7 +130,7 @@ def _finish(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> 
     _run(r, first, last, run)
     c.compensation = None
     to_tip(c, start, True)
-    r.at = back if first < back else last + 1
+    r.at = last + 1 if first == back else back  # a contour that stands elsewhere is called like a subprogram
 
 
 # -- roughing ---------------------------------------------------------------------------------------------------------
