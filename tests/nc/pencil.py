@@ -56,7 +56,7 @@ def check(dialect: str, text: str, path: str, setup: Setup = SETUP) -> None:
     """The whole path, to 0.1 um of what was written down."""
     have, want = found(interpret(text, dialect, setup).moves), expected(path)
     for i, (one, two) in enumerate(zip(have, want)):
-        assert one[0] == two[0] and one[3] == two[3], f"move {i}: {one}, by hand {two}"
+        assert (one[0], one[3]) == (two[0], two[3]), f"move {i}: {one}, by hand {two}"
         assert one[1] == pytest.approx(two[1], abs=1e-4), f"move {i}: {one}, by hand {two}"
         assert one[2] == (two[2] if two[2] is None else pytest.approx(two[2], abs=1e-4)), f"move {i}: {one}, by hand {two}"  # fmt: skip
     assert len(have) == len(want), f"by hand {len(want)} moves; over: {have[len(want) :]} {want[len(have) :]}"

@@ -69,7 +69,7 @@ def run(
     if language.survey and not (c.moves or made):
         _alone(runner)
     made = made or len(c.moves)
-    if made and not c.unit_said and language.survey:
+    if made and not c.unit_said:
         c.source = Source(1, 1, 1)
         c.assume("the unit, for want of G20 and G21", "mm", matters=False)
     if not made:
