@@ -46,7 +46,13 @@ class Telling(Protocol):
     def remark(self, text: str, column: int | None = None, kind: str = "") -> None: ...
 
     def assume(
-        self, what: str, value: str, otherwise: str = "", *, blank: SetupEntry | None = None, column: int | None = None
+        self,
+        what: str,
+        value: str,
+        otherwise: str = "",
+        *,
+        blank: SetupEntry | None = None,
+        column: int | None = None,
     ) -> None: ...
 
 
@@ -59,7 +65,11 @@ def unknown_tool(r: Telling, number: int, called: str, column: int | None = None
     entry = SetupEntry(f"tools.{number}" if number else "tools", "length", '"80 mm"')
     what = f"tool {number}" if number else f"the tool {called}"
     if r.setup.strict and not tools:
-        r.remark(f"the length of {what} is not known and taken as 0 mm; give the tools with --setup", column, "no tools")
+        r.remark(
+            f"the length of {what} is not known and taken as 0 mm; give the tools with --setup",
+            column,
+            "no tools",
+        )
         return
     known = ", ".join(str(n) for n in tools[:12])
     add = f"[tools.{number}]" if number else f'a tool with name = "{called}"'

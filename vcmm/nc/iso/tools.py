@@ -37,7 +37,7 @@ def _offset_of(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
     if code in ("G43.4", "G43.5", "G143", "G234"):
         c.assume(
             f"{code}, tool centre point control",
-            "the path of the tip over the workpiece; the axes follow from the machine",
+            "the path of the tip over the workpiece; which way the tool points follows from the machine of the set-up",
             column=column,
             matters=False,
         )
