@@ -71,9 +71,8 @@ def test_a_led_move_keeps_its_tool_axis_also_where_no_rotary_axis_turns():
     text = "G21 G90\nT1 M6\nG43.5 H1 G0 Z10.\nG1 X1. I0 J0 K1. F100\nX2. I3. J0 K4.\nM30\n"
     last = interpret(text, "fanuc", Setup(strict=False)).moves[-1]
     written = json.loads(move_text(last, "XYZBC"))
-    assert written["tool_axis_start"] == [0.0, 0.0, 1.0] and written["tool_axis_end"] == [0.6, 0.0, 0.8]
-    assert (
-        written["led"]
-        and written["rotary_start_rad"] == {"B": 0.0, "C": 0.0}
-        and written["rotary_end_rad"] is None
-    )
+    assert written["tool_axis_start"] == [0.0, 0.0, 1.0]
+    assert written["tool_axis_end"] == [0.6, 0.0, 0.8]
+    assert written["led"]
+    assert written["rotary_start_rad"] == {"B": 0.0, "C": 0.0}
+    assert written["rotary_end_rad"] is None

@@ -82,7 +82,8 @@ def test_a_tool_that_is_not_known_is_told_and_refused_in_one_way_in_every_langua
     ):
         interpret(text, dialect, Setup(tools=table))
     bare = interpret(text, dialect, Setup())
-    assert "the length of tool 1 is not known" in bare.warnings[0].text and not bare.assumed
+    assert "the length of tool 1 is not known" in bare.warnings[0].text
+    assert not bare.assumed
 
 
 def test_the_unit_that_nothing_states_is_told_on_both_levels():
