@@ -29,6 +29,7 @@ from vcmm.nc.iso.offsets import (
 )
 from vcmm.nc.iso.patterns import nonmodal
 from vcmm.nc.iso.tools import radius_compensation, tool_length
+from vcmm.nc.iso.winding import wind
 from vcmm.nc.moves import Source
 
 
@@ -78,6 +79,8 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
     for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilted)):
         if group in g:
             action(c, w, g[group], column_of(w, group))
+    if "winding" in g:
+        wind(c, w, g["winding"], column_of(w, "winding"))
     if "polar" in g:
         polar_words(c, g["polar"])
     if "other" in g:

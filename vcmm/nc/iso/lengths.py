@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
+from vcmm.nc.moves import Point
 
 POINTLESS = 20.0  # from here on a number without a point counts increments where all coordinates have one
 
@@ -32,3 +35,16 @@ def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> N
         w.column(letter),
         "decimal point",
     )
+
+
+def turned(c: IsoControl, w: IsoWords) -> Point:
+    """The rotary position that a block asks for, rad."""
+    if not any(w.has(a) for a in "ABC"):
+        return c.rotary
+    out = list(c.rotary)
+    for i, axis in enumerate("ABC"):
+        number = w.take(axis)
+        if number is not None:
+            angle = math.radians(number)
+            out[i] = angle if c.absolute else out[i] + angle
+    return (out[0], out[1], out[2])

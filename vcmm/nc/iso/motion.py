@@ -16,6 +16,7 @@ from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
 from vcmm.nc.iso.lengths import length
 from vcmm.nc.iso.polar import polar_ends, radial_ends
+from vcmm.nc.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Point
 
@@ -40,7 +41,7 @@ def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
             p[i] = value if c.absolute else p[i] + value
     if c.language.lathe:
         _increments(c, w, p)
-    return (p[0], p[1], p[2]), turned(c, w)
+    return wound_target(c, w, p)
 
 
 def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
@@ -55,25 +56,15 @@ def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
         p[i] = c.p[i] + (value / 2.0 if letter == "U" and c.diametral() else value)
 
 
-def turned(c: IsoControl, w: IsoWords) -> Point:
-    """The rotary position that a block asks for, rad."""
-    if not any(w.has(a) for a in "ABC"):
-        return c.rotary
-    out = list(c.rotary)
-    for i, axis in enumerate("ABC"):
-        number = w.take(axis)
-        if number is not None:
-            angle = math.radians(number)
-            out[i] = angle if c.absolute else out[i] + angle
-    return (out[0], out[1], out[2])
-
-
 def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
     """G0 or G1. With G43.5 I J K say where the tool points, from its tip to the spindle, in workpiece axes."""
     if c.vectors and any(w.has(k) for k in "IJK"):
         x, y, z = (w.take(k) or 0.0 for k in "IJK")
         c.point_to((x, y, z))
     p, rotary = target(c, w)
+    if c.winding is not None and c.winding.radius:
+        wound_line(c, p, rapid, rotary)
+        return
     c.straight(p, rapid, rotary)
     corner_words(c, w)
 
@@ -112,7 +103,10 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
     named = any(w.has(AXES[i]) for i in plane[:2]) or (c.language.lathe and any(w.has(k) for k in "UW"))
     start = c.p
     p, rotary = target(c, w)
-    ends = ArcEnds(start, p, clockwise, named)
+    wound = c.winding is not None and c.winding.radius > 0
+    if wound:
+        start, p, named = _point(flat(c, start, c.rotary)), _point(flat(c, p, rotary)), True
+    ends = ArcEnds(start, p, clockwise, named or (c.winding is not None and w.has("C")))
     turns = _turns(c, w)
     radius = w.take("R")
     if radius is not None and any(w.has(k) for k in CENTRE_WORDS) and c.language.words == "o":
@@ -136,8 +130,15 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
         centre = _centre_of_words(c, w, ends)
     centre[plane[2]] = start[plane[2]]
     c.arcs_seen = True
+    if wound:
+        wound_arc(c, list(start), list(p), centre, clockwise)
+        return
     emit_arc(c, ends, (centre[0], centre[1], centre[2]), turns, rotary)
     corner_words(c, w)
+
+
+def _point(values: list[float]) -> Point:
+    return values[0], values[1], values[2]
 
 
 def emit_arc(c: IsoControl, ends: ArcEnds, centre: Point, turns: int, rotary: Point) -> None:
