@@ -74,7 +74,9 @@ def test_finishing_follows_the_contour_at_its_own_feed():
 
 
 def test_a_contour_between_labels_and_one_that_is_missing():
-    text = f'{HEAD}CYCLE95("CON_A:CON_E",4,0,0,0,0.2,0.1,0.1,5,0,0,1)\nM30\nCON_A: G1 X20 Z0\nZ-10\nCON_E: X40\n'
+    text = (
+        f'{HEAD}CYCLE95("CON_A:CON_E",4,0,0,0,0.2,0.1,0.1,5,0,0,1)\nM30\nCON_A: G1 X20 Z0\nZ-10\nCON_E: X40\n'
+    )
     cuts = [m.end[0] for m in interpret(text, "sinumerik", SURVEY).moves if m.kind == "line"]
     assert cuts == [10, 20]
     told = interpret(f'{HEAD}CYCLE95("GONE",4,0,0,0,0.2,0.1,0.1,1)\nM30\n', "sinumerik", SURVEY).assumed

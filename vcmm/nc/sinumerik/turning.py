@@ -153,7 +153,12 @@ def _recorded(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item)
     """The moves of the contour in programmed coordinates; None where it is missing. Nothing of the state is changed by them."""
     r, start, _, end = i.r, *name.upper().partition(":")
     section = next(
-        (s for s in runner.sections.values() if end and {start, end} <= {b.label for b in s.blocks}), None
+        (
+            s
+            for s in (runner.current, *runner.sections.values())
+            if s and end and {start, end} <= {b.label for b in s.blocks}
+        ),
+        None,
     )
     section = section or (None if end else runner.find(start))
     if section is None:
@@ -168,10 +173,12 @@ def _recorded(i: SinumerikPaths, runner: SinumerikRunner, name: str, item: Item)
     )
     r.moves, r.sides, r.corners, r.markers, r.tracer = [], [], [], [], None
     labels = [b.label for b in section.blocks]
+    caller, source = runner.current, r.source
     if end:
         runner.part(section, labels.index(start), labels.index(end))
     else:
         runner.run(section)
+    runner.current, kept["source"] = caller, source
     moves, _ = round_corners(r.moves, [None] * len(r.moves), r.corners, r.file)
     world = r.world
     for field, value in kept.items():
