@@ -7,19 +7,22 @@ far above what was found. The machine errs as its Inputs say; both sides are eva
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from zlib import crc32
 
 import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
-from vcmm.evaluation.exact import draw_inputs
+from vcmm.evaluation.dense import surface_model
+from vcmm.evaluation.form_family import FAMILIES, KNOWN, left_over, motions
 from vcmm.evaluation.linear import LinearModel, build
+from vcmm.evaluation.montecarlo import simulate
+from vcmm.evaluation.sampling import multiplying
 from vcmm.gps import characteristics as gps
-from vcmm.inference.dense import surface_model
-from vcmm.inference.form_family import FAMILIES, KNOWN, left_over, motions
 from vcmm.measuring.task import Task
+from vcmm.response.trials import Draws
 
 BLOCK = 2000
 LOST = 0.02  # of the drawn parts may have no element by a criterion of contact: rarer than what the quantiles tell
@@ -52,7 +55,7 @@ class Drawing:
 
 def prepared(task: Task, seed: int) -> Drawing:
     """Models about the nominal part, and how large the noise of the machine is at each feature."""
-    plain = replace(task, form=np.zeros_like(task.form))
+    plain = replace(task, form=np.zeros_like(task.form), forms={})
     model = build(plain)
     t = task.touches
     left = {n: left_over(task.part.features[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
@@ -69,57 +72,62 @@ def prepared(task: Task, seed: int) -> Drawing:
 
 
 def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array:
-    """Displacements (count, n) of the touches along their normals by drawn machines, the known errors not among them."""
-    total = np.zeros((count, model.task.touches.run.n))
-    drawn = draw_inputs(model, seed, first, count)
-    for one in drawn:
-        codes = one.influence.codes
-        total += np.einsum("mnk,nk->mn", one.departures[:, codes], model.along_normal(one.influence))
-    for product in model.products:
-        one, other = drawn[product.first], drawn[product.second]
-        along = np.einsum("ni,ni->n", product.response, model.task.touches.run.normal)
-        departures = one.departures[:, one.influence.codes, 0] * other.departures[:, other.influence.codes, 0]
-        total += departures * along
-    return total
+    """Displacements (count, n) of the touches along their normals by drawn machines, the known errors not among them.
+
+    Trials of the collapsed model whose quantities are the touches themselves: Inputs of normal law are drawn together.
+    """
+    n = model.task.touches.run.n
+    of_touches = replace(model, operator=np.eye(n), q0=np.zeros(n))
+    terms, multiplied = multiplying(of_touches, of_touches.terms())
+    carried = len(terms[0].gain) if terms else n
+    drawn = np.concatenate(list(simulate(np.zeros(carried), terms, seed=seed, trials=count, first=first)))
+    return drawn if multiplied is None else multiplied(drawn)
 
 
-def pairs(
+def of_input(model: LinearModel, one: Draws) -> Array:
+    """Displacements (count, n) of the touches along their normals by the draws of one Input."""
+    codes = one.influence.codes
+    return np.asarray(np.einsum("mnk,nk->mn", one.departures[:, codes], model.along_normal(one.influence)))
+
+
+def families(
     drawing: Drawing,
     count: int,
     seed: int,
-    family: str = "waves",
+    names: Sequence[str] = KNOWN,
     most: float = MOST,
     ratio: float | None = None,
+) -> list[Pairs]:
+    """`count` parts of each family, measured by the same machines. most: largest form over noise; ratio: that of all parts."""
+    blocks: list[list[tuple[Array, Array, Array]]] = [[] for _ in names]
+    for at in range(0, count, BLOCK):
+        size = min(BLOCK, count - at)
+        noise = machine_part(drawing.measured, seed, at, size)
+        for name, found in zip(names, blocks):
+            found.append(_block(drawing, noise, (seed, at), (name, most, ratio)))
+    return [Pairs(*(np.concatenate(x) for x in zip(*found))) for found in blocks]
+
+
+def pairs(
+    drawing: Drawing, count: int, seed: int, family: str, most: float = MOST, ratio: float | None = None
 ) -> Pairs:
-    """`count` parts of a family. most: largest form over noise; ratio: the form of all parts is this many times the noise."""
-    parts = [
-        _block(drawing, min(BLOCK, count - at), (seed, at), (family, most, ratio))
-        for at in range(0, count, BLOCK)
-    ]
-    return Pairs(*(np.concatenate(x) for x in zip(*parts)))
+    """`count` parts of one family."""
+    return families(drawing, count, seed, (family,), most, ratio)[0]
 
 
 def both(drawing: Drawing, count: int, seed: int, most: float = MOST, ratio: float | None = None) -> Pairs:
     """Parts of the families that the inverse knows, as many of each."""
-    drawn = [pairs(drawing, count // len(KNOWN), seed, family, most, ratio) for family in KNOWN]
+    drawn = families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)
     return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
 
 
 def _block(
-    drawing: Drawing, count: int, place: tuple[int, int], how: tuple[str, float, float | None]
+    drawing: Drawing, noise: Array, place: tuple[int, int], how: tuple[str, float, float | None]
 ) -> tuple[Array, Array, Array]:
-    seed, first = place
-    rng = np.random.default_rng([seed, first, sorted(FAMILIES).index(how[0])])
-    touched = np.zeros((count, drawing.measured.task.touches.run.n))
-    surface = np.zeros((count, drawing.surface.task.touches.run.n))
-    ratio = _ratios(rng, count, how[1], how[2])
-    for name in drawing.noise:
-        own = ratio if how[2] is not None else ratio * np.exp(APART * rng.normal(size=(count, 1)))
-        for total, part in zip((touched, surface), _departures(drawing, name, rng, own, how)):
-            total += part
-    found = touched + machine_part(drawing.measured, seed, first, count)
-    true = _values(drawing.surface, surface)
-    indicated = _values(drawing.measured, found)
+    touched, surface = surfaces(drawing, len(noise), place, how)
+    found = touched + noise
+    true = values(drawing.surface, surface)
+    indicated = values(drawing.measured, found)
     kept = np.isfinite(true).all(axis=1) & np.isfinite(indicated).all(axis=1)
     if kept.mean() < 1.0 - LOST:
         raise ModelLimit(
@@ -128,20 +136,50 @@ def _block(
     return true[kept], indicated[kept], _rest(drawing, found[kept])
 
 
-def _values(model: LinearModel, displacements: Array) -> Array:
+def surfaces(
+    drawing: Drawing,
+    count: int,
+    place: tuple[int, int],
+    how: tuple[str, float, float | None],
+    off: float | None = None,
+) -> tuple[Array, Array]:
+    """Departures of `count` parts at the touches (count, n), and all over (count, N); mm along the outward normals.
+
+    place: seed, number of the first part; how: family, largest form over noise, the form of all (None: any); off: how far all are
+    out of place and direction (None: as their forms), over the noise.
+    """
+    own_stream = [*place, sorted(FAMILIES).index(how[0])]
+    ratio = _ratios(np.random.default_rng(own_stream), count, how[1], how[2])
+    touched = np.zeros((count, drawing.measured.task.touches.run.n))
+    surface = np.zeros((count, drawing.surface.task.touches.run.n))
+    for name in drawing.noise:
+        rng = np.random.default_rng([*own_stream, crc32(name.encode())])
+        own = ratio if how[2] is not None else ratio * np.exp(APART * rng.normal(size=(count, 1)))
+        of_feature = _departures(drawing, name, rng, own, how, off)
+        touched[:, drawing.measured.task.touches.rows[name]] = of_feature[0]
+        surface[:, drawing.surface.task.touches.rows[name]] = of_feature[1]
+    return touched, surface
+
+
+def values(model: LinearModel, displacements: Array) -> Array:
     """Characteristics (m, C) after displacements (m, n); NaN for the few parts whose elements by contact are not found."""
     try:
         return model.values(model.q0 + displacements @ model.operator.T)
     except ModelLimit:
         if len(displacements) == 1:
             return np.full((1, len(model.characteristics)), np.nan)
-        return np.concatenate([_values(model, half) for half in np.array_split(displacements, 2)])
+        return np.concatenate([values(model, half) for half in np.array_split(displacements, 2)])
 
 
 def _departures(
-    drawing: Drawing, name: str, rng: np.random.Generator, ratio: Array, how: tuple[str, float, float | None]
+    drawing: Drawing,
+    name: str,
+    rng: np.random.Generator,
+    ratio: Array,
+    how: tuple[str, float, float | None],
+    off: float | None,
 ) -> list[Array]:
-    """Departures of one feature at its touches and all over, spread out over the columns of all touches.
+    """Departures of one feature at its touches and all over.
 
     ratio (count, 1): form over noise of every part. Place and direction vary by themselves.
     """
@@ -155,15 +193,11 @@ def _departures(
     )
     drawn = [drawing.noise[name] * ratio * shape for shape in shapes]
     if name in drawing.moved:
-        way = rng.normal(size=(count, 6)) * drawing.attitude * _ratios(rng, count, most, fixed)
+        away = _ratios(rng, count, most, fixed if off is None else off)
+        way = rng.normal(size=(count, 6)) * drawing.attitude * away
         way[:, 3:] *= 2.0 / max(float(np.ptp(sets[1], axis=0).max()), 1.0)
         drawn = [d + way @ motions(feature, p, n)[:, :6].T for d, p, n in zip(drawn, sets, normals)]
-    out = []
-    for model, values in zip(models, drawn):
-        full = np.zeros((count, model.task.touches.run.n))
-        full[:, model.task.touches.rows[name]] = values
-        out.append(full)
-    return out
+    return drawn
 
 
 def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | None) -> Array:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vcmm.inference.belts import coverage, inverse_of
-from vcmm.inference.form_family import FAMILIES, left_over, motions
-from vcmm.inference.pairs import Pairs
+from vcmm.evaluation.belts import coverage, inverse_of
+from vcmm.evaluation.form_family import FAMILIES, left_over, motions
+from vcmm.evaluation.pairs import Pairs
 from vcmm.part.part import Characteristic, Feature, normal, surface_point
 
 RING = Feature("ring", "circle", np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([10.0]), inside=True)

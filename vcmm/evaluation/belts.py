@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.inference.pairs import Pairs
+from vcmm.evaluation.pairs import Pairs
+from vcmm.gps import characteristics as gps
 from vcmm.part.part import Characteristic
 
 CLASSES = 8  # of roughness, each with as many of the drawn parts
@@ -93,6 +94,8 @@ class FamilyInverse:
         belt = self.belt(rest)
         if rest is not None and len(self.roughest):
             limit, found = limit / rest, found / rest
+        if self.bounded:
+            found = max(found, float(belt.at(0.5)[0]))  # less says no more than that, as in `_crossing`
         row = [float(np.interp(limit, belt.true, column)) for column in belt.departure.T]
         return 1.0 - float(np.interp(found - limit, np.maximum.accumulate(row), LEVELS, left=0.0, right=1.0))
 
@@ -122,6 +125,11 @@ class Inverse:
         ends = [f.interval(p, found, rest) for f in self.families]
         return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
 
+    def sight(self, p: float) -> float:
+        """What a part that is far off indicates at least, as a share of its true value; 1 where there is no end of it."""
+        ends = [(f.whole.at((1.0 - p) / 2.0)[-1], f.whole.true[-1]) for f in self.families if f.bounded]
+        return min((float(y / max(t, 1e-15)) for y, t in ends), default=1.0)
+
     def within(self, low: float, high: float, found: float, rest: float | None) -> float:
         """Confidence that the true value lies between two limits (low -inf: none), by the family that doubts it most."""
         below = [0.0 if low == -np.inf else f.confidence(low, found, rest) for f in self.families]
@@ -136,7 +144,7 @@ def inverse_of(c: Characteristic, index: int, drawn: Sequence[Pairs]) -> Inverse
 def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse:
     """The belts of characteristic number `index` of drawn parts of one family."""
     true, indicated, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
-    bounded = c.type != "size"
+    bounded = gps.one_sided(c)
     whole = _belt(true, indicated, bounded)
     rest = np.maximum(rest, 1e-12)
     if (
@@ -151,17 +159,7 @@ def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse
 
 def sorted_by_roughness(c: Characteristic) -> bool:
     """Whether the residuals say something that the value itself does not: not of forms, profiles and run-out."""
-    return c.type in (
-        "size",
-        "distance",
-        "angle",
-        "position",
-        "coaxiality",
-        "symmetry",
-        "parallelism",
-        "perpendicularity",
-        "angularity",
-    )
+    return c.type in ("size", "distance", "angle", *gps.PLACED)
 
 
 def _belt(true: Array, indicated: Array, bounded: bool) -> Belt:
@@ -188,8 +186,8 @@ def _smoothed(rows: Array) -> Array:
     return out
 
 
-def coverage(inverse: Inverse, index: int, drawn: Pairs, p: float) -> float:
-    """Share of drawn parts whose true value lies in the interval for p."""
+def coverage(inverse: Inverse, index: int, drawn: Pairs, p: float, seen: bool = True) -> float:
+    """Share of drawn parts whose true value lies in the interval for p. seen: read with their roughness."""
     true, found, rest = (a[:, index] for a in (drawn.true, drawn.indicated, drawn.rest))
-    low, high = inverse.interval(p, found, rest)
+    low, high = inverse.interval(p, found, rest if seen else None)
     return float(((low <= true + 1e-12) & (true <= high + 1e-12)).mean())
