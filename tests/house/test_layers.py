@@ -38,6 +38,7 @@ ROOMS = (
     "instruments",
     "evaluation",
     "inference",
+    "routes",
     "placing",
     "machining",
     "files",

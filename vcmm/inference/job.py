@@ -148,14 +148,14 @@ def _valued(
     progress: Progress | None,
 ) -> EvaluatedPart:
     """The characteristics that were handed in, each at its value."""
-    measured = _absolute(scenario, values)
+    measured = absolute_values(scenario, values)
     wanted = [c for c in scenario.part.characteristics if c.name in measured]
     asked = replace(task, part=replace(task.part, characteristics=tuple(wanted)))
     y = np.array([measured[c.name] for c in wanted])
     return _part(scenario, values[0].part, known_of(asked, settings, y, progress), y, None, settings)
 
 
-def _absolute(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
+def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
     """Characteristic -> mm or rad. DataError: an unknown name, an angle in mm, a value no such characteristic can have."""
     known = {c.name: c for c in scenario.part.characteristics}
     out, problems = {}, []
