@@ -38,7 +38,9 @@ def counted(name: str, machines: int) -> list[str]:
 
 if __name__ == "__main__":
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 60
-    print("| task | model | calibrated part | positions | E_n model - part | model - positions | part - positions |")
+    print(
+        "| task | model | calibrated part | positions | E_n model - part | model - positions | part - positions |"
+    )
     print("|---|---|---|---|---|---|---|")
     for one in SCENARIOS:
         print("\n".join(counted(one, count)), flush=True)

@@ -160,3 +160,13 @@ def test_halves_of_a_pair_are_told(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "belong to --positions" in capsys.readouterr().err
     assert run(["routes", str(scenario), "--values", str(tmp_path / "values.csv")]) == 2
     assert "there is no second route" in capsys.readouterr().err
+
+
+def test_the_page_shows_what_the_command_prints() -> None:
+    """docs/routes.md: the published task by three routes."""
+    from tests.documented import assert_documented
+    from vcmm.tables.routed import agreements_table, routes_table
+
+    scenario = load_scenario(path("gaska2014"))
+    found = routes(scenario, settings=replace(scenario.settings, trials=20_000))
+    assert_documented("routes", [routes_table(found), agreements_table(found)])

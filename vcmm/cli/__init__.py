@@ -24,6 +24,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "evaluate": "What was measured: true values with their intervals, decisions, budgets, from points or values.",
     "audit": "Count how often the intervals of this very task hold the true value, on drawn parts and machines.",
     "routes": "The same task by independent routes: virtual CMM, calibrated part, several positions; do they agree?",
+    "rerun": "Run an evidence pack (--evidence) again and compare every number.",
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
@@ -39,7 +40,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "routes", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
     "compensate", "merge",
 )  # fmt: skip
 LATER = ("serve",)

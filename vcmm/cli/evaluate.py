@@ -19,6 +19,7 @@ def evaluate_command(
     seed: int | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
+    evidence: Path | None = None,
 ) -> int:
     """Evaluate what was measured: the value, the interval of the true value, decision and budget of every characteristic.
 
@@ -44,8 +45,19 @@ def evaluate_command(
         Print one JSON document.
     out
         Folder for evaluation.json, values.csv, a sheet for the auditor per part, and of one part report.html and budget.csv.
+    evidence
+        Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
     """
+    options = {
+        "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
+        "trials": trials, "seed": seed,
+    }  # fmt: skip
+    return _run(scenario, options, json, out, evidence)
+
+
+def _run(scenario: Path, options: dict[str, Any], json: bool, out: Path | None, evidence: Path | None) -> int:
     from vcmm.api import evaluate
+    from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
     from vcmm.console.files import output_folder
@@ -54,14 +66,14 @@ def evaluate_command(
 
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
+    measured = options["points"] or options["values"]
     with progress() as report, about(scenario):
-        parts = evaluate(
-            loaded, points=points, values=values, frame=frame, tip_centres=tip_centres, seed=seed, trials=trials,
-            progress=report,
-        )  # fmt: skip
-    content = _document(parts, scenario, points or values)
+        parts = evaluate(loaded, **(options | {"frame": options["frame"] or "part"}), progress=report)
+    content = _document(parts, scenario, measured)
+    if evidence:
+        keep_evidence(evidence, ("evaluate", scenario, options), loaded.task(), content)
     if folder:
-        _write(folder, loaded, parts, content, (scenario, points or values))
+        _write(folder, loaded, parts, content, (scenario, measured))
     if json:
         print_json(content)
     else:

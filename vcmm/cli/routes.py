@@ -20,6 +20,7 @@ def routes_command(
     seed: int | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
+    evidence: Path | None = None,
 ) -> int:
     """The same task by independent routes: virtual CMM, calibrated part (ISO 15530-3), several positions; E_n between them.
 
@@ -48,19 +49,26 @@ def routes_command(
         Print one JSON document.
     out
         Folder for report.html, routes.json, routes.csv.
+    evidence
+        Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
     """
     files = {
         "calibrated": calibrated, "repeats": repeats, "positions": positions, "standards": standards, "values": values,
     }  # fmt: skip
     changes = {k: v for k, v in (("seed", seed), ("trials", trials)) if v is not None}
-    return _run(scenario, files, changes, json, out)
+    return _run(scenario, files, changes, json, (out, evidence))
 
 
 def _run(
-    scenario: Path, files: dict[str, Path | None], changes: dict[str, Any], json: bool, out: Path | None
+    scenario: Path,
+    files: dict[str, Path | None],
+    changes: dict[str, Any],
+    json: bool,
+    written: tuple[Path | None, Path | None],
 ) -> int:
     from dataclasses import replace
 
+    from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.files import output_folder
@@ -70,6 +78,7 @@ def _run(
     from vcmm.routes.job import routes
     from vcmm.tables.routed import routes_json
 
+    out, evidence = written
     folder = output_folder(out) if out else None
     loaded = load_scenario(scenario)
     given = [f for f in files.values() if f is not None]
@@ -79,6 +88,8 @@ def _run(
     content = document(
         "vcmm.routes/1", routes_json(found), seed=found.seed, files=[*sources(scenario), *given], warnings=found.remarks
     )  # fmt: skip
+    if evidence:
+        keep_evidence(evidence, ("routes", scenario, files | changes), loaded.task(), content)
     if folder:
         _write(folder, loaded, found, content)
     if json:
