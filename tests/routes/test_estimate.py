@@ -63,6 +63,8 @@ def test_standards_by_hand() -> None:
             assert np.sqrt(np.diag(found.covariance)) == pytest.approx(
                 [u_scale, math.hypot(0.2e-3, 50 * u_scale) / 2]
             )
+    # nu of the readings: (sqrt 2)^4 / (1^4 / 1) = 4 in units of 0.1 um
+    assert found.dof == pytest.approx(4.0)
     # two rings that differ by 4 standard uncertainties of their mean: chi^2 = 8 for 1 degree of freedom
     apart = [StandardReadings("ring", 50.0, 0.2e-3, np.array([50.0 + e])) for e in (-0.4e-3, 0.4e-3)]
     found = corrections(apart)

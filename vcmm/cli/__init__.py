@@ -23,6 +23,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
     "evaluate": "What was measured: true values with their intervals, decisions, budgets, from points or values.",
     "audit": "Count how often the intervals of this very task hold the true value, on drawn parts and machines.",
+    "certificate": "What the certificate of a machine is worth for a part: U by prior and by fact, coverage counted.",
     "routes": "The same task by independent routes: virtual CMM, calibrated part, several positions; do they agree?",
     "rerun": "Run an evidence pack (--evidence) again and compare every number.",
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
@@ -40,7 +41,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
     "compensate", "merge",
 )  # fmt: skip
 LATER = ("serve",)

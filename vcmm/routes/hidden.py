@@ -38,6 +38,7 @@ OFF, SHIFTED, RANGE = (
     3e-3,
     1e-3,
 )  # mm: standard deviation of size and place, range of the form of a hidden part
+PER_POSITION = 5
 FIRST_ANEW = 16  # trial from which on measurements are counted; below it stand the machine and the parts
 OWN, CALIBRATED_ONE, STANDARD = 1, 2, 3  # trials of the parts' own properties
 FORMED = ("line", "plane", *ROUND)
@@ -148,7 +149,7 @@ def _within_reach(scenario: Scenario) -> bool:
 def standards(
     scenario: Scenario, machine: HiddenMachine, positions: Mapping[str, Pose]
 ) -> list[StandardReadings]:
-    """A standard of length along x and y of the part in every position, and a ring, each measured once there.
+    """A standard of length along x and y of the part in every position, and a ring, each measured five times there.
 
     Their calibrated values are true within what their certificates say.
     """
@@ -181,11 +182,11 @@ def _standard(
     plan = replace(scenario.plan, steps=steps, alignment=None)
     job = replace(scenario, part=part, plan=plan, forms={})
     readings = [
-        machine.measured(job.at(pose).task(), STANDARD, 1000 + i, 1)[0, 0]
+        machine.measured(job.at(pose).task(), STANDARD, 1000 + 50 * i, PER_POSITION)[:, 0]
         for i, pose in enumerate(positions.values())
         if _within_reach(job.at(pose))
     ]
-    return StandardReadings(kind, size + u * rng.standard_normal(), u, np.array(readings))
+    return StandardReadings(kind, size + u * rng.standard_normal(), u, np.concatenate(readings))
 
 
 def _length_standard(length: float, along: Array) -> tuple[Part, list[tuple[str, Array]]]:

@@ -37,7 +37,7 @@ from vcmm.routes.positions import Corrections, StandardReadings, corrections, se
 
 MODEL = "virtual CMM"
 BETTER = 0.25  # u of the calibration of a drawn calibrated part, over that of the task
-REPEATS, PER_POSITION = 20, 5
+REPEATS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,7 @@ def simulated(
     report("repeats in several positions", 0.4)
     places = hidden.usable_positions(scenario)
     found = {
-        name: machine.measured(_placed(scenario, pose, own), hidden.OWN, 200 + 50 * i, PER_POSITION)
+        name: machine.measured(_placed(scenario, pose, own), hidden.OWN, 200 + 50 * i, hidden.PER_POSITION)
         for i, (name, pose) in enumerate(places.items())
     }
     positions = {n: {place: values[:, i] for place, values in found.items()} for i, n in enumerate(names)}

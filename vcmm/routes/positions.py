@@ -60,18 +60,33 @@ class StandardReadings:
     @property
     def error(self) -> tuple[float, float]:
         """Mean reading - calibrated value, and its standard uncertainty, mm."""
+        return float(np.mean(self.readings)) - self.calibrated, math.hypot(self.u, self.scatter)
+
+    @property
+    def scatter(self) -> float:
+        """Of the mean of the readings; 0 for a single one."""
         n = len(self.readings)
-        scatter = float(np.std(self.readings, ddof=1)) / math.sqrt(n) if n > 1 else 0.0
-        return float(np.mean(self.readings)) - self.calibrated, math.hypot(self.u, scatter)
+        return float(np.std(self.readings, ddof=1)) / math.sqrt(n) if n > 1 else 0.0
+
+    @property
+    def dof(self) -> float:
+        """Effective degrees of freedom of its error: those of the scatter, and a calibration that is known for sure."""
+        return effective_dof(
+            [
+                Contribution("scatter", self.scatter, max(len(self.readings) - 1, 1)),
+                Contribution("calibration", self.u),
+            ]
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Corrections:
-    """(e_L, delta in mm) and their covariance (2, 2); known: which of the two the standards show."""
+    """(e_L, delta in mm) and their covariance (2, 2); known: which of the two the standards show; dof: of the worst standard."""
 
     value: Array = field(default_factory=lambda: np.zeros(2))
     covariance: Array = field(default_factory=lambda: np.zeros((2, 2)))
     known: tuple[bool, bool] = (False, False)
+    dof: float = math.inf
 
 
 def corrections(standards: Sequence[StandardReadings]) -> Corrections:
@@ -91,7 +106,7 @@ def corrections(standards: Sequence[StandardReadings]) -> Corrections:
     at = np.flatnonzero(known)
     value, whole = np.zeros(2), np.zeros((2, 2))
     value[at], whole[np.ix_(at, at)] = found, covariance
-    return Corrections(value, whole, known)
+    return Corrections(value, whole, known, min(s.dof for s in standards))
 
 
 def several_positions(
@@ -113,7 +128,7 @@ def several_positions(
     between = Contribution("from position to position", float(np.std(means, ddof=1)) / math.sqrt(m), m - 1)
     found = (
         between,
-        Contribution(BY_STANDARDS, float(np.sqrt(c @ known.covariance @ c))),
+        Contribution(BY_STANDARDS, float(np.sqrt(c @ known.covariance @ c)), known.dof),
         Contribution(PART_EXPANSION, (warmth or Warmth()).u),
     )
     remarks = [
