@@ -73,7 +73,7 @@ class StandardReadings:
         """Effective degrees of freedom of its error: those of the scatter, and a calibration that is known for sure."""
         return effective_dof(
             [
-                Contribution("scatter", self.scatter, max(len(self.readings) - 1, 1)),
+                Contribution("readings", self.scatter, max(len(self.readings) - 1, 1)),
                 Contribution("calibration", self.u),
             ]
         )
