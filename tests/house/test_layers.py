@@ -39,6 +39,7 @@ ROOMS = (
     "evaluation",
     "inference",
     "exchange",
+    "routes",
     "placing",
     "machining",
     "files",

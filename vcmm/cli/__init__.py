@@ -1,7 +1,7 @@
 """The command line: one verb per file, imported when it is called, so that `vcmm --help` starts at once.
 
 Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, evaluation, inference, exchange,
-placing, machining, files, library, compensating, diagnosis, calibrating, api, tables, console, pages,
+routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables, console, pages,
 papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
 """
 
@@ -23,6 +23,9 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
     "evaluate": "What was measured: true values with their intervals, decisions, budgets, from points or values.",
     "audit": "Count how often the intervals of this very task hold the true value, on drawn parts and machines.",
+    "certificate": "What the certificate of a machine is worth for a part: U by prior and by fact, coverage counted.",
+    "routes": "The same task by independent routes: virtual CMM, calibrated part, several positions; do they agree?",
+    "rerun": "Run an evidence pack (--evidence) again and compare every number.",
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
@@ -39,7 +42,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
     "compensate", "convert", "merge",
 )  # fmt: skip
 LATER = ("serve",)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,6 +21,7 @@ def evaluate_command(
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
     export: Path | None = None,
+    evidence: Path | None = None,
 ) -> int:
     """Evaluate what was measured: values, intervals of the true values, decisions, budgets. Exit code 1: one does not conform.
 
@@ -45,25 +47,45 @@ def evaluate_command(
         Folder for evaluation.json, values.csv, a sheet per part, and of one part report.html and budget.csv.
     export
         File for another system, by its ending: .qif (QIF 3.0 with combinedUncertainty), .dfq (Q-DAS), .xml (results of a DCC).
+    evidence
+        Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
     """
+    options = {
+        "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
+        "trials": trials, "seed": seed,
+    }  # fmt: skip
+    return _run(scenario, options, json, Places(out, export, evidence))
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where results go: a folder, a file for another system, a pack of evidence."""
+
+    out: Path | None
+    export: Path | None
+    evidence: Path | None
+
+
+def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
     from vcmm.api import evaluate
+    from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
 
-    folder = _places(out, export)
+    folder = _places(places.out, places.export)
     loaded = load_scenario(scenario)
+    measured = options["points"] or options["values"]
     with progress() as report, about(scenario):
-        parts = evaluate(
-            loaded, points=points, values=values, frame=frame, tip_centres=tip_centres, seed=seed, trials=trials,
-            progress=report,
-        )  # fmt: skip
-    content = _document(parts, scenario, points or values)
+        parts = evaluate(loaded, **(options | {"frame": options["frame"] or "part"}), progress=report)
+    content = _document(parts, scenario, measured)
+    if places.evidence:
+        keep_evidence(places.evidence, ("evaluate", scenario, options), loaded.task(), content)
     if folder:
-        _write(folder, loaded, parts, content, (scenario, points or values))
-    if export:
-        _hand_over(export, loaded, content)
+        _write(folder, loaded, parts, content, (scenario, measured))
+    if places.export:
+        _hand_over(places.export, loaded, content)
     print_json(content) if json else _show(parts, content["warnings"])
     return _code(parts)
 
