@@ -10,7 +10,7 @@ from vcmm.calibrating.evidence import Reduced, with_others
 from vcmm.calibrating.identified import broad_factor
 from vcmm.calibrating.model import ErrorModel
 from vcmm.calibrating.readings import Readings
-from vcmm.calibrating.recorded import check_senses
+from vcmm.calibrating.recorded_lines import check_senses
 from vcmm.calibrating.solve import Before, columns_of, conditioned, project
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array

@@ -41,15 +41,10 @@ def _certificate(table: InstrumentTable, recording: Recording) -> InstrumentCert
         instrument = find(table.name)
     except UsageError as error:
         raise TableProblems([("name", str(error))]) from None
-    if instrument.kind != recording.kind:
-        raise TableProblems(
-            [
-                (
-                    "name",
-                    f'"{table.name}" makes recordings of kind "{instrument.kind}"; this one is of kind "{recording.kind}"',
-                )
-            ]
-        )
+    if recording.kind not in instrument.kinds:
+        kinds = " or ".join(f'"{k}"' for k in instrument.kinds)
+        told = f'"{table.name}" makes recordings of kind {kinds}; this one is of kind "{recording.kind}"'
+        raise TableProblems([("name", told)])
     missing = [(what, c) for what in table.compensated for c in SENSORS[what] if not _has(recording.run, c)]
     if missing:
         what, column = missing[0]

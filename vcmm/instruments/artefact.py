@@ -21,7 +21,9 @@ BALLS = OwnError("balls", "um", of_features, "u of the calibrated place of one b
 BALL_PLATE = Instrument(
     "ball plate", "probe", (SCALE, BALLS), ("rigid",), "ISO 10360-2:2009, annex B; VDI/VDE 2617-5"
 )
-STEP_GAUGE = Instrument("step gauge", "displacement", (SCALE,), ("zero",), "ISO 10360-2:2009, annex B")
+STEP_GAUGE = Instrument(
+    "step gauge", "displacement", (SCALE,), ("zero",), "ISO 10360-2:2009, annex B", ("length",)
+)
 
 
 def plate(

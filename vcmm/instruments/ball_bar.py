@@ -33,7 +33,7 @@ def circle(
     calibrated: bool = False,
 ) -> Recording:
     """A circle (or arc, sweep in degrees) in the plane "XY", "YZ" or "ZX"; centre (3,) mm: where the tip meets the cup."""
-    angle = np.radians(np.linspace(*sweep, points, endpoint=sweep[1] - sweep[0] < 360))
+    angle = np.radians(np.linspace(*sweep, points, endpoint=abs(sweep[1] - sweep[0]) < 360))
     way = np.zeros((points, 3))
     way[:, "XYZ".index(plane[0])] = radius * np.cos(angle)
     way[:, "XYZ".index(plane[1])] = radius * np.sin(angle)

@@ -32,13 +32,21 @@ class OwnError:
 
 @dataclass(frozen=True)
 class Instrument:
-    """kind: of its recordings. errors: its own. usual: nuisance words that its recordings usually need."""
+    """kind: of its recordings. errors: its own. usual: nuisance words that its recordings usually need.
+
+    also: further kinds that its recordings may have.
+    """
 
     name: str
     kind: str
     errors: tuple[OwnError, ...]
     usual: tuple[str, ...]
     cites: str
+    also: tuple[str, ...] = ()
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return (self.kind, *self.also)
 
     def error(self, name: str) -> OwnError:
         """One of its errors. Raises UsageError with the closest name."""
