@@ -11,6 +11,7 @@ from vcmm.instruments.ball_bar import BALL_BAR
 from vcmm.instruments.instrument import Instrument
 from vcmm.instruments.laser import LASER_ANGLE, LASER_LINEAR, LASER_STRAIGHTNESS
 from vcmm.instruments.level import LEVEL
+from vcmm.instruments.rotary import INDEXER, R_TEST
 from vcmm.instruments.tracker import LASER_TRACER, TRACKER
 
 ALL: tuple[Instrument, ...] = (
@@ -18,6 +19,8 @@ ALL: tuple[Instrument, ...] = (
     LASER_STRAIGHTNESS,
     LASER_ANGLE,
     LEVEL,
+    R_TEST,
+    INDEXER,
     BALL_BAR,
     TRACKER,
     LASER_TRACER,
