@@ -162,16 +162,16 @@ class _Job:
         self.progress("errors and smoothness", 0.4)
         known = known_errors_of(self.machine, model)
         told = beforehand(parts, model) if known.names and any(c.rotary for c in model.curves) else None
-        best = solve(parts, model, self.since(known, model, told))
+        best = solved(parts, model, self.since(known, model, told))
         for step in (4, 2):
             coarse, lift = model.coarser(step)
             if self.may_be(coarse, lift, known, best):
                 model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
                 known = known_errors_of(self.machine, model)
-                best = solve(parts, model, self.since(known, model, told))
+                best = solved(parts, model, self.since(known, model, told))
                 break
         if known.names:
-            best = solve(parts, model, self.since(known, model, identified(best.information)))
+            best = solved(parts, model, self.since(known, model, identified(best.information)))
         return parts, best, known
 
     def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
@@ -190,6 +190,17 @@ class _Job:
             if not told or (self.only and name not in self.only):
                 changed[model.slices[name]] = 0.0
         return Before(known.factor, changed)
+
+
+def solved(parts: Sequence[Readings], model: ErrorModel, before: Before) -> ErrorPosterior:
+    """The posterior. Raises ModelLimit with the combinations that no reading tells apart, where these leave no digit of the rest."""
+    try:
+        return solve(parts, model, before)
+    except ModelLimit as error:
+        texts = [c.text for c in beforehand(parts, model).combinations]
+        raise ModelLimit(
+            "\n  ".join([f"{error}. Not identified are:", *texts]) if texts else str(error)
+        ) from None
 
 
 def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identified:

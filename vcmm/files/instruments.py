@@ -6,6 +6,7 @@ from pathlib import Path
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
+from vcmm.core.units import parse_unit
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.recording_tables import InstrumentTable
 from vcmm.files.schema import checked_model
@@ -34,6 +35,18 @@ def load_certificate(path: str | Path, recording: Recording) -> InstrumentCertif
         found = problems.attempt(("instrument",), lambda: _certificate(model, recording))
     problems.raise_if_any()
     return found
+
+
+def instrument_text(certificate: InstrumentCertificate) -> str:
+    """[instrument] as `load_certificate` reads it."""
+    out = f'[instrument]\nname = "{certificate.instrument.name}"\n'
+    stated = []
+    for name, u in certificate.u.items():
+        unit = certificate.instrument.error(name).unit
+        stated.append(f'{name} = "{u / parse_unit(unit).factor:.10g} {unit}"')
+    if stated:
+        out += f"u = {{ {', '.join(stated)} }}\n"
+    return out + (f'redraw = "{certificate.redraw}"\n' if certificate.redraw != "machine" else "")
 
 
 def _certificate(table: InstrumentTable, recording: Recording) -> InstrumentCertificate:
