@@ -208,18 +208,22 @@ def _alone(name: str, members: Sequence[tuple[str, str, float]]) -> str:
 
 
 def _several(members: Sequence[tuple[str, str, float]]) -> str:
-    parts = [
-        f"{_amount(name, value)} of {'location' if is_location(name) else 'squareness'} {name}"
-        if shape == ANGLE_SHAPE
-        else f"{_amount(name, value)} of the {shape} of {name}"
-        for name, shape, value in members
-    ]
+    parts = [_member(*one) for one in members]
     more = "" if len(parts) <= 6 else f" and {len(parts) - 6} more"
     names = dict.fromkeys(name for name, _, _ in members)
     return (
         f"{', '.join(parts[:6])}{more}, all at once: no reading changes, so these cannot be told apart; "
         f"{hint(next(iter(names)))}"
     )
+
+
+def _member(name: str, shape: str, value: float) -> str:
+    """One member of a combination in words."""
+    if shape != ANGLE_SHAPE:
+        return f"{_amount(name, value)} of the {shape} of {name}"
+    if is_location(name):
+        return f"{_amount(name, value)} of location {name}"
+    return f"{_amount(name, value)} of squareness {name}"
 
 
 def _amount(name: str, value: float) -> str:
