@@ -1,8 +1,8 @@
 """The command line: one verb per file, imported when it is called, so that `vcmm --help` starts at once.
 
-Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, evaluation, inference, exchange,
-routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables, console, pages,
-papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
+Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, instruments, evaluation, inference,
+exchange, routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables, console,
+pages, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
 """
 
 from __future__ import annotations

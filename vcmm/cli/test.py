@@ -12,7 +12,7 @@ from vcmm.cli.options import Seed
 
 def test_command(
     file: Path,
-    *,
+    *more: Path,
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
@@ -24,7 +24,9 @@ def test_command(
     Parameters
     ----------
     file
-        Machine file (machine/1): predict. Recording file (recording/1): evaluate what was recorded (230-2).
+        Machine file (machine/1): predict. Recording file (recording/1): evaluate what was recorded.
+    more
+        Further recordings of the same test: axes, planes, diagonals.
     iso
         The test: 230-2, 230-4, 230-6 or 10360-2.
     limit
@@ -49,19 +51,17 @@ def test_command(
     limits = limits_of(limit or [])
     warnings: list[str] = []
     drawn = False
-    if str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
-        figures = _recorded(file, iso, limits, warnings)
+    if more or str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
+        figures = _recorded([file, *more], iso, limits, warnings)
     else:
         machine = load_machine(file)
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
         figures = predicted(machine, iso, limits, seed, trials)
     _refuse_unused(limits, figures)
-    content = document(
-        "vcmm.test/1",
-        {"test": f"ISO {iso}", "figures": records(FIGURES, figures)},
-        seed=seed, files=sources(file), warnings=warnings,
-    )  # fmt: skip
+    read = [f for one in (file, *more) for f in sources(one)]
+    body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
+    content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
     if json:
         print_json(content)
     else:
@@ -99,16 +99,21 @@ def _refuse_unused(limits: Any, figures: Any) -> None:
             )
 
 
-def _recorded(file: Path, iso: str, limits: Any, warnings: list[str]) -> Any:
-    from vcmm.calibrating.recorded import recorded_positioning
-    from vcmm.core.errors import UsageError
+def _recorded(files: list[Path], iso: str, limits: Any, warnings: list[str]) -> Any:
+    from vcmm.calibrating.deviations import RecordedTest
+    from vcmm.calibrating.recorded import evaluated
     from vcmm.files.instruments import load_certificate
     from vcmm.files.recording import load_recording
 
-    if iso != "230-2":
-        raise UsageError(f"a recording is evaluated by ISO 230-2; predict ISO {iso} from a machine file")
-    recording, machine = load_recording(file)
-    certificate = load_certificate(file, recording)
-    if certificate is None:
-        warnings.append("the recording names no [instrument]; its uncertainty is not known, so u is left out")
-    return recorded_positioning(recording, machine, certificate, limits)
+    tests = []
+    for file in files:
+        recording, machine = load_recording(file)
+        certificate = load_certificate(file, recording)
+        if certificate is None:
+            warnings.append(
+                f"{file.name} names no [instrument]; its uncertainty is not known, so u is left out"
+            )
+        tests.append(RecordedTest(recording, machine, certificate))
+    figures, notes = evaluated(tests, iso, limits)
+    warnings += notes
+    return figures
