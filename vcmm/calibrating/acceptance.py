@@ -35,7 +35,7 @@ from vcmm.response.influence import influences
 from vcmm.response.volumetric import with_defaults
 
 TRIALS = 1000
-TESTS = ("230-2", "230-4", "230-6", "10360-2")
+TESTS = ("230-2", "230-4", "230-6", "230-7", "10360-2")
 RUNS = 5
 FORM, SIZE = "P_Form_Sph_1x25", "P_Size_Sph_1x25"
 Limit = Callable[[float], float]  # length mm -> mm
@@ -59,7 +59,7 @@ def predicted(
     seed: int = 0,
     trials: int = TRIALS,
 ) -> list[Figure]:
-    """Figures of a test ("230-2", "230-4", "230-6", "10360-2"). Raises UsageError for another one."""
+    """Figures of a test ("230-2", "230-4", "230-6", "10360-2"; "230-7" is `predicted_spindle`). Raises UsageError for another one."""
     makers: Mapping[str, Callable[..., list[Figure]]] = {
         "230-2": _positioning, "230-4": _circles, "230-6": _diagonals, "10360-2": _lengths,
     }  # fmt: skip

@@ -27,7 +27,7 @@ def calibrate_command(
     Parameters
     ----------
     recordings
-        Recording files (recording/1).
+        Recording files (recording/1). Files with [reversal] are separated by themselves (docs/reversal.md).
     structure
         Structure of the machine, such as "w b Y X Z t"; not needed with --machine.
     machine
@@ -47,12 +47,13 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
+    from vcmm.cli.calibrate_design import design_command
+    from vcmm.cli.calibrate_reversal import reversal_command
     from vcmm.console.documents import print_json
     from vcmm.core.errors import UsageError
+    from vcmm.files.reversal import is_reversal
 
     if design is not None:
-        from vcmm.cli.calibrate_design import design_command
-
         return design_command(design, json)
     if simulate is not None:
         from vcmm.cli.calibrate_simulate import simulate_command
@@ -62,6 +63,8 @@ def calibrate_command(
         raise UsageError(
             "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
         )
+    if any(is_reversal(path) for path in recordings):
+        return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
     if (structure is None) == (machine is None):
         raise UsageError(
             'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
