@@ -34,7 +34,7 @@ class Bench:
 
     def state(self) -> dict[str, Any]:
         """Name, knobs, and the answer with all knobs where they stand."""
-        knobs = [vars(k) for k in knobs_of(self.scenario)]
+        knobs = [vars(k) | {"low": k.reach[0], "high": k.reach[1]} for k in knobs_of(self.scenario)]
         return {"name": self.scenario.name, "knobs": knobs}
 
     def preview(self, values: Mapping[str, Any]) -> dict[str, Any]:

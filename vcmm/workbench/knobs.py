@@ -28,8 +28,7 @@ class Knob:
     name: str
     words: str
     unit: str
-    low: float
-    high: float
+    reach: tuple[float, float]
     step: float
     start: float
 
@@ -45,14 +44,14 @@ def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
             wide = axes[letter].travel[1] - axes[letter].travel[0]
             at = float(shift[i])
             out.append(
-                Knob(letter.lower(), f"part along {letter}", "mm", at - wide / 2, at + wide / 2, 1.0, at)
+                Knob(letter.lower(), f"part along {letter}", "mm", (at - wide / 2, at + wide / 2), 1.0, at)
             )
     out += [
-        Knob("turn", "part about the vertical", "deg", turn - 180.0, turn + 180.0, 1.0, turn),
-        Knob("room", "all temperatures", "K", -ROOM, ROOM, 0.1, 0.0),
-        Knob("styli", "length of the styli", "x", LEAST, MOST, 0.05, 1.0),
-        Knob("touches", "touches at every place", "", 1.0, REPEATS, 1.0, 1.0),
-        Knob("scatter", "scatter of one touch", "x", LEAST, MOST, 0.05, 1.0),
+        Knob("turn", "part about the vertical", "deg", (turn - 180.0, turn + 180.0), 1.0, turn),
+        Knob("room", "all temperatures", "K", (-ROOM, ROOM), 0.1, 0.0),
+        Knob("styli", "length of the styli", "x", (LEAST, MOST), 0.05, 1.0),
+        Knob("touches", "touches at every place", "", (1.0, REPEATS), 1.0, 1.0),
+        Knob("scatter", "scatter of one touch", "x", (LEAST, MOST), 0.05, 1.0),
     ]
     return tuple(out)
 
@@ -84,10 +83,9 @@ def _checked(known: Mapping[str, Knob], name: str, value: Any) -> float:
     knob = known[name]
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise UsageError(f"{name}: a finite number is due")
-    if not knob.low - 1e-9 <= value <= knob.high + 1e-9:
-        raise UsageError(
-            f"{name} = {value:g}: the knob goes from {knob.low:g} to {knob.high:g} {knob.unit}".rstrip()
-        )
+    low, high = knob.reach
+    if not low - 1e-9 <= value <= high + 1e-9:
+        raise UsageError(f"{name} = {value:g}: the knob goes from {low:g} to {high:g} {knob.unit}".rstrip())
     return float(value)
 
 
