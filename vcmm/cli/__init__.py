@@ -1,8 +1,8 @@
 """The command line: one verb per file, imported when it is called, so that `vcmm --help` starts at once.
 
-Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, instruments, evaluation, inference,
-exchange, routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables, console,
-pages, workbench, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
+Imports core, fit, part, gps, effects, report, nc, motion, cutting, measuring, response, instruments, evaluation,
+inference, exchange, routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables,
+console, pages, workbench, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
     "convert": "Make vcmm files of a QIF, DMIS or DCC file: part and plan, machine, quantities.",
+    "view": "A machine or a measuring task in a window, or as a picture.",
     "serve": "A task as a live page on this machine: knobs, and U, decision and budget moving with them.",
     "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",
     "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
@@ -44,7 +45,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
 }
 JOBS = (
     "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
-    "compensate", "convert", "serve", "merge",
+    "compensate", "convert", "serve", "view", "merge",
 )  # fmt: skip
 BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
 

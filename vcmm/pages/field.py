@@ -8,7 +8,7 @@ from vcmm import __version__
 from vcmm import report as r
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
-from vcmm.response.volumetric import ErrorField, linear_axes
+from vcmm.response.volumetric import ErrorField, field, linear_axes
 from vcmm.tables.error_field import diagonals, summary
 from vcmm.tables.table import html
 
@@ -36,6 +36,22 @@ def picture(machine: Machine, error_map: ErrorField) -> str:
     n = round(error_map.run.n ** (1 / max(1, len(axes))))
     if not _is_grid(error_map, axes, n):
         return _arrows(error_map)
+    items, factor = _deformed(error_map, axes, n)
+    return r.scene(
+        items,
+        title="Deformed volume",
+        caption=f"Tip errors magnified {factor:,.0f} times; axis positions in mm.",
+    )
+
+
+def volume_scene(machine: Machine) -> list[r.Lines]:
+    """A grid of the travels, ideal and deformed, as items of a scene."""
+    error_map, axes = field(machine), linear_axes(machine)
+    return _deformed(error_map, axes, round(error_map.run.n ** (1 / max(1, len(axes)))))[0]
+
+
+def _deformed(error_map: ErrorField, axes: list[str], n: int) -> tuple[list[r.Lines], float]:
+    """The lines of both grids, and by how much the errors are magnified."""
     nominal = _points(error_map)
     factor = _magnification(nominal, error_map.tip_error)
     shape = (n,) * len(axes) + (3,)
@@ -45,11 +61,7 @@ def picture(machine: Machine, error_map: ErrorField) -> str:
         r.Lines(_segments(ideal), "muted", 0.6, name="nominal"),
         r.Lines(_segments(bent), "accent", 1.4, name=f"with errors x {factor:,.0f}"),
     ]
-    return r.scene(
-        items,
-        title="Deformed volume",
-        caption=f"Tip errors magnified {factor:,.0f} times; axis positions in mm.",
-    )
+    return items, factor
 
 
 def _is_grid(error_map: ErrorField, axes: list[str], n: int) -> bool:

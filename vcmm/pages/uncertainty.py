@@ -9,7 +9,7 @@ from vcmm import report as r
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
-from vcmm.pages.view import Item, part_items, touch_covariances, touch_items, touch_sources, volume_items
+from vcmm.pages.view import Item, task_in_machine, touches_of
 from vcmm.report.histogram import filled
 from vcmm.tables.evaluated import BUDGET, budget_rows, computed, more_than_rounding, results
 from vcmm.tables.quantities import SMALL_SCALE
@@ -81,22 +81,7 @@ def pictures(result: UncertaintyResult) -> list[str]:
 def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
     """What the two pictures hold."""
     task = result.model.task
-    t = task.touches
-    features = list(task.part.features.values())
-    last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
-    stylus = task.plan.styli[task.plan.steps[-1].stylus]
-    overview = [
-        *volume_items(task.machine, stylus, last),
-        *part_items(features, t.pose, task.part.mesh),
-        *touch_items(t),
-    ]
-    close = [
-        *part_items(features, t.pose, task.part.mesh),
-        *touch_items(
-            t, touch_covariances(task, result.model.influences), touch_sources(task, result.model.influences)
-        ),
-    ]
-    return overview, close
+    return task_in_machine(task), touches_of(task, result.model.influences)
 
 
 def characteristic_blocks(c: CharacteristicResult) -> list[str]:

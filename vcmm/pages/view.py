@@ -150,6 +150,25 @@ def touch_items(
     return items
 
 
+def task_in_machine(task: Task) -> list[Item]:
+    """The part with its touches in the machine, the tip at the last of them."""
+    t = task.touches
+    last = t.pose.apply(t.points[-1:] + t.tip_radius[-1] * t.normals[-1:])[0]
+    stylus = task.plan.styli[task.plan.steps[-1].stylus]
+    features = list(task.part.features.values())
+    return [
+        *volume_items(task.machine, stylus, last), *part_items(features, t.pose, task.part.mesh), *touch_items(t)
+    ]  # fmt: skip
+
+
+def touches_of(task: Task, influences: Sequence[Influence]) -> list[Item]:
+    """The part alone, every touch with the ellipsoid of its standard uncertainty and what owns it."""
+    t = task.touches
+    items = part_items(list(task.part.features.values()), t.pose, task.part.mesh)
+    said = touch_sources(task, influences)
+    return [*items, *touch_items(t, touch_covariances(task, influences), said)]
+
+
 def touch_names(t: Touches) -> list[str]:
     """Feature, number and place of every touch."""
     names = [""] * len(t.points)
