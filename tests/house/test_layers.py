@@ -54,6 +54,7 @@ ROOMS = (
     "papers.gaska2014",
     "papers.marin2004",
     "papers.abbe_milling",
+    "papers.xcz_lathe",
     "cases",
     "cli",
 )

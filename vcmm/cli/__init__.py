@@ -2,7 +2,7 @@
 
 Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, evaluation, inference, placing,
 machining, files, library, compensating, diagnosis, calibrating, api, tables, console, pages, papers.echerfaoui2017,
-papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
+papers.gaska2014, papers.marin2004, papers.abbe_milling, papers.xcz_lathe, cases.
 """
 
 from __future__ import annotations

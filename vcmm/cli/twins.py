@@ -38,6 +38,12 @@ def _worn_cmm() -> tuple[ModuleType, ModuleType]:
     return worn_cmm, worn_cmm_page
 
 
+def _xcz_lathe() -> tuple[ModuleType, ModuleType]:
+    from vcmm.papers.xcz_lathe import page, twin
+
+    return twin, page
+
+
 # Twin (run, figures) and page (tables, twin_page) of each name, imported when it is run.
 TWINS: dict[str, Callable[[], tuple[ModuleType, ModuleType]]] = {
     "abbe_milling": _abbe_milling,
@@ -45,8 +51,9 @@ TWINS: dict[str, Callable[[], tuple[ModuleType, ModuleType]]] = {
     "marin2004": _marin2004,
     "test_piece": _test_piece,
     "worn_cmm": _worn_cmm,
+    "xcz_lathe": _xcz_lathe,
 }
-DRAWN = ("abbe_milling", "echerfaoui2017")  # twins whose ranges are over drawn machines
+DRAWN = ("abbe_milling", "echerfaoui2017", "xcz_lathe")  # twins whose ranges are over drawn machines
 
 
 def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
@@ -60,7 +67,9 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
         raise UsageError(f"--draws is of no use to {name}: it draws no machines; leave it out")
     output_folder(folder)
     twin, page = TWINS[name]()
-    run = {"worn_cmm": _recorded_run, "echerfaoui2017": _drawn_run}.get(name, _cut_run)
+    run = {"worn_cmm": _recorded_run, "echerfaoui2017": _drawn_run, "xcz_lathe": _drawn_run}.get(
+        name, _cut_run
+    )
     with progress() as report:
         result, html, files = run(name, twin, page, {} if draws is None else {"draws": draws}, report)
     content = document("vcmm.twin/1", {"twin": name, **twin.figures(result)}, files=files)
