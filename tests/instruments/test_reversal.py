@@ -219,6 +219,25 @@ def test_stated_uncertainty_holds():
     assert 0.919 <= (np.abs(pulls()) < 2.120).mean() <= 0.981
 
 
+def test_the_band_of_a_straightness_holds():
+    """60 tests of 3 + 3 scans at 39 places, white noise and a walk: 95 % within Student's law, pooled; places of one test err alike, so
+    that the 2340 count as some hundred: 0.95 +- 3 * 0.02.
+    """
+    from scipy.stats import t
+
+    rng, x, inside = np.random.default_rng(9), np.linspace(0, 38, 39), []
+    truth = 26 * NM * np.cos(x / 6)
+    level = truth - np.polyval(np.polyfit(x, truth, 1), x)
+    for _ in range(60):
+        scans = [
+            LineScan(s, x, g * truth + 80 * NM * np.sin(x / 4) + rng.normal() * x + NM * (rng.normal(size=39) + 0.2 * np.cumsum(rng.normal(size=39))))
+            for s, g in (("normal", 1), ("reversed", -1)) for _ in range(3)
+        ]  # fmt: skip
+        found = straightness_reversal(scans)
+        inside.append(np.abs(found.machine - level) / found.u < t.ppf(0.975, found.dof))
+    assert 0.89 <= np.mean(inside) <= 0.99
+
+
 def test_wrong_set_ups_are_named():
     with pytest.raises(UsageError, match='there are "normal"'):
         separated(FACE, [group("normal", "centre", [1]), group("normal", "outer", [1])])

@@ -62,6 +62,7 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say, show_table
     from vcmm.core.errors import UsageError
+    from vcmm.library import scenarios
 
     if draws is not None and name not in DRAWN:
         raise UsageError(f"--draws is of no use to {name}: it draws no machines; leave it out")
@@ -80,8 +81,9 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     for table in page.tables(result):
         show_table(table)
     say(f"wrote {folder}/report.html, demo.json")
-    if run is _drawn_run:  # nothing of it lies in a file that could be copied
-        print(f"Next:\n  open {folder}/report.html\n  {me} calibrate --help")
+    if run is _drawn_run:
+        more = f"new {name}" if name in scenarios() else "calibrate --help"
+        print(f"Next:\n  open {folder}/report.html\n  {me} {more}")
         return 0
     verb = "diagnose" if name == "worn_cmm" else "cut"
     print(

@@ -40,15 +40,15 @@ class JointFit:
 
 @dataclass(frozen=True, eq=False)
 class _Columns:
-    """Where the numbers of each kind stand."""
+    """Where the numbers of each kind stand, and how many there are."""
 
+    size: int
     shape: slice
     slide: slice
     axial: slice
     tilt: slice
     planes: slice
     rings: slice
-    size: int
 
 
 def joint_fit(
@@ -90,7 +90,7 @@ def _columns(survey: Survey, scans: int) -> _Columns:
     ]
     ends = np.cumsum([0, *sizes])
     parts = [slice(int(s), int(e)) for s, e in pairwise(ends)]
-    return _Columns(*parts, size=int(ends[-1]))
+    return _Columns(int(ends[-1]), *parts)
 
 
 def _means(values: Array) -> Array:
