@@ -12,7 +12,7 @@ from vcmm.cli.options import Seed
 
 def test_command(
     file: Path,
-    *,
+    *more: Path,
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
@@ -24,7 +24,9 @@ def test_command(
     Parameters
     ----------
     file
-        Machine file (machine/1): predict. Recording file (recording/1): evaluate what was recorded (230-2; 230-7 with [reversal]).
+        Machine file (machine/1): predict. Recording file (recording/1): evaluate what was recorded (230-7: with [reversal]).
+    more
+        Further recordings of the same test: axes, planes, diagonals.
     iso
         The test: 230-2, 230-4, 230-6, 230-7 or 10360-2.
     limit
@@ -49,20 +51,18 @@ def test_command(
     drawn = False
     limits = limits_of(limit or [], angles=iso == "230-7")
     if iso == "230-7":
-        figures = _spindle(file, limits, warnings, seed=seed, trials=trials)
-    elif str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
-        figures = _recorded(file, iso, limits, warnings)
+        figures = _spindle(_one([file, *more]), limits, warnings, seed=seed, trials=trials)
+    elif more or str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
+        figures = _recorded([file, *more], iso, limits, warnings)
     else:
         machine = load_machine(file)
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
         figures = predicted(machine, iso, limits, seed, trials)
     _refuse_unused(limits, figures, parts=iso == "230-7")
-    content = document(
-        "vcmm.test/1",
-        {"test": f"ISO {iso}", "figures": records(FIGURES, figures)},
-        seed=seed, files=sources(file), warnings=warnings,
-    )  # fmt: skip
+    read = [f for one in (file, *more) for f in sources(one)]
+    body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
+    content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
     if json:
         print_json(content)
     else:
@@ -132,16 +132,32 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
     return predicted_spindle(load_machine(file), limits, seed, trials)
 
 
-def _recorded(file: Path, iso: str, limits: Any, warnings: list[str]) -> Any:
-    from vcmm.calibrating.recorded import recorded_positioning
+def _one(files: list[Path]) -> Path:
+    """A spindle test is one file. UsageError for several."""
     from vcmm.core.errors import UsageError
+
+    if len(files) > 1:
+        raise UsageError(
+            f"{files[1]}: a spindle test of ISO 230-7 is one recording; test the others by themselves"
+        )
+    return files[0]
+
+
+def _recorded(files: list[Path], iso: str, limits: Any, warnings: list[str]) -> Any:
+    from vcmm.calibrating.deviations import RecordedTest
+    from vcmm.calibrating.recorded import evaluated
     from vcmm.files.instruments import load_certificate
     from vcmm.files.recording import load_recording
 
-    if iso != "230-2":
-        raise UsageError(f"a recording is evaluated by ISO 230-2; predict ISO {iso} from a machine file")
-    recording, machine = load_recording(file)
-    certificate = load_certificate(file, recording)
-    if certificate is None:
-        warnings.append("the recording names no [instrument]; its uncertainty is not known, so u is left out")
-    return recorded_positioning(recording, machine, certificate, limits)
+    tests = []
+    for file in files:
+        recording, machine = load_recording(file)
+        certificate = load_certificate(file, recording)
+        if certificate is None:
+            warnings.append(
+                f"{file.name} names no [instrument]; its uncertainty is not known, so u is left out"
+            )
+        tests.append(RecordedTest(recording, machine, certificate))
+    figures, notes = evaluated(tests, iso, limits)
+    warnings += notes
+    return figures

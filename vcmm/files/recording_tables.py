@@ -92,11 +92,15 @@ class ReversalTable(Table):
     axis_tilt: str = Field(default="0 urad", examples=['"0.1 urad"'])
 
 
+DATE = r"^([0-9]{4}-[0-9]{2}-[0-9]{2}([T ][0-9]{2}:[0-9]{2}(:[0-9]{2})?)?)?$"  # ISO 8601, so that text sorts as time
+
+
 class RecordingFile(Table):
     """recording/1"""
 
     vcmm: str
     name: str = ""
+    date: str = Field(default="", pattern=DATE, examples=['"2026-11-22"'])
     data: str = Field(examples=['"touches.csv"'])
     format: Literal["", "table", "points", "iso230", "rtl", "scope", "tpoint", "altaz", "klipper"] = ""
     equinox: Literal["", "date", "J2000"] = ""
