@@ -142,12 +142,12 @@ MAPS: tuple[Column[MapRow], ...] = (
 
 
 @dataclass(frozen=True)
-class Added:
+class LeftOut:
     what: str
     values: tuple[float, ...]
 
 
-ADDED: tuple[Column[Added], ...] = (
+ADDED: tuple[Column[LeftOut], ...] = (
     Column("left out of eq. 6", lambda row: row.what),
     Column("nm", lambda row: _range(row.values, 2)),
 )
@@ -175,13 +175,15 @@ def _map_row(kind: str, lathes: Sequence[OneLathe]) -> MapRow:
     return MapRow(kind, flats, tuple(100 * f.gain(m.flats[NONE], m.reference) for f, m in zip(flats, lathes)))
 
 
-def _added(lathes: Sequence[OneLathe]) -> ResultTable[Added]:
+def _added(lathes: Sequence[OneLathe]) -> ResultTable[LeftOut]:
     names = sorted(lathes[0].left_out, key=lambda n: -float(np.median([m.left_out[n] for m in lathes])))
     shown = [n for n in names if n == "all" or max(m.left_out[n] for m in lathes) >= 0.005]
     words = {"all": "all of them, rms on the flat"}
-    rows = [Added(words.get(n, f"{n}, rms on the flat"), tuple(m.left_out[n] for m in lathes)) for n in shown]
+    rows = [
+        LeftOut(words.get(n, f"{n}, rms on the flat"), tuple(m.left_out[n] for m in lathes)) for n in shown
+    ]
     rows += [
-        Added(f"probe {h:g} mm higher than in the reversal, range", tuple(m.heights[h] for m in lathes))
+        LeftOut(f"probe {h:g} mm higher than in the reversal, range", tuple(m.heights[h] for m in lathes))
         for h in HEIGHTS
     ]
     return ResultTable(
