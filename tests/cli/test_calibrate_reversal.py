@@ -122,6 +122,24 @@ def test_bad_files_are_refused_with_the_fix(files, tmp_path, capsys, change, sai
     assert streams.out == ""
 
 
+def test_rows_out_of_order_and_too_few_are_refused(tmp_path, capsys):
+    rng = np.random.default_rng(0)
+    rows = [f"{d},{0.02 * np.cos(2 * np.radians(d)):.5f}" for d in range(0, 1440, 5)]
+    test = 'test = "direct"\nerror = "EZC"\nharmonics = 6'
+    file = write(tmp_path, "order", "C_deg,d_um", list(rng.permutation(rows)), test)
+    assert command(["calibrate", file]) == 2
+    assert "the angles go to and fro" in capsys.readouterr().err
+    assert command(["calibrate", write(tmp_path, "few", "C_deg,d_um", rows[:5], test)]) == 2
+    assert "6 orders need 13 in every turn" in capsys.readouterr().err
+    again = [
+        f"{float(r.split(',')[0]) % 360:g},{r.split(',')[1]}" for r in rows
+    ]  # the same turns, each from 0 again
+    assert command(["calibrate", write(tmp_path, "again", "C_deg,d_um", again, test), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["reversals"][0]
+    assert found["turns"][0]["turns"] == 4
+    assert found["orders"]["EZC"][1]["cos"] == pytest.approx(0.02, abs=1e-5)
+
+
 def test_what_does_not_go_together_is_said(files, tmp_path, capsys):
     assert command(["calibrate", *files, "--out", str(tmp_path / "m.toml")]) == 2
     assert "--structure" in capsys.readouterr().err

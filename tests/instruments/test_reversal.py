@@ -111,6 +111,13 @@ def test_donaldson_separates_all_but_the_centring():
     assert found.value[:, 1] == pytest.approx([(2 - 1j) * NM, 5 * NM], abs=0.01 * NM)
 
 
+def test_what_is_read_on_the_axis_has_its_first_order():
+    """Axial motion is read on the axis, where no centring counts; a radial one once per turn is the centring."""
+    for error, blind in (("EZC", []), ("EXC", [1]), ("ECC", [])):
+        groups = [group("", "", [3, 1], [3.1, 1])]
+        assert separated(ReversalTest("direct", error), groups).blind(error) == blind
+
+
 def test_simulated_motion_is_that_of_the_fixed_frame():
     """EBC = 1 urad cos 2q, fixed frame: at x = 25 mm the face goes down by 25 nm at q = 0. In the moving frame a constant EBC of the
     part is seen as cos q from outside.
