@@ -52,3 +52,10 @@ def records(scenario: Path) -> bool:
     from vcmm.files.toml import read_toml
 
     return str(read_toml(scenario).data.get("vcmm", "")).startswith("recording/")
+
+
+def turns_over(scenario: Path) -> bool:
+    """Whether the file is a reversal, to be separated."""
+    from vcmm.files.reversal import is_reversal
+
+    return is_reversal(scenario)

@@ -35,8 +35,8 @@ def files(tmp_path_factory):
         for s, g in (("normal", 1), ("reversed", -1)) for r in (1, 2, 3) for x in X
     ]  # fmt: skip
     half = [
-        f"{x:g},{s},{r},{1e-3 * (-0.39 * x + g * 2 * x + 0.3 * rng.normal()):.6f}"
-        for s, g in (("normal", 1), ("reversed", -1)) for r in (1, 2) for x in X - 19
+        f"{x:g},{s},{r},{1e-3 * (26 * np.cos(x / 6) - (0.39 + 0.4) * x + g * 2 * x + 0.3 * rng.normal()):.6f}"
+        for s, g in (("normal", 1), ("reversed", -1)) for r in (1, 2) for x in X
     ]  # fmt: skip
     face = [
         f"{d},{s},{p},{1e-3 * (2 * np.cos(3 * q) - arm * 0.4 * np.cos(2 * q) + arm * g * np.cos(q) + 0.3 * rng.normal()):.6f}"
@@ -61,8 +61,10 @@ def test_a_machine_file_of_three_reversals_gives_back_what_was_put_in(files, tmp
     code, found = document(capsys, "calibrate", *files, "--structure", STRUCTURE, "--out", str(out))
     assert (code, found["schema"], found["condition"] < 4) == (0, "vcmm.calibration/1", True)
     size = {row["error"]: row for row in found["identified"]}
-    assert size["B0C"]["value"] == pytest.approx(0.39, abs=4 * size["B0C"]["u"])
-    assert [c["combination"] for c in found["not_identified"]] == [["EZX"], ["B0C"], ["EBC"]]
+    slope = np.polyfit(X, 26 * np.cos(X / 6), 1)[0]  # nm/mm, squareness by its definition
+    assert size["B0C"]["value"] == pytest.approx(0.39 - slope, abs=4 * size["B0C"]["u"])
+    assert size["B0C"]["u"] < 0.02
+    assert [c["combination"] for c in found["not_identified"]] == [["EZX"], ["EBC"]]
     machine = load_machine(out)
     q = np.linspace(0.0, 4 * np.pi, 50)  # two turns: the orders go on
     seen = axis_motion(machine, "C", q, (25.0, 0.0, 0.0), {"X": 19.0})[:, 2]
@@ -120,9 +122,31 @@ def test_bad_files_are_refused_with_the_fix(files, tmp_path, capsys, change, sai
     assert streams.out == ""
 
 
+def test_rows_out_of_order_and_too_few_are_refused(tmp_path, capsys):
+    rng = np.random.default_rng(0)
+    rows = [f"{d},{0.02 * np.cos(2 * np.radians(d)):.5f}" for d in range(0, 1440, 5)]
+    test = 'test = "direct"\nerror = "EZC"\nharmonics = 6'
+    file = write(tmp_path, "order", "C_deg,d_um", list(rng.permutation(rows)), test)
+    assert command(["calibrate", file]) == 2
+    assert "the angles go to and fro" in capsys.readouterr().err
+    assert command(["calibrate", write(tmp_path, "few", "C_deg,d_um", rows[:5], test)]) == 2
+    assert "6 orders need 13 in every turn" in capsys.readouterr().err
+    again = [
+        f"{float(r.split(',')[0]) % 360:g},{r.split(',')[1]}" for r in rows
+    ]  # the same turns, each from 0 again
+    assert command(["calibrate", write(tmp_path, "again", "C_deg,d_um", again, test), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["reversals"][0]
+    assert found["turns"][0]["turns"] == 4
+    assert found["orders"]["EZC"][1]["cos"] == pytest.approx(0.02, abs=1e-5)
+
+
 def test_what_does_not_go_together_is_said(files, tmp_path, capsys):
     assert command(["calibrate", *files, "--out", str(tmp_path / "m.toml")]) == 2
     assert "--structure" in capsys.readouterr().err
+    assert command(["calibrate", files[1]]) == 0
+    alone = capsys.readouterr().out
+    assert "the slope that EZX has over the scanned part is in it" in alone
+    assert "the mean tilt motion of the turning axis at both angles is in it" in alone
     assert command(["calibrate", files[0], files[0]]) == 2
     assert "both find EZX" in capsys.readouterr().err
     assert command(["diagnose", files[0]]) == 2

@@ -57,6 +57,7 @@ ROOMS = (
     "papers.gaska2014",
     "papers.marin2004",
     "papers.abbe_milling",
+    "papers.xcz_lathe",
     "cases",
     "cli",
 )

@@ -111,6 +111,13 @@ def test_donaldson_separates_all_but_the_centring():
     assert found.value[:, 1] == pytest.approx([(2 - 1j) * NM, 5 * NM], abs=0.01 * NM)
 
 
+def test_what_is_read_on_the_axis_has_its_first_order():
+    """Axial motion is read on the axis, where no centring counts; a radial one once per turn is the centring."""
+    for error, blind in (("EZC", []), ("EXC", [1]), ("ECC", [])):
+        groups = [group("", "", [3, 1], [3.1, 1])]
+        assert separated(ReversalTest("direct", error), groups).blind(error) == blind
+
+
 def test_simulated_motion_is_that_of_the_fixed_frame():
     """EBC = 1 urad cos 2q, fixed frame: at x = 25 mm the face goes down by 25 nm at q = 0. In the moving frame a constant EBC of the
     part is seen as cos q from outside.
@@ -217,6 +224,25 @@ def pulls():
 def test_stated_uncertainty_holds():
     """450 pulls of Student's law with 16 degrees: 95 % within +-2.120; binomial 0.95 +- 3 * 0.0103."""
     assert 0.919 <= (np.abs(pulls()) < 2.120).mean() <= 0.981
+
+
+def test_the_band_of_a_straightness_holds():
+    """60 tests of 3 + 3 scans at 39 places, white noise and a walk: 95 % within Student's law, pooled; places of one test err alike, so
+    that the 2340 count as some hundred: 0.95 +- 3 * 0.02.
+    """
+    from scipy.stats import t
+
+    rng, x, inside = np.random.default_rng(9), np.linspace(0, 38, 39), []
+    truth = 26 * NM * np.cos(x / 6)
+    level = truth - np.polyval(np.polyfit(x, truth, 1), x)
+    for _ in range(60):
+        scans = [
+            LineScan(s, x, g * truth + 80 * NM * np.sin(x / 4) + rng.normal() * x + NM * (rng.normal(size=39) + 0.2 * np.cumsum(rng.normal(size=39))))
+            for s, g in (("normal", 1), ("reversed", -1)) for _ in range(3)
+        ]  # fmt: skip
+        found = straightness_reversal(scans)
+        inside.append(np.abs(found.machine - level) / found.u < t.ppf(0.975, found.dof))
+    assert 0.89 <= np.mean(inside) <= 0.99
 
 
 def test_wrong_set_ups_are_named():

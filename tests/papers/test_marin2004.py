@@ -17,8 +17,16 @@ from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.squareness import Squareness
 from vcmm.library import folder, path
 from vcmm.papers.error_tables import effects_of
-from vcmm.papers.marin2004 import page, twin
-from vcmm.papers.marin2004.chain import carriages, expanded, in_workpiece_axes, product
+from vcmm.papers.marin2004 import learnt, page, twin
+from vcmm.papers.marin2004.chain import (
+    carriages,
+    expanded,
+    in_workpiece_axes,
+    orientation,
+    product,
+    relation,
+    volumetric_error,
+)
 from vcmm.papers.marin2004.day import (
     GAINS,
     MINUTES,
@@ -112,6 +120,44 @@ def test_squareness_differs_by_second_order_only(scenario):
     assert np.abs(product(carriages(one, run))[0] - one.tip_error(run, exact=True)).max() < 0.17e-6
 
 
+@pytest.mark.parametrize(
+    ("effect", "turned"),
+    [(constant("ECX", 10e-6), (0, 0, 10)), (constant("EAZ", 10e-6), (-10, 0, 0))],
+    ids=["table", "head"],
+)
+def test_equation_20_by_hand(scenario, effect, turned):
+    """The table turned by 10 urad turns the workpiece against the tool by as much, the head by the opposite; the translation is minus
+    the correction vector; equation 26 of (2, -3, 0) um is sqrt(13) um.
+    """
+    c = carriages(machine(scenario, effect), one_place())
+    found = relation(c)
+    assert orientation(found)[0] * 1e6 == pytest.approx(turned, abs=1e-4)
+    assert found[0, :3, 3] == pytest.approx(-product(c)[0][0], abs=1e-7)
+    assert volumetric_error(np.array([[2.0, -3.0, 0.0]]))[0] == pytest.approx(13**0.5)
+
+
+def test_geometry_is_learnt_from_noisy_readings(scenario):
+    """Readings scatter by 0.8 um and 1.5 urad; a cubic is kept by its regression; a smoother model leaves less of the noise alone."""
+    bare = machine(scenario, *(constant(f"E{d}X", 0.0) for d in "XYZABC"))
+    read = [learnt.readings(bare, np.random.default_rng(k)) for k in range(300)]
+    assert np.std([r["EXX"] for r in read]) == pytest.approx(0.8e-3, rel=0.1)
+    assert np.std([r["EBX"] for r in read]) == pytest.approx(1.5e-6, rel=0.1)
+    x = np.linspace(0, 800, 11)
+    cubic = 1e-3 * (x / 800) ** 3
+    table = machine(scenario, ComponentTable("EXX", ("X",), (x,), cubic))
+    found = learnt.smoothed(table, {"EXX": cubic}, learnt.METHODS[1], np.random.default_rng(0))
+    assert found["EXX"] == pytest.approx(cubic, abs=1e-12)
+    assert learnt.with_tables(table, {"EXX": 2 * cubic}).effects[0].values == pytest.approx(2 * cubic)
+
+
+def test_what_is_learnt_of_the_drawn_machine(result):
+    """Noise alone: 11 readings of 0.8 um and arms to some 500 mm times 1.5 urad make about 1.5 um."""
+    rms = {one.method: np.median(one.rms) for one in result.learnt}
+    assert 0.7 < rms[learnt.METHODS[0]] < 2.5
+    assert result.volume.largest == pytest.approx(result.largest_um, rel=0.01)
+    assert result.volume.moved < 5.0
+
+
 def test_what_the_chain_cannot_hold_is_refused(scenario):
     other = replace(scenario.machine, chain=replace(scenario.machine.chain, structure="w X' b Y Z t"))
     with pytest.raises(UsageError, match='not "w X\' b Y Z t"'):
@@ -153,10 +199,12 @@ def test_the_lag_of_the_sensors_owns_what_the_regression_leaves():
     """A node that warms with 25 min after a step of 12 K runs at first 12 / 25 = 0.48 K/min: a sensor 5 min late reads up to
     1.6 K short, times 1.6 um/K. Without the lag only noise, neighbours and 0.015 / K of curvature are left.
     """
-    as_drawn, straight, prompt, earlier = (row.rms[0] for row in twin.remainders())
+    as_drawn, straight, prompt, earlier, net, net_earlier = (row.rms[0] for row in twin.remainders())
     assert prompt < 0.25 * as_drawn
     assert straight > 0.8 * as_drawn
     assert prompt < earlier < 0.5 * as_drawn
+    assert net_earlier < net  # the past helps it too
+    assert net_earlier > earlier  # and a linear law is better learnt as one
 
 
 def test_readings_of_before():

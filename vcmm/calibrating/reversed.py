@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from vcmm.core.run import Array
 from vcmm.files.reversal import ReversalFile
 from vcmm.instruments.reversal import ARTEFACT, Separated, separated
 from vcmm.instruments.reversal_line import (
+    PLACE,
+    LineScan,
     SquarenessReversal,
     StraightnessReversal,
     squareness_reversal,
@@ -26,13 +28,18 @@ CIRCLE = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
 
 @dataclass(frozen=True, eq=False)
 class ReversalResult:
-    """One file separated: exactly one of straight, square, turning. scatter: rms between repeats, mm or rad."""
+    """One file separated: exactly one of straight, square, turning. scatter: rms between repeats, mm or rad.
+
+    with_straight, with_tilt: of a half turn, whether straightness and tilt motion were taken off.
+    """
 
     file: ReversalFile
     scatter: float
     straight: StraightnessReversal | None = None
     square: SquarenessReversal | None = None
     turning: Separated | None = None
+    with_straight: bool = False
+    with_tilt: bool = False
 
     @property
     def errors(self) -> tuple[str, ...]:
@@ -117,11 +124,12 @@ class ReversalResult:
         if self.straight is not None:
             return (_of(self.file.error, "line", _STRAIGHT.format(error=self.file.error)),)
         if self.square is not None:
-            return (
-                ()
-                if self.file.axis_tilt
-                else (_of(self.file.error, "constant", _HALF_TURN.format(error=self.file.error)),)
-            )
+            error, words = self.file.error, []
+            if not self.with_straight:
+                words.append(_HALF_SLOPE.format(error=error, axis=self.file.axis))
+            if not self.with_tilt:
+                words.append(_HALF_TURN.format(error=error))
+            return tuple(_of(error, "constant", text) for text in words)
         assert self.turning is not None
         out = []
         for name in self.errors:
@@ -145,7 +153,8 @@ class ReversalResult:
 
 
 _STRAIGHT = "{error}: its slope cannot be told from how the straightedge lies along the axis; it is squareness, to be measured apart"
-_HALF_TURN = "{error}: the mean tilt motion of the turning axis at both angles is in it; where a face reversal knows that, state axis_tilt"
+_HALF_TURN = "{error}: the mean tilt motion of the turning axis at both angles is in it; give a face reversal with it, or state axis_tilt"
+_HALF_SLOPE = "{error}: the slope that EZ{axis} has over the scanned part is in it; give a straightness reversal with it that covers the scans"
 _ONCE = "{error}: once per turn cannot be told from {artefact}, which every set-up has anew"
 _CLOSED = "{error}: {orders} per turn cannot be told from the artefact, which looks the same in all positions of the test"
 _DIRECT = "{error}: the artefact is taken as perfect; a reversal (donaldson, multi-step) separates it"
@@ -172,21 +181,73 @@ def _is_angle(name: str) -> bool:
     return name[:1] in "ABC" or name[1:2] in "ABC"
 
 
-def separate(file: ReversalFile) -> ReversalResult:
-    """Machine and artefact of one file. Raises UsageError, naming the file, for set-ups that are missing or too few repeats."""
+def separate(file: ReversalFile, beside: Sequence[ReversalResult] = ()) -> ReversalResult:
+    """Machine and artefact of one file. beside: results of which a half turn takes the straightness and the tilt motion.
+
+    Raises UsageError, naming the file, for set-ups that are missing or too few repeats.
+    """
     try:
         if file.kind == "straightness":
             found = straightness_reversal(file.scans, file.sense, file.u)
             return ReversalResult(file, found.scatter, straight=found)
         if file.kind == "half-turn":
-            square = squareness_reversal(file.scans, -file.lever * file.sense, file.u, file.axis_tilt)
-            return ReversalResult(file, square.u, square=square)
+            return _half_turn(file, beside)
         assert file.test is not None
         left = [g.plot - g.plot.mean(axis=0) for g in file.groups]
         scatter = float(np.sqrt(np.mean([(x**2).mean() for x in left])))
         return ReversalResult(file, scatter, turning=separated(file.test, file.groups))
     except UsageError as error:
         raise UsageError(f"{file.name}: {error}") from None
+
+
+def separate_all(files: Sequence[ReversalFile]) -> list[ReversalResult]:
+    """Every file, in their order; half turns with what the others found of the same axes. Raises UsageError for two of one error."""
+    others = [separate(f) for f in files if f.kind != "half-turn"]
+    apart = iter(others)
+    found = [separate(f, others) if f.kind == "half-turn" else next(apart) for f in files]
+    check_apart(found)
+    return found
+
+
+def _half_turn(file: ReversalFile, beside: Sequence[ReversalResult]) -> ReversalResult:
+    """Straightness is taken off the scans and tilt motion off the angle, with their uncertainty, where they are known."""
+    scans, tilt, more = file.scans, file.axis_tilt, 0.0
+    straight = next((o.straight for o in beside if o.straight and o.file.error == f"EZ{file.axis}"), None)
+    known = straight is not None and _covers(straight, file.scans)
+    if straight is not None and known:
+        scans = tuple(replace(s, value=s.value - file.sense * _on(straight, s.place)) for s in scans)
+        weights = _slope(scans[0].place) @ _interpolation(straight.nodes, scans[0].place)
+        more += float(weights @ straight.covariance @ weights)
+    axis = file.error[2:]
+    name = f"E{file.error[0]}{axis}"
+    turning = next((o.turning for o in beside if o.turning and name in o.turning.names), None)
+    if turning is not None and not tilt:
+        i = turning.names.index(name)
+        tilt = float(turning.curve(name, np.array([0.0, np.pi])).mean())
+        more += float(turning.covariance[1::2, i, i].sum())  # odd orders cancel
+    square = squareness_reversal(scans, -file.lever * file.sense, file.u, tilt)
+    square = replace(square, u=float(np.hypot(square.u, np.sqrt(more))))
+    return ReversalResult(file, square.u, square=square, with_straight=known, with_tilt=bool(tilt))
+
+
+def _covers(straight: StraightnessReversal, scans: Sequence[LineScan]) -> bool:
+    low, high = straight.nodes[0] - PLACE, straight.nodes[-1] + PLACE
+    return all(low <= float(s.place.min()) and float(s.place.max()) <= high for s in scans)
+
+
+def _on(straight: StraightnessReversal, place: Array) -> Array:
+    return np.interp(place, straight.nodes, straight.machine)
+
+
+def _interpolation(nodes: Array, place: Array) -> Array:
+    """(n, k): values at the places from those at the nodes."""
+    return np.stack([np.interp(place, nodes, one) for one in np.eye(len(nodes))], axis=1)
+
+
+def _slope(place: Array) -> Array:
+    """(n,): weights of the least-squares slope."""
+    way = place - place.mean()
+    return np.asarray(way / float((way**2).sum()))
 
 
 def check_apart(found: Sequence[ReversalResult]) -> None:

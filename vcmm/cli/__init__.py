@@ -2,7 +2,8 @@
 
 Imports core, fit, part, gps, effects, report, nc, motion, cutting, measuring, response, instruments, evaluation,
 inference, exchange, routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables,
-console, pages, workbench, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
+console, pages, workbench, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling,
+papers.xcz_lathe, cases.
 """
 
 from __future__ import annotations

@@ -49,15 +49,13 @@ def calibrate_command(
     """
     from vcmm.cli.calibrate_design import design_command
     from vcmm.cli.calibrate_reversal import reversal_command
-    from vcmm.console.documents import print_json
+    from vcmm.cli.calibrate_simulate import simulate_command
     from vcmm.core.errors import UsageError
     from vcmm.files.reversal import is_reversal
 
     if design is not None:
         return design_command(design, json)
     if simulate is not None:
-        from vcmm.cli.calibrate_simulate import simulate_command
-
         return simulate_command(simulate, machine, out, seed, json)
     if not recordings:
         raise UsageError(
@@ -65,15 +63,16 @@ def calibrate_command(
         )
     if any(is_reversal(path) for path in recordings):
         return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
-    if (structure is None) == (machine is None):
-        raise UsageError(
-            'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
-        )
-    files = list(recordings)
-    found = _calibrated(files, structure, machine, errors.split(), out)
-    content = _document(found, files, machine, out)
+    found = _calibrated(list(recordings), structure, machine, errors.split(), out)
+    content = _document(found, list(recordings), machine, out)
     if report is not None:
         _report(found, report)
+    return _told(found, content, json)
+
+
+def _told(found: Any, content: dict[str, Any], json: bool) -> int:
+    from vcmm.console.documents import print_json
+
     if json:
         print_json(content)
     else:
@@ -89,10 +88,15 @@ def _calibrated(
     from vcmm.calibrating.machine_file import machine_texts
     from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say
+    from vcmm.core.errors import UsageError
     from vcmm.files.instruments import load_certificate
     from vcmm.files.machine import load_machine
     from vcmm.files.recording import load_recording
 
+    if (structure is None) == (machine is None):
+        raise UsageError(
+            'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
+        )
     if out is not None:
         output_folder(out.parent)
     known = load_machine(machine) if machine is not None else bare_machine(str(structure))

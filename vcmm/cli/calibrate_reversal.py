@@ -10,7 +10,7 @@ def reversal_command(
     files: list[Path], structure: str | None, out: Path | None, json: bool, others: list[Any]
 ) -> int:
     """Separate every file; others: options that a reversal does not take, given or not."""
-    from vcmm.calibrating.reversed import check_apart, separate
+    from vcmm.calibrating.reversed import separate_all
     from vcmm.console.documents import document, print_json, sources
     from vcmm.core.errors import UsageError
     from vcmm.files.reversal import is_reversal, load_reversal
@@ -25,8 +25,7 @@ def reversal_command(
         raise UsageError(
             "reversals take --structure, --out and --json; leave out --machine, --errors and --report"
         )
-    found = [separate(load_reversal(path)) for path in files]
-    check_apart(found)
+    found = separate_all([load_reversal(path) for path in files])
     _write(found, structure, out, [f.name for f in files])
     if json:
         read = [one for path in files for one in sources(path)]

@@ -164,11 +164,29 @@ def _tool_rows(setup: Any) -> list[list[str]]:
     return rows
 
 
+def _reversal_rows(file: Path) -> list[list[str]]:
+    from vcmm.files.reversal import load_reversal
+
+    found = load_reversal(file)
+    rows = [["reversal", f"{found.kind}, {found.error} of axis {found.axis}"]]
+    rows += [
+        [f"turns {g.setup} {g.probe}".rstrip(), f"{len(g.coefficients)} whole, {g.dropped} left out"]
+        for g in found.groups
+    ]
+    return rows + [
+        [f"scan {s.setup}", f"{len(s.place)} readings, {s.place.min():g} to {s.place.max():g} mm"]
+        for s in found.scans
+    ]
+
+
 def _recording_rows(file: Path) -> list[list[str]]:
     """What was observed on what, and what a diagnosis cannot ask of it."""
     from vcmm.files.recording import load_recording
+    from vcmm.files.reversal import is_reversal
     from vcmm.response.observe import left_out
 
+    if is_reversal(file):
+        return _reversal_rows(file)
     recording, machine = load_recording(file)
     counted = {name: len(set(words)) for name, words in recording.run.labels.items()}
     rows = [

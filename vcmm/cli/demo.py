@@ -12,7 +12,7 @@ def demo_command(
     *,
     out: Path = Path("vcmm-demo"),
     twin: Literal[
-        "gaska2014", "abbe_milling", "echerfaoui2017", "marin2004", "test_piece", "worn_cmm"
+        "gaska2014", "abbe_milling", "echerfaoui2017", "marin2004", "test_piece", "worn_cmm", "xcz_lathe"
     ] = "gaska2014",
     draws: int | None = None,
     trials: int = 50_000,
@@ -21,7 +21,8 @@ def demo_command(
     """Virtually measure a compressor body at five places of a CMM and say how well (Gaska et al. 2014).
 
     The other twins mill a part virtually: abbe_milling (spline slots, arms of the rotations), marin2004 (chain, warm-up,
-    rewritten program), test_piece (which error shows in which feature). worn_cmm diagnoses a log with concealed faults.
+    rewritten program), test_piece (which error shows in which feature). worn_cmm diagnoses a log with concealed faults, xcz_lathe
+    measures a flat on a lathe and takes the lathe's errors off.
 
     Parameters
     ----------

@@ -68,8 +68,14 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
 
 
 def _next_steps(target: Path) -> str:
-    from vcmm.library import cuts, records
+    from vcmm.library import cuts, records, turns_over
 
+    if turns_over(target):
+        beside = "".join(f" {p}" for p in sorted((target.parent / target.stem).glob("*.toml")))
+        return (
+            f"vcmm calibrate {target}{beside} --structure \"w C' X' b Z t\" --out {target.stem}-machine.toml\n"
+            f"vcmm test {target} --iso 230-7"
+        )
     if records(target):
         return f"vcmm diagnose {target} --out {target.stem}-report"
     if cuts(target):

@@ -38,6 +38,12 @@ def _worn_cmm() -> tuple[ModuleType, ModuleType]:
     return worn_cmm, worn_cmm_page
 
 
+def _xcz_lathe() -> tuple[ModuleType, ModuleType]:
+    from vcmm.papers.xcz_lathe import page, twin
+
+    return twin, page
+
+
 # Twin (run, figures) and page (tables, twin_page) of each name, imported when it is run.
 TWINS: dict[str, Callable[[], tuple[ModuleType, ModuleType]]] = {
     "abbe_milling": _abbe_milling,
@@ -45,8 +51,9 @@ TWINS: dict[str, Callable[[], tuple[ModuleType, ModuleType]]] = {
     "marin2004": _marin2004,
     "test_piece": _test_piece,
     "worn_cmm": _worn_cmm,
+    "xcz_lathe": _xcz_lathe,
 }
-DRAWN = ("abbe_milling", "echerfaoui2017")  # twins whose ranges are over drawn machines
+DRAWN = ("abbe_milling", "echerfaoui2017", "xcz_lathe")  # twins whose ranges are over drawn machines
 
 
 def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str) -> int:
@@ -55,12 +62,15 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say, show_table
     from vcmm.core.errors import UsageError
+    from vcmm.library import scenarios
 
     if draws is not None and name not in DRAWN:
         raise UsageError(f"--draws is of no use to {name}: it draws no machines; leave it out")
     output_folder(folder)
     twin, page = TWINS[name]()
-    run = {"worn_cmm": _recorded_run, "echerfaoui2017": _drawn_run}.get(name, _cut_run)
+    run = {"worn_cmm": _recorded_run, "echerfaoui2017": _drawn_run, "xcz_lathe": _drawn_run}.get(
+        name, _cut_run
+    )
     with progress() as report:
         result, html, files = run(name, twin, page, {} if draws is None else {"draws": draws}, report)
     content = document("vcmm.twin/1", {"twin": name, **twin.figures(result)}, files=files)
@@ -71,8 +81,9 @@ def twin_command(name: str, folder: Path, draws: int | None, json: bool, me: str
     for table in page.tables(result):
         show_table(table)
     say(f"wrote {folder}/report.html, demo.json")
-    if run is _drawn_run:  # nothing of it lies in a file that could be copied
-        print(f"Next:\n  open {folder}/report.html\n  {me} calibrate --help")
+    if run is _drawn_run:
+        more = f"new {name}" if name in scenarios() else "calibrate --help"
+        print(f"Next:\n  open {folder}/report.html\n  {me} {more}")
         return 0
     verb = "diagnose" if name == "worn_cmm" else "cut"
     print(

@@ -27,6 +27,7 @@ HALF_TURN = {
     "A0C": ("Y", 1.0),
 }  # scanned along; slope of the surface per tilt of the axis
 TILTS = {"EBC": -1.0, "EAC": 1.0}
+ASTRAY = 0.05  # share of steps backwards that noise of the counter may make
 DEFAULT = {"half-turn": "B0C", "face": "EZC"}
 
 
@@ -193,6 +194,10 @@ def _groups(run: Run, axis: str, value: Array, orders: int, u: float | None) -> 
     out = []
     for s, p in dict.fromkeys(zip(setup.tolist(), probe.tolist())):
         rows = np.flatnonzero((setup == s) & (probe == p))
+        if len(rows) < 2 * orders + 1:
+            raise UsageError(
+                f'set-up "{s}" {p}: {len(rows)} readings; {orders} orders need {2 * orders + 1} in every turn, or write harmonics smaller'
+            )
         angle = _going_on(run.q(axis)[rows], number[rows])
         out.append(turn_group(s, p, angle, value[rows], orders, u))
     return tuple(out)
@@ -202,10 +207,14 @@ def _going_on(angle: Array, number: np.ndarray) -> Array:
     """Angles of runs one after the other, each a whole number of turns later; and of one run that starts anew at 0 after 360 deg."""
     turn = 2 * np.pi
     out, last = np.array(angle), None
-    way = -1.0 if np.median(np.diff(angle)) < 0 else 1.0
+    way = -1.0 if (np.diff(angle) < 0).mean() > 0.5 else 1.0
     for one in dict.fromkeys(number.tolist()):
         rows = np.flatnonzero(number == one)
         here = way * (np.unwrap(angle[rows]) if float(np.ptp(angle[rows])) <= turn + 1e-9 else angle[rows])
+        if (np.diff(here) < 0).mean() > ASTRAY:
+            raise UsageError(
+                "the angles go to and fro; write the rows in the order in which they were read, the axis turning one way"
+            )
         if last is not None:
             here = here + np.ceil((last - here[0]) / turn - 1e-9) * turn
         out[rows], last = way * here, float(here.max())

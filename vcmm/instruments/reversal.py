@@ -168,16 +168,13 @@ def design_of(test: ReversalTest, groups: Sequence[TurnGroup], order: int) -> Co
         elif test.test == "multi-step":
             rows[i, 1] = np.exp(-1j * order * np.radians(float(g.setup)))
         mounting[i, setups.index(g.setup)] = arm
-    return (
-        np.concatenate([rows, mounting], axis=1)
-        if order == 1 and test.error[0] == "E" and not _turns(test)
-        else rows
-    )
+    return np.concatenate([rows, mounting], axis=1) if order == 1 and _lies_anywhere(test) else rows
 
 
-def _turns(test: ReversalTest) -> bool:
-    """Whether an angle about the axis itself is read (ECC): how the artefact is centred then matters little."""
-    return test.error[1] == test.error[2]
+def _lies_anywhere(test: ReversalTest) -> bool:
+    """Whether once per turn is how the artefact lies: not of an angle about the axis (ECC), nor of what is read on the axis itself."""
+    about = test.error[1] == test.error[2]
+    return not about and not (test.test == "direct" and test.error[1] == "Z")
 
 
 def _tilt_of_face(test: ReversalTest, groups: Sequence[TurnGroup]) -> float:

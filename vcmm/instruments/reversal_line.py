@@ -40,7 +40,8 @@ class LineScan:
 class StraightnessReversal:
     """nodes (k,) mm; machine, artefact (k,) mm less their lines; covariance (k, k) of machine, and, the same, of artefact.
 
-    scatter: standard deviation of one scan at a node, mm; dof of it. slopes: of (machine, artefact) as set up, mm/mm; they tell
+    scatter: standard deviation of one scan at a node, mm; dof: of it, more than that of the scans, as their places tell of one
+    process (Satterthwaite: trace^2 over the sum of squares of its covariance). slopes: of (machine, artefact) as set up, mm/mm; they tell
     nothing of the machine.
     """
 
@@ -102,13 +103,15 @@ def straightness_reversal(
             'one scan in each set-up shows no scatter; repeat the scans (three each are usual), or state [noise] u = "1 nm"'
         )
     keep = np.eye(len(nodes)) - _line(nodes)
+    scatter = keep @ scatter @ keep
+    dof *= float(np.trace(scatter) ** 2 / (scatter**2).sum())
     share = (1.0 / (~turned).sum() + 1.0 / turned.sum()) / 4.0
     slopes = [float(np.polyfit(nodes, raw[m].mean(axis=0), 1)[0]) for m in (~turned, turned)]
     return StraightnessReversal(
         nodes=nodes,
         machine=sense * (means[0] - means[1]) / 2.0,
         artefact=(means[0] + means[1]) / 2.0,
-        covariance=share * keep @ scatter @ keep,
+        covariance=share * scatter,
         scatter=float(np.sqrt(np.trace(scatter) / len(nodes))),
         dof=dof,
         slopes=(sense * (slopes[0] - slopes[1]) / 2.0, (slopes[0] + slopes[1]) / 2.0),

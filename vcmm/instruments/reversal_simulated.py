@@ -6,7 +6,7 @@ offset of the axis) are in them as on a real machine.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,8 +91,21 @@ def simulated_turns(
     axis: str = "C",
 ) -> list[TurnGroup]:
     """The groups of a whole test. artefact: its form under the outer (or only) probe, mm over its own angle."""
+    read = simulated_values(test, machine, artefact, setups, sampling, rng=rng, axis=axis)
+    return [turn_group(setup, probe, angle, value, orders) for setup, probe, angle, value in read]
+
+
+def simulated_values(
+    test: ReversalTest,
+    machine: Machine,
+    artefact: Form,
+    setups: Sequence[str],
+    sampling: Sampling,
+    rng: np.random.Generator,
+    axis: str = "C",
+) -> Iterator[tuple[str, str, Array, Array]]:
+    """(set-up, probe, angles (n,) rad, readings (n,) mm) of a whole test."""
     angle = np.arange(sampling.turns * sampling.per_turn) * TURN / sampling.per_turn
-    out = []
     for setup in setups:
         lies = sampling.mounting * (rng.standard_normal(2) if sampling.mounting else np.zeros(2))
         for probe, arm in (test.arms or {"": 0.0}).items():
@@ -100,10 +113,8 @@ def simulated_turns(
             read = reading(test, machine, artefact, setup=setup, probe=probe, angle=at, axis=axis)
             reach = (arm if setup != REVERSED else -arm) if test.test == "face" else 1.0
             wave = lies[0] * np.cos(angle) + lies[1] * np.sin(angle)
-            value = np.tile(read, sampling.turns) + reach * wave
-            value = value + sampling.u * rng.standard_normal(len(angle))
-            out.append(turn_group(setup, probe, angle, value, orders))
-    return out
+            noise = sampling.u * rng.standard_normal(len(angle))
+            yield setup, probe, angle, np.tile(read, sampling.turns) + reach * wave + noise
 
 
 def reading(

@@ -98,6 +98,36 @@ def product(c: Carriages, exact: bool = False) -> tuple[Array, Array]:
     return (tool - work)[:, :3], table[:, :3, :3]
 
 
+def relation(c: Carriages, exact: bool = False) -> Array:
+    """E_V (n, 4, 4) of equation (20), in the frame of the tool point as its text says: workpiece frame = tool frame times E_V.
+
+    Both frames at the cutting point. Its translation is what the tool must be moved by, minus the correction vector of (22) but for
+    the turn of the tool (second order); its rotation is that of the workpiece against the tool. (As printed, E_V on the left, it would
+    be about the origin of the reference frame.)
+    """
+    one, two, three = (matrix(*parts, exact) for parts in zip(c.travel, c.offset, c.shift, c.turn))
+    return np.asarray(np.linalg.inv(_moved_to(three, c.tip)) @ _moved_to(one @ two, c.work))
+
+
+def _moved_to(frame: Array, point: Array) -> Array:
+    """The frames (n, 4, 4) with their origins at points (n, 3) in them."""
+    out = np.array(frame)
+    out[:, :3, 3] += np.einsum("nij,nj->ni", frame[:, :3, :3], point)
+    return out
+
+
+def orientation(relation: Array) -> Array:
+    """(n, 3) rad: rotation of the workpiece against the tool, from the antisymmetric part of E_V."""
+    r = relation[:, :3, :3]
+    pairs = ((2, 1), (0, 2), (1, 0))
+    return np.stack([(r[:, i, j] - r[:, j, i]) / 2 for i, j in pairs], axis=1)
+
+
+def volumetric_error(correction: Array) -> Array:
+    """(n,) mm: equation (26), the length of the vector."""
+    return np.asarray(np.linalg.norm(correction, axis=1))
+
+
 def in_workpiece_axes(correction: Array, table: Array) -> Array:
     """The same vector in the axes of the table as it really stands."""
     return np.asarray(np.linalg.solve(table, correction[:, :, None])[:, :, 0], dtype=np.float64)

@@ -15,6 +15,7 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.run import T0_DEG_C, Array, Series, first_order_lag
 from vcmm.effects.component import ComponentPolynomial
+from vcmm.papers.echerfaoui2017.net import CHOSEN, AxisNet, trained
 
 MINUTES = 480
 SENSORS = ("spindle", "column", "screw X", "screw Y", "bed", "air")
@@ -112,6 +113,25 @@ def regression(days: Sequence[Day], lags: tuple[int, ...] = (0,)) -> Regression:
     warm = np.concatenate([read_before(d.sensors, lags) for d in days]) - T0_DEG_C
     known = np.concatenate([d.parameters for d in days])
     return Regression(np.linalg.lstsq(warm, known, rcond=None)[0], lags)
+
+
+@dataclass(frozen=True, eq=False)
+class NetworkModel:
+    """Parameters (m, 6) from sensor readings by a net: the paper's other choice. lags as of `Regression`."""
+
+    net: AxisNet
+    lags: tuple[int, ...]
+
+    def over(self, today: Day) -> Array:
+        """Parameters (m, 6) for every minute of a day."""
+        return self.net.at(read_before(today.sensors, self.lags))
+
+
+def network(days: Sequence[Day], lags: tuple[int, ...] = (0,), epochs: int = 4000) -> NetworkModel:
+    """One hidden layer of 2i+1 neurons, back-propagation with momentum, on every fourth minute of some days."""
+    x = np.concatenate([read_before(d.sensors, lags) for d in days])[::4]
+    y = np.concatenate([d.parameters for d in days])[::4]
+    return NetworkModel(trained(x, y, CHOSEN, np.random.default_rng(0), epochs), lags)
 
 
 def thermal_effects(parameters: Array) -> tuple[Effect, ...]:

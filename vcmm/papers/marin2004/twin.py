@@ -24,8 +24,27 @@ from vcmm.machining.maps import net
 from vcmm.machining.preparation import set_up
 from vcmm.machining.scenario import CutScenario
 from vcmm.papers.error_tables import shape, table_text
-from vcmm.papers.marin2004.chain import LETTERS, carriages, expanded, in_workpiece_axes, product
-from vcmm.papers.marin2004.day import BESIDE, Day, Regression, day, regression, thermal_effects
+from vcmm.papers.marin2004.chain import (
+    LETTERS,
+    carriages,
+    expanded,
+    in_workpiece_axes,
+    orientation,
+    product,
+    relation,
+    volumetric_error,
+)
+from vcmm.papers.marin2004.day import (
+    BESIDE,
+    Day,
+    NetworkModel,
+    Regression,
+    day,
+    network,
+    regression,
+    thermal_effects,
+)
+from vcmm.papers.marin2004.learnt import LearntGeometry, learnt_geometry
 from vcmm.papers.virtual_cut import SeenNet, seen, tool_errors
 
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
@@ -43,6 +62,7 @@ HALF, DEEP, RADIUS, STEP = (
 )  # mm: half sides, depth of the contour, cutter, longest line
 MODELS = ("as programmed", "geometry", "geometry and thermal")
 Progress = Callable[[str, float], None]
+Model = Callable[[list[Day], tuple[int, ...]], Regression | NetworkModel]
 
 
 @dataclass(frozen=True)
@@ -83,6 +103,23 @@ class Remainder:
 
 
 @dataclass(frozen=True, eq=False)
+class VolumeErrors:
+    """Equation 26 over the middle plane in Z: x, y (9,) mm, error (9, 9) um, rows of y. Over the volume: mean, largest um.
+
+    turned: largest rotation of the workpiece against the tool, urad, eq. 20; moved: largest difference of its translation from
+    the correction vector of eq. 22, nm.
+    """
+
+    x: Array
+    y: Array
+    error: Array
+    mean: float
+    largest: float
+    turned: float
+    moved: float
+
+
+@dataclass(frozen=True, eq=False)
 class MarinTwin:
     largest_um: float  # tip error over the volume
     agreements: tuple[Agreement, ...]
@@ -92,6 +129,8 @@ class MarinTwin:
     today: Day
     model: Regression
     seen: tuple[SeenNet, ...]
+    learnt: tuple[LearntGeometry, ...]
+    volume: VolumeErrors
 
 
 def draw_tables(seed: int) -> dict[str, Array]:
@@ -156,8 +195,7 @@ def program(parts: list[Array] | None = None) -> str:
 
 def agreements(machine: Machine, tool: Array) -> tuple[float, tuple[Agreement, ...]]:
     """(largest tip error, um; how far the paper's product, its expansion and vcmm's engines are apart) on 7 x 7 x 7 places."""
-    mesh = np.meshgrid(*(np.linspace(*machine.axes[a].travel, 7) for a in "XYZ"), indexing="ij")
-    run = Run({a: m.ravel() for a, m in zip("XYZ", mesh)}, np.tile(tool, (mesh[0].size, 1)))
+    run = places(machine, tool)
     c = carriages(machine, run)
     correction, table = product(c)
     exact, first = machine.tip_error(run, exact=True), machine.tip_error(run)
@@ -172,22 +210,50 @@ def agreements(machine: Machine, tool: Array) -> tuple[float, tuple[Agreement, .
     return float(np.linalg.norm(exact, axis=1).max() * 1e3), found
 
 
+def places(machine: Machine, tool: Array, nodes: tuple[int, int, int] = (7, 7, 7)) -> Run:
+    """The tool's axis positions on a grid of the travels; a single node is the middle."""
+    ends = [machine.axes[a].travel for a in "XYZ"]
+    lines = [np.linspace(*e, n) if n > 1 else np.array([sum(e) / 2]) for e, n in zip(ends, nodes)]
+    mesh = np.meshgrid(*lines, indexing="ij")
+    return Run({a: m.ravel() for a, m in zip("XYZ", mesh)}, np.tile(tool, (mesh[0].size, 1)))
+
+
+def volume_errors(machine: Machine, tool: Array) -> VolumeErrors:
+    """Equations 20 and 26 over the volume, and the map of a plane."""
+    c = carriages(machine, places(machine, tool))
+    whole, related = product(c)[0], relation(c)
+    plane = places(machine, tool, (9, 9, 1))
+    map_ = volumetric_error(product(carriages(machine, plane))[0]).reshape(9, 9).T
+    size = volumetric_error(whole)
+    return VolumeErrors(
+        x=np.unique(plane.q("X")),
+        y=np.unique(plane.q("Y")),
+        error=1e3 * map_,
+        mean=1e3 * float(size.mean()),
+        largest=1e3 * float(size.max()),
+        turned=1e6 * float(np.abs(orientation(related)).max()),
+        moved=1e6 * float(np.abs(related[:, :3, 3] + whole).max()),
+    )
+
+
 def remainders() -> tuple[Remainder, ...]:
-    """The same days with one cause taken away, and with what a reading of some minutes ago tells."""
-    drawn: tuple[tuple[str, dict[str, float], tuple[int, ...]], ...] = (
-        ("as drawn", {}, (0,)),
-        ("structure without the quadratic share", {"bent": 0.0}, (0,)),
-        (f"sensors without their lag of {BESIDE:g} min", {"beside": 0.0}, (0,)),
-        ("as drawn, readings of 5 min before beside those of now", {}, (0, 5)),
+    """The same days with one cause taken away, with what a reading of some minutes ago tells, and by a network."""
+    drawn: tuple[tuple[str, dict[str, float], Model, tuple[int, ...]], ...] = (
+        ("as drawn", {}, regression, (0,)),
+        ("structure without the quadratic share", {"bent": 0.0}, regression, (0,)),
+        (f"sensors without their lag of {BESIDE:g} min", {"beside": 0.0}, regression, (0,)),
+        ("as drawn, readings of 5 min before beside those of now", {}, regression, (0, 5)),
+        ("as drawn, network", {}, network, (0,)),
+        ("as drawn, network, readings of 5 min before too", {}, network, (0, 5)),
     )
     out = []
-    for words, world, lags in drawn:
-        model = regression([day(seed, **world) for seed in LEARNED], lags)
+    for words, world, learn, lags in drawn:
+        model = learn([day(seed, **world) for seed in LEARNED], lags)
         out.append(Remainder(words, tuple(f.rms for f in fits(model, day(VALIDATED, **world)))))
     return tuple(out)
 
 
-def fits(model: Regression, today: Day) -> tuple[ParameterFit, ...]:
+def fits(model: Regression | NetworkModel, today: Day) -> tuple[ParameterFit, ...]:
     """What the regression leaves on a day that it has not seen."""
     left = model.over(today) - today.parameters
     span = np.ptp(today.parameters, axis=0)
@@ -243,6 +309,8 @@ def run(scenario: CutScenario, progress: Progress | None = None) -> MarinTwin:
         today=today,
         model=model,
         seen=views,
+        learnt=learnt_geometry(geometry, places(geometry, tool)),
+        volume=volume_errors(geometry, tool),
     )
 
 
@@ -302,6 +370,8 @@ def figures(result: MarinTwin) -> dict[str, object]:
         "agreements": [vars(a) for a in result.agreements],
         "regression": [vars(f) for f in result.fits],
         "remainders": [vars(r) for r in result.remainders],
+        "learnt_geometry": [vars(one) for one in result.learnt],
+        "volume": {"mean_um": result.volume.mean, "largest_um": result.volume.largest, "turned_urad": result.volume.turned},
         "cuts": [
             {"state": c.state, "model": c.model, "feature": name, "mean_um": float(v.mean()), "largest_um": float(np.abs(v).max()),
              "rms_um": float(np.sqrt(np.mean(v**2)))}
