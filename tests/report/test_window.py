@@ -33,7 +33,7 @@ def test_without_a_display_a_window_is_refused(monkeypatch: pytest.MonkeyPatch) 
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
-    with pytest.raises(Environment, match="--png picture.png"):
+    with pytest.raises(Environment, match=r"--png picture\.png"):
         show(everything(), "t")
 
 
