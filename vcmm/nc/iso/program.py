@@ -212,6 +212,13 @@ def _text_after_end(r: IsoRunner) -> None:
     if r.text is r.main and rest and not inside:
         r.c.source = Source(rest[0] + 1, 1, 1)
         r.c.remark("the text after the end of the program is not read")
+    for number, start in r.main.programs.items():
+        if start >= r.at and not r.main.runs[start] and _ENDING.search("\n".join(r.main.lines[start:])):
+            r.c.source = Source(start + 1, 1, 1)
+            r.c.remark(
+                f"a second program, O{number}, begins here; the first one alone is read: put each into a file of its own"
+            )
+            break
 
 
 def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:
