@@ -18,6 +18,7 @@ from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
+from vcmm.nc.iso.fixed_format import fixed_format, read_fixed
 from vcmm.nc.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
 from vcmm.nc.iso.macros import (
     call_block,
@@ -60,6 +61,8 @@ def run(
     flow: takes the moves as they come; the Program has none of them then.
     """
     language = _adapted(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
+    if language.survey and language.decimal_point == "calculator" and fixed_format(text):
+        return read_fixed(lambda own, to: run(text, own, setup, name, trace, flow=to), text, language, flow)
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
     c.points_written = language.survey and not setup.decimal_point and points_written(text)
