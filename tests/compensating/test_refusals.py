@@ -180,3 +180,8 @@ def test_temperatures_of_the_setup(tmp_path, capsys):
     assert "temp_scale" in capsys.readouterr().err
     assert vcmm(files(tmp_path, machine, setup + '[temperature]\nscale_x = "22 degC"\n')) == 0
     assert "G1 X99.998 F500" in (tmp_path / "new.nc").read_text()
+
+
+def test_a_path_wound_about_a_turning_axis(tmp_path):
+    text = "%\nO1\nG21 G90 G54 (NOT G12.1 HERE)\nG1 X100. F500\nG12.1\nG1 X40. C10.\nG13.1\nM30\n%\n"
+    assert "part.nc:5:1: G12.1 winds the path" in refused(tmp_path, text)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from tests.compensating.mill import SETUP, body, run, scale, wavy
 from tests.compensating.mill import mill as machine
+from vcmm.compensating.job import prepare
+from vcmm.compensating.rewriting import rewrite
 from vcmm.core.errors import DataError
 
 HEAD = "%\nO1\nG21 G17 G40 G80 G90 G94 G54\nG0 X0 Y0 Z0\n"
@@ -39,3 +43,35 @@ def test_a_block_that_runs_twice_is_refused_by_its_line(tmp_path) -> None:
     with pytest.raises(DataError, match="the block is executed 2 times") as caught:
         run(tmp_path, text, scale(100.0), SETUP, inline=0.0)
     assert caught.value.line == 8
+
+
+class Looked(tuple):
+    """Traces that count how many of them are looked at."""
+
+    count = 0
+
+    def __getitem__(self, at):
+        found = super().__getitem__(at)
+        Looked.count += len(found) if isinstance(at, slice) else 1
+        return found
+
+    def __iter__(self):
+        for one in super().__iter__():
+            Looked.count += 1
+            yield one
+
+
+def test_every_block_is_looked_at_so_often_however_long_the_program_is(tmp_path) -> None:
+    """Twice as many blocks, twice the looks: no block goes through the whole program."""
+    looks = []
+    for count in (200, 400):
+        file = tmp_path / f"long{count}.nc"
+        file.write_text(HEAD + "".join(f"G1 X{k % 7}. Y{k % 5}. F500\n" for k in range(count)) + "M30\n%\n")
+        work = prepare(
+            program=file, setup=SETUP, machine=scale(100.0), dialect="fanuc", decimals=None, set_here=True, constants=None
+        )  # fmt: skip
+        work = replace(work, program=replace(work.program, traces=Looked(work.program.traces)))
+        Looked.count = 0
+        rewrite(work, 1e-3)
+        looks.append(Looked.count)
+    assert looks[1] < 2.1 * looks[0]

@@ -245,3 +245,18 @@ def test_centres_that_are_not_stated_are_told():
     _, said = in_machine_axes(moves("G43.4 H1 G0 X0 Y0 Z5.\nG1 Z0 F100\n"), bare)
     assert [r.line for r in said] == [3]
     assert "axis B turns about the zero of the machine frame" in said[0].text
+
+
+def test_polar_interpolation_on_a_lathe_keeps_the_angles_of_the_program():
+    """Without Y nothing is solved: C is what the reading of the program says; simulated it is refused."""
+    structure = "w C' b Z X t"
+    axes = {a: Axis(a, (-500.0, 500.0)) for a in "XZ"} | {"C": Axis("C", (-99.0, 99.0))}
+    lathe = Machine("turn", "machine-tool", parse_structure(structure), axes, ())
+    text = "G21 G98 T0101\nG0 X120. C0 Z2.\nG12.1\nG1 X40. F200\nC20.\nG13.1\nM30\n"
+    moves = interpret(text, "fanuc-lathe", Setup(strict=False)).moves
+    found, said = oriented(moves, lathe)
+    assert found == moves
+    assert not said
+    assert moves[-1].rotary_end[2] == pytest.approx(math.pi / 4)
+    with pytest.raises(ModelLimit, match=r":4: the tip is led over the workpiece here"):
+        in_machine_axes(moves, lathe)

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from vcmm.cli import run
+from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.nc.interpret import interpret
 from vcmm.nc.sensible import remarks_on, without_length
@@ -95,3 +96,18 @@ def test_a_program_read_in_another_dialect_than_its_name_says(tmp_path, capsys):
     assert run(["nc", str(tmp_path / "part.mpf"), "--setup", str(tmp_path / "setup.toml")]) == 2
     err = capsys.readouterr().err
     assert "was read as fanuc, that of the set-up; it looks like sinumerik (14: the file ends in .mpf" in err
+
+
+def test_polar_interpolation_on_a_lathe_is_no_cut_along_y():
+    text = "G21 G98 T0101\nG0 X120. C0 Z2.\nG12.1\nG1 X40. F200\nC20.\nG13.1\nM30\n"
+    lathe = Machine(
+        "turn",
+        "machine-tool",
+        parse_structure("w C' b Z X t"),
+        {a: Axis(a, (-500.0, 500.0)) for a in "XZC"},
+        (),
+    )
+    moves = interpret(text, "fanuc-lathe", Setup(strict=False)).moves
+    assert not [
+        r for r in remarks_on(moves, Setup(offsets={"G54": (0.0, 0.0, 0.0)}), lathe) if "along Y" in r.text
+    ]

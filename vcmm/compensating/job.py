@@ -39,6 +39,7 @@ from vcmm.compensating.refusals import (
     check_program,
     check_state,
     check_travel,
+    check_wound,
 )
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
 from vcmm.compensating.rewriting import Work, rewrite
@@ -154,6 +155,7 @@ def prepare(
     source, setup, machine, machine_file, name = loaded(program, setup, machine, dialect)
     check_dialect(name)
     check_mark(source)
+    check_wound(source, LANGUAGES[name])
     notes = check_state(machine, machine_file, setup)
     read = read_for("compensate", source.text, name, setup, name=source.name, trace=True)
     read = _with_angles(read, machine, source.name)

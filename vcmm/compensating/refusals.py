@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from vcmm.compensating.codes import codes_in
-from vcmm.compensating.source import SourceText, at_line
+from vcmm.compensating.source import SourceText, at_line, code_of
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.motion.tool_centre import in_machine_axes
@@ -79,6 +80,19 @@ def _errors_table(path: Path | None) -> str | None:
 
     table = read_toml(path).data.get("errors")
     return None if not isinstance(table, dict) else str(table.get("state", ""))
+
+
+_WOUND = re.compile(r"G0*(?:12\.1|112|7\.1|107)(?![\d.])", re.IGNORECASE)
+
+
+def check_wound(source: SourceText, dialect: Dialect) -> None:
+    """Polar and cylindrical interpolation: C stands for a length there, which the axis words of a new block do not."""
+    if dialect.words != "macro":
+        return
+    for index, (line, _) in enumerate(source.lines):
+        if match := _WOUND.search(code_of(line)):
+            said = f"{match[0]} winds the path about a turning axis; such a program is not rewritten. Post it with X, Y and Z"
+            raise at_line(DataError, source.name, index + 1, said, match.start() + 1)
 
 
 HEIGHTS_MOVE = ("CYCLE81", "CYCLE82", "CYCLE83", "CYCL DEF 200")  # holes that drilled.py knows how to shift

@@ -70,6 +70,12 @@ def _placed(scenario: CutScenario, program: Program, path: Toolpath) -> Prepared
     # the drawing frame is the work coordinate system of the first cut
     pose = scenario.pose or Pose(np.eye(3), _work_zero(scenario, program))
     if turns_with(scenario.setup, program):
+        line = cuts_turned(program)
+        if line:
+            raise ModelLimit(
+                f"line {line} of the program cuts with a rotary axis off zero, on a lathe a driven tool: only turning is simulated there; take "
+                "these blocks out"
+            )
         turning = turning_of(scenario, program, path)
         scenario = with_faces(scenario, pose, turning)
         return PreparedCut(scenario, program, path, pose, TurningProcess(turning))

@@ -84,8 +84,8 @@ def oriented(
     moves: Sequence[Move], machine: Machine, name: str = "the program"
 ) -> tuple[tuple[Move, ...], tuple[Remark, ...]]:
     """The same moves with the angles of their rotary axes and the tool axes at both ends, and remarks; raises as `in_machine_axes`."""
-    if not rotary_of(machine) and not leads(moves):
-        return tuple(moves), ()
+    if (not rotary_of(machine) and not leads(moves)) or _lacks_linear(machine):
+        return tuple(moves), ()  # without Y the path over the end face (G12.1) has its angles already
     state = _beginning(moves, machine, name)
     ends = np.empty((len(moves), 2, 3))
     for i, m in enumerate(moves):
@@ -107,6 +107,11 @@ def oriented(
     return tuple(out), tuple(state.remarks)
 
 
+def _lacks_linear(machine: Machine) -> bool:
+    """A machine, such as a lathe, that does not place its tip in all three directions."""
+    return not {"X", "Y", "Z"} <= set(machine.axes)
+
+
 def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
     """Where the axes stand before the first move. Raises UsageError for a machine that cannot lead the tip."""
     if not rotary_of(machine):
@@ -116,9 +121,14 @@ def _beginning(moves: Sequence[Move], machine: Machine, name: str) -> Leading:
             f"{machine.name} has no rotary axes; add them to its structure, for example structure = \"w C' B' Y' b X Z t\", with "
             "[axes.B] centre"
         )
+    led = next((m for m in moves if m.led), None)
+    if led is not None and _lacks_linear(machine):
+        raise ModelLimit(
+            f"{name}:{led.source.line}: the tip is led over the workpiece here (polar interpolation), which is simulated on machines with X, Y "
+            f"and Z only, and {machine.name} has not all of them: driven tools of a lathe are left out; take these blocks out"
+        )
     first = moves[0]
     state = Leading(machine, name, np.array(first.start), np.array(first.rotary_start))
-    led = next((m for m in moves if m.led), None)
     bare = [ROTARY[i] for i in rotary_of(machine) if machine.axes[ROTARY[i]].centre == (0.0, 0.0, 0.0)]
     if led is not None and bare:
         text = (

@@ -44,6 +44,7 @@ class Dialect:
     semicolon_comment: bool = True
     sharing: bool = False  # G28 and a motion code in one block
     arc_centre: str = "incremental"
+    absolute: bool = True  # G90 is in force when the control wakes up
     unused: str = "refuse"
     needs_end: bool = True
     default_motion: str | None = None

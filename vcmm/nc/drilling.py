@@ -9,6 +9,11 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.moves import PLANES
 from vcmm.nc.recorder import Recorder
 
+COARSE = {  # pitch of coarse metric threads, mm: ISO 261
+    3: 0.5, 4: 0.7, 5: 0.8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0, 27: 3.0, 30: 3.5, 33: 3.5,
+    36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0,
+}  # fmt: skip
+
 STILL = 1e-12  # mm
 MOST = 100_000  # holes of a pattern, infeeds of a hole
 

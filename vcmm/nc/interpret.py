@@ -8,10 +8,12 @@ from pathlib import Path
 from vcmm.core.errors import DataError, VcmmError
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE_READER, TRACED, check_name, late
 from vcmm.nc.levels import demand
-from vcmm.nc.moves import MoveFlow, Program
+from vcmm.nc.moves import MoveFlow, Program, Remark
 from vcmm.nc.reading import guess, read_bytes, runner_up
-from vcmm.nc.recognition import candidates
+from vcmm.nc.recognition import SURE, Candidate, candidates, kin
 from vcmm.nc.setup import Setup
+
+CLEAR = 8.0  # score of signs from which on they speak against what was said
 
 
 def read_program(
@@ -27,16 +29,28 @@ def read_program(
     said = dialect or (setup.dialect if setup else None)
     if said is None:
         return interpret(text, None, setup, str(path), trace, flow=flow)
+    ranking = candidates(text, path)
+    whose = "asked for" if dialect else "that of the set-up"
     try:
-        return interpret(text, dialect, setup, str(path), trace, flow=flow)
+        read = interpret(text, dialect, setup, str(path), trace, flow=flow)
+        return _doubted(read, f"this was read as {said}, {whose}", said, ranking)
     except DataError as error:
-        ranking = candidates(text, path)
         likely = ranking[0].dialect if ranking else said
         if likely == said or ranking[0].score <= 1:
             raise
-        whose = "asked for" if dialect else "that of the set-up"
         hint = f"{path} was read as {said}, {whose}; it looks like {ranking[0]}"
         raise DataError([*error.problems, f"{hint}: perhaps --dialect {likely}"]) from None
+
+
+def _doubted(read: Program, how: str, said: str, ranking: list[Candidate]) -> Program:
+    """With a remark where all signs are those of another kind of control than the one that was said."""
+    if not ranking or ranking[0].score < CLEAR or kin(ranking[0].dialect) == kin(said):
+        return read
+    own = next((c.score for c in ranking if kin(c.dialect) == kin(said)), 0.0)
+    if own >= SURE * ranking[0].score:
+        return read
+    text = f"{how}; it looks like {ranking[0]}: perhaps --dialect {ranking[0].dialect}, or another set-up"
+    return replace(read, warnings=(Remark(1, 1, text), *read.warnings))
 
 
 def interpret(

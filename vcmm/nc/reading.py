@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from vcmm.core.errors import DataError
 from vcmm.core.text import raw_bytes
 from vcmm.nc.dialects import names
 from vcmm.nc.recognition import HERE, Candidate, candidates, told, unsure
+
+_WORD = re.compile(
+    r"(?<![A-Z])[A-Z][ \t]*[-+]?[ \t]*[.\d#\[(=]|^[ \t]*[%$#]|^[ \t]*(?:BEGIN|END) PGM|^[ \t]*[(;]",
+    re.MULTILINE,
+)
 
 
 def read_bytes(path: Path) -> str:
@@ -16,6 +22,10 @@ def read_bytes(path: Path) -> str:
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise DataError(
             f"{path}:1:1: this text is UTF-16, which no control reads; save it as plain text (ASCII or UTF-8)"
+        )
+    if b"\0" in raw and min(len(raw[k::2].replace(b"\0", b"")) for k in (0, 1)) < 0.2 * len(raw) / 2:
+        raise DataError(
+            f"{path}:1:1: this text seems to be UTF-16, which no control reads; save it as plain text (ASCII or UTF-8)"
         )
     if b"\0" in raw:
         line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
@@ -33,6 +43,10 @@ def guess(text: str, path: Path | None) -> tuple[str, str]:
     """The dialect that a program seems to be written in, and why; the reason says when it is not sure. Raises DataError where it is
     one that is not here."""
     ranking = candidates(text, path)
+    if text.strip() and not _WORD.search(text.upper()):
+        raise DataError(
+            f"{path or 'the program'}:1:1: no line of this text holds a word of a control (a letter with a number, as X12.5); name the NC program"
+        )
     if not ranking:
         return "fanuc", "nothing tells it apart, so name it with --dialect where that is wrong"
     here = [c for c in ranking if c.dialect in names()]

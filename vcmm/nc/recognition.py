@@ -169,14 +169,14 @@ def told(ranking: list[Candidate]) -> str:
     best = ranking[0]
     if best.score <= 1:
         return "nothing tells it apart, so name it with --dialect where that is wrong"
-    other = next((c for c in ranking[1:] if _kin(c.dialect) != _kin(best.dialect)), None)
+    other = next((c for c in ranking[1:] if kin(c.dialect) != kin(best.dialect)), None)
     second = f"; runner-up {ranking[1]}" if len(ranking) > 1 else ""
     near = other is not None and other.score >= SURE * best.score
     doubt = ", so name it with --dialect where that is wrong" if near or best.score < 3 else ""
     return f"it has {', '.join(best.signs[:4])} (score {best.score:g}){second}{doubt}"
 
 
-def _kin(dialect: str) -> str:
+def kin(dialect: str) -> str:
     """Dialects that read the common words alike."""
     kin = {"mill": MILLS, "lathe": LATHES, "router": (*HOBBY, "linuxcnc")}
     return next((name for name, members in kin.items() if dialect in members), dialect)

@@ -51,7 +51,9 @@ def remarks_on(moves: Sequence[Move], setup: Setup, machine: Machine | None) -> 
 
 def _kind(moves: Sequence[Move], machine: Machine) -> list[Remark]:
     """A program in ZX alone on a machine that has Y, and one with Y on a machine that has none."""
-    cuts = [m for m in moves if m.kind in CUTS]
+    cuts = [
+        m for m in moves if m.kind in CUTS and not m.led
+    ]  # a path over the end face is one of C, not of Y
     if not cuts:
         return []
     across = next((m for m in cuts if abs(m.end[1] - m.start[1]) > SLACK), None)

@@ -146,6 +146,10 @@ def test_a_second_program_is_told():
     program = read("O1\nG0 X1.\nO2\nG0 X2.\nM30")
     assert len(program.moves) == 1
     assert program.assumed[-1].what == "the end of the program before O2"
+    after = read("%\nO1\nG0 X1.\nM30\n%\n%\nO2\nG0 X5.\nM30\n%")
+    assert [(w.line, w.text[:27]) for w in after.warnings] == [(7, "a second program, O2, begin")]
+    library = read("O1\nG0 X1.\nM98 P2\nM30\nO2\nG0 X5.\nM99\nO3\nG0 X7.\nM99")
+    assert not library.warnings
 
 
 @pytest.mark.parametrize("code", ["G53 Z0", "G28 Z0."])

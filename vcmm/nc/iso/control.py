@@ -131,7 +131,7 @@ def new_control(name: str, language: Dialect, setup: Setup) -> IsoControl:
     c = IsoControl(file=name, dialect=language.name, setup=setup, language=language)
     c.tools = dict(setup.tools)
     c.home, c.home2 = setup.reference, setup.second_reference
-    c.motion = language.default_motion
+    c.motion, c.absolute = language.default_motion, language.absolute
     c.arc_absolute = language.arc_centre == "absolute"
     c.retract = "G98" if language.cycles_apart else "G99"  # as the controls wake up
     if language.lathe:

@@ -18,6 +18,7 @@ from vcmm.nc.iso.blocks import IsoBlock
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl, new_control
 from vcmm.nc.iso.execute import execute
+from vcmm.nc.iso.fixed_format import fixed_format, read_fixed
 from vcmm.nc.iso.flow import ActiveCall, IsoRunner, Unfinished, o_word
 from vcmm.nc.iso.macros import (
     call_block,
@@ -60,6 +61,8 @@ def run(
     flow: takes the moves as they come; the Program has none of them then.
     """
     language = _adapted(G_CODE[dialect] if isinstance(dialect, str) else dialect, setup)
+    if language.survey and language.decimal_point == "calculator" and fixed_format(text):
+        return read_fixed(lambda own, to: run(text, own, setup, name, trace, flow=to), text, language, flow)
     c = new_control(name, language, setup)
     c.tracer = Tracer() if trace else None
     c.points_written = language.survey and not setup.decimal_point and points_written(text)
@@ -212,6 +215,13 @@ def _text_after_end(r: IsoRunner) -> None:
     if r.text is r.main and rest and not inside:
         r.c.source = Source(rest[0] + 1, 1, 1)
         r.c.remark("the text after the end of the program is not read")
+    for number, start in r.main.programs.items():
+        if start >= r.at and not r.main.runs[start] and _ENDING.search("\n".join(r.main.lines[start:])):
+            r.c.source = Source(start + 1, 1, 1)
+            r.c.remark(
+                f"a second program, O{number}, begins here; the first one alone is read: put each into a file of its own"
+            )
+            break
 
 
 def _execute(r: IsoRunner, block: IsoBlock, index: int) -> None:

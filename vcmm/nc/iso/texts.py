@@ -48,10 +48,12 @@ class Text:
                     self.programs.setdefault(int(label), i)
 
     def block(self, index: int) -> IsoBlock:
-        """The block of a line, read once."""
+        """The block of a line. It is kept from the second time on: most lines are executed once, and a program has 10^5 of them."""
         block = self._blocks.get(index)
         if block is None:
-            block = self._blocks[index] = parse_block(self.lines[index], index + 1, self.dialect)
+            block = parse_block(self.lines[index], index + 1, self.dialect)
+            if self.runs[index]:
+                self._blocks[index] = block
         return block
 
     def next_o(self, label: str, kinds: tuple[str, ...], index: int, column: int) -> int:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vcmm.nc.drilling import Hole, depths_of
+from vcmm.nc.drilling import COARSE, Hole, depths_of
 from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import AffineMap, rotation, translation
@@ -16,10 +16,6 @@ from vcmm.nc.sinumerik.flow import SinumerikRunner
 from vcmm.nc.sinumerik.state import SinumerikControl
 from vcmm.nc.sinumerik.traces import cycle_words
 
-COARSE = {  # pitch of coarse metric threads, mm: ISO 261
-    3: 0.5, 4: 0.7, 5: 0.8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0, 27: 3.0, 30: 3.5, 33: 3.5,
-    36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0,
-}  # fmt: skip
 MODAL_ONLY = (
     "HOLES1",
     "HOLES2",

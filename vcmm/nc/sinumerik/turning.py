@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 
 from vcmm.nc.chords import arc_or_chords
-from vcmm.nc.drilling import counted
+from vcmm.nc.drilling import COARSE, counted
 from vcmm.nc.expressions import evaluate
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.moves import Move, Point
@@ -35,8 +35,6 @@ def _given(runner: SinumerikRunner, item: Item, count: int) -> list[float]:
 # -- threads --------------------------------------------------------------------------------------------------------------
 def thread(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE97(PIT, MPIT, SPL, FPL, DM1, DM2, APP, ROP, TDEP, FAL, IANG, NSP, NRC, NID, VARI, NUMT, _VRT)."""
-    from vcmm.nc.sinumerik.cycles import COARSE
-
     v = _given(runner, item, 17)
     r, u = i.r, i.r.unit
     lead = abs(v[0]) * u or COARSE.get(round(abs(v[1])), 0.0)
