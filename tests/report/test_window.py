@@ -17,8 +17,7 @@ def test_a_picture_holds_every_kind_of_item(tmp_path: Path) -> None:
     target = tmp_path / "scene.png"
     try:
         show(everything(), "t", target)
-    except Environment as error:
-        assert "libegl1" in str(error)  # what a machine without OpenGL is told
+    except Environment:  # what is said then: see below
         pytest.skip("no off-screen OpenGL here")
     from matplotlib.image import imread
 
