@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.calibrating.checks import check_agreement, check_recordings
+from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_on
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.identified import Identified, identified
 from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
@@ -103,7 +103,11 @@ def calibrate(
     if not known.names:
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
-    remarks = (*_remarks(parts, post, only, bool(known.names)), *_as_before(found, known))
+    remarks = (
+        *remarks_on(recordings),
+        *_remarks(parts, post, only, bool(known.names)),
+        *_as_before(found, known),
+    )
     return Calibration(
         machine=_travelled(machine, spans | ranges),
         kept=kept,

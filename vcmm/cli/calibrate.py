@@ -37,9 +37,7 @@ def calibrate_command(
     design
         Plan of set-ups (design/1): says beforehand what they identify and how well, and the cheapest ones that do.
     simulate
-        Plan of set-ups (design/1): writes what they would read on the machine of --machine, as recordings in the folder --out.
-    seed
-        Seed of what is simulated.
+        Plan of set-ups (design/1): writes what they would read on --machine (seed: --seed), as recordings in the folder --out.
     report
         File for the HTML report.
     json
@@ -64,15 +62,13 @@ def calibrate_command(
         )
     if (structure is None) == (machine is None):
         raise UsageError(
-            'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
+            'name either --structure "w b Y X Z t" or, with --machine, a machine file that is known'
         )
-    files = list(recordings)
-    found = _calibrated(files, structure, machine, errors.split(), out)
-    content = _document(found, files, machine, out)
+    found = _calibrated(list(recordings), structure, machine, errors.split(), out)
     if report is not None:
         _report(found, report)
     if json:
-        print_json(content)
+        print_json(_document(found, list(recordings), machine, out))
     else:
         _show(found)
     return 0
