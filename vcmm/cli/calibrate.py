@@ -46,7 +46,6 @@ def calibrate_command(
         Machine file to write; its error table and covariance stand beside it.
     """
     from vcmm.console.documents import print_json
-    from vcmm.core.errors import UsageError
 
     if design is not None:
         from vcmm.cli.calibrate_design import design_command
@@ -56,14 +55,7 @@ def calibrate_command(
         from vcmm.cli.calibrate_simulate import simulate_command
 
         return simulate_command(simulate, machine, out, seed, json)
-    if not recordings:
-        raise UsageError(
-            "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
-        )
-    if (structure is None) == (machine is None):
-        raise UsageError(
-            'name either --structure "w b Y X Z t" or, with --machine, a machine file that is known'
-        )
+    _check_words(recordings, structure, machine)
     found = _calibrated(list(recordings), structure, machine, errors.split(), out)
     if report is not None:
         _report(found, report)
@@ -72,6 +64,19 @@ def calibrate_command(
     else:
         _show(found)
     return 0
+
+
+def _check_words(recordings: tuple[Path, ...], structure: str | None, machine: Path | None) -> None:
+    from vcmm.core.errors import UsageError
+
+    if not recordings:
+        raise UsageError(
+            "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
+        )
+    if (structure is None) == (machine is None):
+        raise UsageError(
+            'name either --structure "w b Y X Z t" or, with --machine, a machine file that is known'
+        )
 
 
 def _calibrated(
