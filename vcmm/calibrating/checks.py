@@ -136,8 +136,8 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
         nothing = np.zeros(len(mean))
         gains, misfits = {}, {}
         for times in (1.0, *FACTORS):
-            told, misfits[times] = _log_likelihood(one, mean, known, times)
-            gains[times] = told - _log_likelihood(one, nothing, factor, times)[0]
+            told, misfits[times] = log_likelihood(one, mean, known, times)
+            gains[times] = told - log_likelihood(one, nothing, factor, times)[0]
         times = max(FACTORS, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:
             raise UsageError(
@@ -146,7 +146,7 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
             )
 
 
-def _log_likelihood(one: Whitened, mean: Array, factor: Array, times: float) -> tuple[float, float]:
+def log_likelihood(one: Whitened, mean: Array, factor: Array, times: float) -> tuple[float, float]:
     """(ln likelihood, chi-squared) of whitened readings that should have been `times` theirs; mean, factor @ factor.T: of theta.
 
     Their covariance is times^2 1 + (x factor)(x factor)'; its inverse and determinant by Woodbury, so that no matrix is as large as the

@@ -9,6 +9,7 @@ import numpy as np
 
 from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_on
 from vcmm.calibrating.evidence import smoothness
+from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
 from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
 from vcmm.calibrating.model import ErrorModel, error_model
@@ -73,12 +74,14 @@ def calibrate(
     certificates: Mapping[str, InstrumentCertificate] | None = None,
     only: Sequence[str] = (),
     progress: Progress = lambda text, share: None,
+    growth: float = 0.0,
 ) -> Calibration:
     """The errors of a machine from any mixture of recordings.
 
     machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
     its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
-    file has them. Raises UsageError where nothing is
+    file has them. growth: u in mm by which every error of the machine file may have changed since it was found (rotations and
+    squareness: that over 1 m); zero leaves it to the readings. Raises UsageError where nothing is
     identified, naming the combinations, and for recordings that contradict themselves.
     """
     check_recordings(recordings)
@@ -90,7 +93,7 @@ def calibrate(
     before = known_ranges(machine)
     _check_reach(before, ranges)
     ranges = ranges | before
-    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress)
+    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress, growth)
     progress("reading", 0.1)
     parts, post, known = job.fitted(FINE if known_nodes(machine) <= FINE else FINEST)
     if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
@@ -99,14 +102,14 @@ def calibrate(
             parts, post, known = more, finer, better
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
-    found = identified(post.information)
+    found = beforehand(parts, post.model) if growth else identified(post.information)
     if not known.names:
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
     remarks = (
         *remarks_on(recordings),
         *_remarks(parts, post, only, bool(known.names)),
-        *_as_before(found, known),
+        *(grown(growth, parts, post.model, known) if growth else _as_before(found, known)),
     )
     return Calibration(
         machine=_travelled(machine, spans | ranges),
@@ -152,6 +155,7 @@ class _Job:
     ranges: Mapping[str, tuple[float, float]]
     only: tuple[str, ...]
     progress: Progress
+    growth: float
 
     def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
@@ -174,7 +178,7 @@ class _Job:
                 known = known_errors_of(self.machine, model)
                 best = solved(parts, model, self.since(known, model, told))
                 break
-        if known.names:
+        if known.names and not self.growth:
             best = solved(parts, model, self.since(known, model, identified(best.information)))
         return parts, best, known
 
@@ -187,8 +191,17 @@ class _Job:
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
     def since(self, known: Known, model: ErrorModel, found: Identified | None) -> Before:
-        """Errors that the file states may have changed where the readings can tell, and where `only` names them."""
+        """Errors that the file states may have changed where the readings can tell, and where `only` names them; with a stated growth
+        they have changed by that, whether or not a reading tells it.
+        """
         changed = np.ones(model.size)
+        if self.growth:
+            for name in known.names:
+                changed[model.slices[name]] = 0.0
+            return Before(
+                np.concatenate([known.factor, growth_factor(model, known.names, self.growth)], axis=1),
+                changed,
+            )
         for name in model.names if known.names else ():
             told = found is None or name in found.names or name not in known.names
             if not told or (self.only and name not in self.only):

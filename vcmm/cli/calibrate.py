@@ -15,6 +15,8 @@ def calibrate_command(
     structure: str | None = None,
     machine: Path | None = None,
     errors: str = "",
+    growth: str | None = None,
+    months: float = 1.0,
     design: Path | None = None,
     simulate: Path | None = None,
     seed: Seed = 0,
@@ -34,6 +36,10 @@ def calibrate_command(
         Machine file that holds what is known already: it is the prior of a recalibration.
     errors
         Errors to look for, such as "EXX EYX C0Y"; all others are then taken as zero. Default: all of the axes that moved.
+    growth
+        With --machine: by how much errors may change in a month, such as "0.5 um" (u; rotations: over 1 m).
+    months
+        Since the machine file was found; growth is a random walk, so that 4 months are twice one.
     design
         Plan of set-ups (design/1): says beforehand what they identify and how well, and the cheapest ones that do.
     simulate
@@ -56,9 +62,9 @@ def calibrate_command(
 
         return simulate_command(simulate, machine, out, seed, json)
     _check_words(recordings, structure, machine)
-    found = _calibrated(list(recordings), structure, machine, errors.split(), out)
-    if report is not None:
-        _report(found, report)
+    grown = _growth(growth, months, machine)
+    found = _calibrated(list(recordings), structure, machine, (errors.split(), grown), out)
+    _report(found, report)
     if json:
         print_json(_document(found, list(recordings), machine, out))
     else:
@@ -79,10 +85,29 @@ def _check_words(recordings: tuple[Path, ...], structure: str | None, machine: P
         )
 
 
+def _growth(text: str | None, months: float, machine: Path | None) -> float:
+    """u in mm of what errors have changed by since the machine file was found. Raises UsageError."""
+    from vcmm.core.errors import UsageError
+    from vcmm.core.units import quantity
+
+    if text is None:
+        return 0.0
+    rate = quantity(text, "length", "--growth", "0.5 um")
+    if machine is None or not (rate > 0 and 0 < months < 1e4):
+        raise UsageError(
+            f'--growth "{text}" --months {months:g}: a length above zero per month, months above zero, and a machine file with --machine'
+        )
+    return float(rate * months**0.5)
+
+
 def _calibrated(
-    files: list[Path], structure: str | None, machine: Path | None, only: list[str], out: Path | None
+    files: list[Path],
+    structure: str | None,
+    machine: Path | None,
+    asked: tuple[list[str], float],
+    out: Path | None,
 ) -> Any:
-    """The calibration; its machine file is written where it shall be."""
+    """The calibration; its machine file is written where it shall be. asked: names of errors, growth in mm."""
     from vcmm.calibrating.job import bare_machine, calibrate
     from vcmm.calibrating.machine_file import machine_texts
     from vcmm.console.files import output_folder, write_files
@@ -98,7 +123,7 @@ def _calibrated(
     stated = {r.name: load_certificate(path, r) for path, r in zip(files, loaded)}
     certificates = {name: one for name, one in stated.items() if one is not None}
     with progress() as show:
-        found = calibrate(loaded, known, certificates, only, show)
+        found = calibrate(loaded, known, certificates, asked[0], show, growth=asked[1])
     if out is not None:
         write_files(out.parent, machine_texts(found, out, [f.name for f in files], machine))
         say(f"wrote {out}, {out.stem}_errors.csv, {out.stem}_covariance.csv")
@@ -112,13 +137,14 @@ def _document(found: Any, files: list[Path], machine: Path | None, out: Path | N
     return document("vcmm.calibration/1", _body(found, out), files=read, warnings=found.warnings)
 
 
-def _report(found: Any, path: Path) -> None:
+def _report(found: Any, path: Path | None) -> None:
     from vcmm.console.files import write_text
     from vcmm.console.terminal import say
     from vcmm.pages.calibration import calibration_page
 
-    write_text(path, calibration_page(found))
-    say(f"wrote {path}")
+    if path is not None:
+        write_text(path, calibration_page(found))
+        say(f"wrote {path}")
 
 
 def _body(found: Any, out: Path | None) -> dict[str, Any]:
