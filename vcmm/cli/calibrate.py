@@ -29,7 +29,7 @@ def calibrate_command(
     Parameters
     ----------
     recordings
-        Recording files (recording/1).
+        Recording files (recording/1). Files with [reversal] are separated by themselves (docs/reversal.md).
     structure
         Structure of the machine, such as "w b Y X Z t"; not needed with --machine.
     machine
@@ -51,16 +51,18 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
+    from vcmm.cli.calibrate_design import design_command
+    from vcmm.cli.calibrate_reversal import reversal_command
+    from vcmm.cli.calibrate_simulate import simulate_command
     from vcmm.console.documents import print_json
+    from vcmm.files.reversal import is_reversal
 
     if design is not None:
-        from vcmm.cli.calibrate_design import design_command
-
         return design_command(design, json)
     if simulate is not None:
-        from vcmm.cli.calibrate_simulate import simulate_command
-
         return simulate_command(simulate, machine, out, seed, json)
+    if any(is_reversal(path) for path in recordings):
+        return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
     _check_words(recordings, structure, machine)
     grown = _growth(growth, months, machine)
     found = _calibrated(list(recordings), structure, machine, (errors.split(), grown), out)
