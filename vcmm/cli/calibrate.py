@@ -54,7 +54,6 @@ def calibrate_command(
     from vcmm.cli.calibrate_design import design_command
     from vcmm.cli.calibrate_reversal import reversal_command
     from vcmm.cli.calibrate_simulate import simulate_command
-    from vcmm.console.documents import print_json
     from vcmm.files.reversal import is_reversal
 
     if design is not None:
@@ -67,10 +66,17 @@ def calibrate_command(
     grown = _growth(growth, months, machine)
     found = _calibrated(list(recordings), structure, machine, (errors.split(), grown), out)
     _report(found, report)
-    if json:
-        print_json(_document(found, list(recordings), machine, out))
-    else:
+    return _told(found, _document(found, list(recordings), machine, out) if json else None)
+
+
+def _told(found: Any, content: dict[str, Any] | None) -> int:
+    """Print the document, or without one the tables."""
+    from vcmm.console.documents import print_json
+
+    if content is None:
         _show(found)
+    else:
+        print_json(content)
     return 0
 
 
