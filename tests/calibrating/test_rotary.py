@@ -190,3 +190,25 @@ def test_known_linear_errors_stay_and_their_uncertainty_counts(tmp_path):
         at, value, u = found.band(name)
         assert np.abs((value - truth(machine, "C", at)[name]) / u).max() < 4.5
     assert found.band("X0C")[2][0] > 1.5 * alone.band("X0C")[2][0]
+
+
+def test_three_ball_bars_tell_the_location():
+    """Radial, tangential and axial bars (ISO 10791-6) beside known error curves: X0C = 15 um, B0C = 30 urad, within 4 u."""
+    rng = np.random.default_rng(4)
+    truth_ = [RotaryLocation("X0C", offset=15e-3), RotaryLocation("B0C", tilt=30e-6)]
+    machine = bare(TABLE).with_effect(*truth_)
+    ball, cups = (210.0, -5.0, 100.0), ((60.0, -5.0, 100.0), (210.0, 145.0, 100.0), (210.0, -5.0, -50.0))
+    bars = [
+        replace(held_bar(bare(TABLE), "C", ANGLES, ball, cup, U), name=f"bar {i}")
+        for i, cup in enumerate(cups)
+    ]
+    names = ("X0C", "Y0C", "A0C", "B0C")
+    # at one height, without the axial bar, a shift is a tilt times the height: the tilt is named, and its width stays in the shift
+    flat = calibrate(recorded(machine, bars[:2], rng), bare(TABLE), only=names)
+    assert not {"A0C", "B0C"} & set(flat.identified.names)
+    assert flat.band("X0C")[2][0] > 50e-3
+    found = calibrate(recorded(machine, bars, rng), bare(TABLE), only=names)
+    assert set(found.identified.names) == set(names)
+    for name, true in zip(names, (15e-3, 0.0, 0.0, 30e-6)):
+        _, value, u = found.band(name)
+        assert abs(value[0] - true) < 4 * u[0], name

@@ -279,7 +279,7 @@ class OneCurve:
     def _posterior(self, length: float, size: float) -> tuple[Array, Array]:
         factor = _factor(self.curve, length, size)
         inner = factor.T @ self.a @ factor
-        inner[np.diag_indices_from(inner)] += 1.0
+        inner.flat[:: len(inner) + 1] += 1.0
         covariance = factor @ np.linalg.solve(inner, factor.T)
         return covariance @ self.b, (covariance + covariance.T) / 2
 
@@ -287,7 +287,7 @@ class OneCurve:
 def _evidence(a: Array, b: Array) -> tuple[float, Array, Array]:
     """(ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
     m = (a + a.T) / 2
-    m[np.diag_indices_from(m)] += 1.0
+    m.flat[:: len(m) + 1] += 1.0
     lower = np.linalg.cholesky(m)
     inverse = np.linalg.inv(lower)
     half = inverse @ b

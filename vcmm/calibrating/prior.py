@@ -94,4 +94,4 @@ def scaled(prior: CurvePrior, sizes: Array) -> Array:
 
 
 def column_sizes(prior: CurvePrior, sizes: Array) -> Array:
-    return np.where(prior.block < 0, 1.0, sizes[np.maximum(prior.block, 0)])
+    return np.append(sizes, 1.0)[prior.block]  # -1 is the last
