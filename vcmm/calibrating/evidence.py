@@ -131,7 +131,7 @@ def log_evidence(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> f
 
 def _factor(curve: Curve, length: float, size: float) -> Array:
     """(g, r) in free coordinates: the smooth curve of that size, and the line of a scale error."""
-    return np.concatenate([unit_factor(curve, length) * size, curve.free.T @ line_factor(curve)], axis=1)
+    return np.concatenate([unit_factor(curve, length) * size, curve.coordinates @ line_factor(curve)], axis=1)
 
 
 def _plain(curve: Curve, length: float, size: float) -> PriorSite:

@@ -34,7 +34,7 @@ REST, STILL = (
     1.0,
 )  # mm: an axis that moves less stands still; travel that it is given then, to either side
 
-ROTARY = ("error table", "error curve", "rotary axis location")  # roles
+TABLES, LOCATION = ("error table", "error curve"), "rotary axis location"  # roles
 NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
 
 Progress = Callable[[str, float], None]
@@ -89,7 +89,7 @@ def calibrate(
     ranges = ranges_of(spans, machine)
     if not ranges:
         raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
-    _check_rotary(machine)
+    _check_rotary(machine, ranges)
     before = known_ranges(machine)
     _check_reach(before, ranges)
     ranges = ranges | before
@@ -123,9 +123,12 @@ def calibrate(
     )
 
 
-def _check_rotary(machine: Machine) -> None:
-    """Raises ModelLimit where the machine file states errors of a rotary axis: they would not survive in the new error table."""
-    stated = sorted({e.link for e in machine.effects if is_rotary(e.link) and e.role in ROTARY})
+def _check_rotary(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> None:
+    """Raises ModelLimit where the machine file tabulates errors of a rotary axis, which would not survive in the new error table, or
+    states the location of one that turned.
+    """
+    rotary = [e for e in machine.effects if is_rotary(e.link)]
+    stated = sorted({e.link for e in rotary if e.role in TABLES or (e.role == LOCATION and e.link in ranges)})
     if stated:
         raise ModelLimit(
             f"the machine file states errors of the rotary axis {' '.join(stated)}, which a recalibration cannot take over yet: take them out of "

@@ -41,7 +41,7 @@ def unit_factor(curve: Curve, length: float) -> Array:
     gap = curve.nodes[:, None] - curve.nodes
     if curve.periodic:  # the chord, so that it repeats itself after a turn (MacKay 1998)
         gap = 2 * np.sin(gap / 2)
-    kernel = curve.free.T @ np.exp(-((gap / length) ** 2) / 2) @ curve.free
+    kernel = curve.coordinates @ np.exp(-((gap / length) ** 2) / 2) @ curve.coordinates.T
     kernel = kernel / np.trace(kernel) * len(curve.nodes)
     factor = np.linalg.cholesky(kernel + GRAIN * np.eye(len(kernel)))
     factor.setflags(write=False)  # it is handed out again
