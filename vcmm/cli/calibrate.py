@@ -60,10 +60,10 @@ def calibrate_command(
         return design_command(design, json)
     if simulate is not None:
         return simulate_command(simulate, machine, out, seed, json)
+    grown = _growth(growth, months, machine)
     if any(is_reversal(path) for path in recordings):
         return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
     _check_words(recordings, structure, machine)
-    grown = _growth(growth, months, machine)
     found = _calibrated(list(recordings), structure, machine, (errors.split(), grown), out)
     _report(found, report)
     return _told(found, _document(found, list(recordings), machine, out) if json else None)
