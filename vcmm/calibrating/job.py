@@ -93,7 +93,7 @@ def calibrate(
     before = known_ranges(machine)
     _check_reach(before, ranges)
     ranges = ranges | before
-    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress, growth)
+    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress=progress, growth=growth)
     progress("reading", 0.1)
     parts, post, known = job.fitted(FINE if known_nodes(machine) <= FINE else FINEST)
     if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):

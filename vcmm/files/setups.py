@@ -124,7 +124,7 @@ def _edge(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _square(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    """Both arms about the places `at`; their lengths are `along` (of axis) and `across` (of across_axis), mm from there."""
+    """From the corner `at` along axis and across_axis, both arms as long as `radius`."""
     _need(table, "across_axis", "radius")
     _, at = _axis(table, machine)
     pair = (table.axis, table.across_axis)
