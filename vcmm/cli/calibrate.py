@@ -61,7 +61,7 @@ def calibrate_command(
     if simulate is not None:
         return simulate_command(simulate, machine, out, seed, json)
     grown = _growth(growth, months, machine)
-    if any(is_reversal(path) for path in recordings):
+    if any(path.is_file() and is_reversal(path) for path in recordings):
         return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
     _check_words(recordings, structure, machine)
     found = _calibrated(list(recordings), structure, machine, (errors.split(), grown), out)
