@@ -53,6 +53,9 @@ exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, 
 	$(BIN)/python -m tests.house.small_jobs
 	$(BIN)/python tools/calibrate_statistics.py 8 laser
 	$(BIN)/python tools/calibrate_statistics.py 8 tracer
+	$(BIN)/python tools/calibrate_statistics.py 8 table
+	$(BIN)/python tools/calibrate_statistics.py 8 head
+	$(BIN)/python tools/calibrate_statistics.py 10 design
 	$(BIN)/python -m benchmarks.exam --plan ten-minutes --jobs $(JOBS) --budget 10min --out exam.jsonl
 
 audit: .venv/.installed-dev ## count coverage of the published tasks and write docs/audit.md, about five minutes

@@ -9,9 +9,10 @@ import numpy as np
 from vcmm.calibrating.evidence import Reduced, with_others
 from vcmm.calibrating.identified import broad_factor
 from vcmm.calibrating.model import ErrorModel
-from vcmm.calibrating.readings import Readings
+from vcmm.calibrating.readings import ALONG, Readings
 from vcmm.calibrating.recorded_lines import check_senses
 from vcmm.calibrating.solve import Before, Whitened, columns_of, conditioned_factor, project
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.response.recording import Recording
@@ -26,6 +27,7 @@ SURE = (
 )
 FITS = 2.0  # chi-squared per reading that it may leave then
 ROUGH = 0.15  # correlation length in parts of the travel: the others' prediction must not be too sure between their readings
+PART = 0.9  # of the travel that other recordings of the axis have
 LARGE, STEEP = 1.0, 1e-3  # mm, rad: no machine errs so much; a unit does
 
 
@@ -72,6 +74,52 @@ def _check_labels(recording: Recording) -> None:
         check_senses(recording, axis, q, sense)
 
 
+def remarks_on(recordings: Sequence[Recording]) -> list[str]:
+    """What is not wrong but will be seen in what is found: lines of one axis that end earlier than others, and readings on the fly."""
+    lines: dict[str, list[tuple[str, float, float]]] = {}
+    for recording in recordings:
+        moving = [a for a, q in recording.run.position.items() if float(np.ptp(q)) > 1e-6]
+        if len(moving) == 1:
+            q = recording.run.q(moving[0])
+            lines.setdefault(moving[0], []).append((recording.name, float(q.min()), float(q.max())))
+    return [*_short_lines(lines), *(text for r in recordings for text in _on_the_fly(r))]
+
+
+def _short_lines(lines: dict[str, list[tuple[str, float, float]]]) -> list[str]:
+    out = []
+    for axis, found in lines.items():
+        low, high = min(f[1] for f in found), max(f[2] for f in found)
+        unit, scale = ("deg", 180 / np.pi) if is_rotary(axis) else ("mm", 1.0)
+        for name, start, end in found:
+            if end - start < PART * (high - low):
+                out.append(
+                    f"{name} reads {axis} from {start * scale:.6g} to {end * scale:.6g} {unit}, other recordings from {low * scale:.6g} to "
+                    f"{high * scale:.6g}: its errors are not known beyond; measure them over the whole of it, or leave out the readings beyond"
+                )
+    return out
+
+
+def _on_the_fly(recording: Recording) -> list[str]:
+    """Readings in motion from both sides: clocks that disagree by t read like a lost motion of 2 v t."""
+    out = []
+    for axis in "XYZ":
+        speed = recording.run.columns.get(f"speed_{axis}_mm_s")
+        sense = recording.run.columns.get(f"sense_{axis}")
+        if recording.kind != "displacement" or speed is None or sense is None:
+            continue
+        along = np.abs(recording.direction[:, "XYZ".index(axis)]) > ALONG
+        way = sense[recording.row] * along
+        fast = np.abs(speed[recording.row])
+        if (way > 0).any() and (way < 0).any() and float(np.median(fast[along])) > 0:
+            gap = abs(float(recording.value[way > 0].mean() - recording.value[way < 0].mean()))
+            v = float(np.median(fast[along]))
+            out.append(
+                f"{recording.name} was read while {axis} moved at {v:.3g} mm/s: the senses differ by {gap * 1e3:.3g} um on average, which a lost "
+                f"motion makes, or clocks of machine and instrument that disagree by {gap / (2 * v) * 1e3:.3g} ms; read at two speeds, or at rest"
+            )
+    return out
+
+
 def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
     """Raises UsageError where one recording contradicts all others and would agree with them in another unit or sign.
 
@@ -88,8 +136,8 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
         nothing = np.zeros(len(mean))
         gains, misfits = {}, {}
         for times in (1.0, *FACTORS):
-            told, misfits[times] = _log_likelihood(one, mean, known, times)
-            gains[times] = told - _log_likelihood(one, nothing, factor, times)[0]
+            told, misfits[times] = log_likelihood(one, mean, known, times)
+            gains[times] = told - log_likelihood(one, nothing, factor, times)[0]
         times = max(FACTORS, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:
             raise UsageError(
@@ -98,7 +146,7 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
             )
 
 
-def _log_likelihood(one: Whitened, mean: Array, factor: Array, times: float) -> tuple[float, float]:
+def log_likelihood(one: Whitened, mean: Array, factor: Array, times: float) -> tuple[float, float]:
     """(ln likelihood, chi-squared) of whitened readings that should have been `times` theirs; mean, factor @ factor.T: of theta.
 
     Their covariance is times^2 1 + (x factor)(x factor)'; its inverse and determinant by Woodbury, so that no matrix is as large as the

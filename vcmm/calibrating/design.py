@@ -134,6 +134,9 @@ def _field(model: ErrorModel, machine: Machine) -> Array:
     """(3 n, size): tip error x y z on a grid of the volume with three tips, per unit of theta."""
     letters = [a for a in "XYZ" if a in machine.axes]
     steps = [np.linspace(*machine.axes[a].travel, GRID) for a in letters]
+    turning = {c.axis: c for c in model.curves if c.rotary}
+    letters += list(turning)
+    steps += [np.linspace(c.nodes[0], c.nodes[-1], GRID)[: GRID - int(c.periodic)] for c in turning.values()]
     mesh = np.stack([m.ravel() for m in np.meshgrid(*steps, indexing="ij")], axis=1)
     offset = np.repeat(np.array(TIPS), len(mesh), axis=0)
     mesh = np.tile(mesh, (len(TIPS), 1))

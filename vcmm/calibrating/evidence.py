@@ -131,7 +131,7 @@ def log_evidence(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> f
 
 def _factor(curve: Curve, length: float, size: float) -> Array:
     """(g, r) in free coordinates: the smooth curve of that size, and the line of a scale error."""
-    return np.concatenate([unit_factor(curve, length) * size, curve.free.T @ line_factor(curve)], axis=1)
+    return np.concatenate([unit_factor(curve, length) * size, curve.coordinates @ line_factor(curve)], axis=1)
 
 
 def _plain(curve: Curve, length: float, size: float) -> PriorSite:
@@ -279,7 +279,7 @@ class OneCurve:
     def _posterior(self, length: float, size: float) -> tuple[Array, Array]:
         factor = _factor(self.curve, length, size)
         inner = factor.T @ self.a @ factor
-        inner[np.diag_indices_from(inner)] += 1.0
+        inner.flat[:: len(inner) + 1] += 1.0
         covariance = factor @ np.linalg.solve(inner, factor.T)
         return covariance @ self.b, (covariance + covariance.T) / 2
 
@@ -287,7 +287,7 @@ class OneCurve:
 def _evidence(a: Array, b: Array) -> tuple[float, Array, Array]:
     """(ln evidence, mean of z, variances of z) of numbers of unit variance, M = 1 + a."""
     m = (a + a.T) / 2
-    m[np.diag_indices_from(m)] += 1.0
+    m.flat[:: len(m) + 1] += 1.0
     lower = np.linalg.cholesky(m)
     inverse = np.linalg.inv(lower)
     half = inverse @ b

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.calibrating.checks import check_agreement, check_recordings
+from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_on
 from vcmm.calibrating.evidence import smoothness
+from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
 from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
 from vcmm.calibrating.model import ErrorModel, error_model
@@ -33,7 +34,7 @@ REST, STILL = (
     1.0,
 )  # mm: an axis that moves less stands still; travel that it is given then, to either side
 
-ROTARY = ("error table", "error curve", "rotary axis location")  # roles
+TABLES, LOCATION = ("error table", "error curve"), "rotary axis location"  # roles
 NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
 
 Progress = Callable[[str, float], None]
@@ -73,12 +74,14 @@ def calibrate(
     certificates: Mapping[str, InstrumentCertificate] | None = None,
     only: Sequence[str] = (),
     progress: Progress = lambda text, share: None,
+    growth: float = 0.0,
 ) -> Calibration:
     """The errors of a machine from any mixture of recordings.
 
     machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
     its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
-    file has them. Raises UsageError where nothing is
+    file has them. growth: u in mm by which every error of the machine file may have changed since it was found (rotations and
+    squareness: that over 1 m); zero leaves it to the readings. Raises UsageError where nothing is
     identified, naming the combinations, and for recordings that contradict themselves.
     """
     check_recordings(recordings)
@@ -86,11 +89,11 @@ def calibrate(
     ranges = ranges_of(spans, machine)
     if not ranges:
         raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
-    _check_rotary(machine)
+    _check_rotary(machine, ranges)
     before = known_ranges(machine)
     _check_reach(before, ranges)
     ranges = ranges | before
-    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress)
+    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress=progress, growth=growth)
     progress("reading", 0.1)
     parts, post, known = job.fitted(FINE if known_nodes(machine) <= FINE else FINEST)
     if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
@@ -99,11 +102,15 @@ def calibrate(
             parts, post, known = more, finer, better
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
-    found = identified(post.information)
+    found = beforehand(parts, post.model) if growth else identified(post.information)
     if not known.names:
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
-    remarks = (*_remarks(parts, post, only, bool(known.names)), *_as_before(found, known))
+    remarks = (
+        *remarks_on(recordings),
+        *_remarks(parts, post, only, bool(known.names)),
+        *(grown(growth, parts, post.model, known) if growth else _as_before(found, known)),
+    )
     return Calibration(
         machine=_travelled(machine, spans | ranges),
         kept=kept,
@@ -116,9 +123,12 @@ def calibrate(
     )
 
 
-def _check_rotary(machine: Machine) -> None:
-    """Raises ModelLimit where the machine file states errors of a rotary axis: they would not survive in the new error table."""
-    stated = sorted({e.link for e in machine.effects if is_rotary(e.link) and e.role in ROTARY})
+def _check_rotary(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> None:
+    """Raises ModelLimit where the machine file tabulates errors of a rotary axis, which would not survive in the new error table, or
+    states the location of one that turned.
+    """
+    rotary = [e for e in machine.effects if is_rotary(e.link)]
+    stated = sorted({e.link for e in rotary if e.role in TABLES or (e.role == LOCATION and e.link in ranges)})
     if stated:
         raise ModelLimit(
             f"the machine file states errors of the rotary axis {' '.join(stated)}, which a recalibration cannot take over yet: take them out of "
@@ -148,6 +158,7 @@ class _Job:
     ranges: Mapping[str, tuple[float, float]]
     only: tuple[str, ...]
     progress: Progress
+    growth: float
 
     def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
@@ -170,7 +181,7 @@ class _Job:
                 known = known_errors_of(self.machine, model)
                 best = solved(parts, model, self.since(known, model, told))
                 break
-        if known.names:
+        if known.names and not self.growth:
             best = solved(parts, model, self.since(known, model, identified(best.information)))
         return parts, best, known
 
@@ -183,8 +194,17 @@ class _Job:
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
     def since(self, known: Known, model: ErrorModel, found: Identified | None) -> Before:
-        """Errors that the file states may have changed where the readings can tell, and where `only` names them."""
+        """Errors that the file states may have changed where the readings can tell, and where `only` names them; with a stated growth
+        they have changed by that, whether or not a reading tells it.
+        """
         changed = np.ones(model.size)
+        if self.growth:
+            for name in known.names:
+                changed[model.slices[name]] = 0.0
+            return Before(
+                np.concatenate([known.factor, growth_factor(model, known.names, self.growth)], axis=1),
+                changed,
+            )
         for name in model.names if known.names else ():
             told = found is None or name in found.names or name not in known.names
             if not told or (self.only and name not in self.only):

@@ -42,6 +42,8 @@ def known_errors_of(machine: Machine, model: ErrorModel) -> Known:
             theta[part] += effect.error_motion(run)[:, column] * _reading_of(effect)
     blocks = [b for one in machine.inputs if (b := _input(machine, model, one)) is not None]
     factor = np.concatenate(blocks, axis=1) if blocks else np.zeros((model.size, 0))
+    if not told and not blocks:
+        return Known(theta, factor, told)
     convention = gauge(model, machine)
     return Known(convention @ theta, convention @ factor, told)
 

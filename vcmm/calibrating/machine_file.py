@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from vcmm.calibrating.known import LOST
 from vcmm.calibrating.model import Curve, curve_effect, number_of
 from vcmm.calibrating.result import Calibration, rms
+from vcmm.core.axes import is_location
 from vcmm.core.effect import place_fields
+from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal
 from vcmm.core.machine import Machine
@@ -20,6 +23,7 @@ from vcmm.effects import BY_NAME
 from vcmm.files.isg import ErrorFile, ErrorTable
 from vcmm.files.isg_writer import isg_text
 from vcmm.files.joint_covariance import JointCovariance, covariance_text
+from vcmm.files.known_errors import read_error_file
 from vcmm.files.toml_edits import editable, move_names, without_table
 
 CHANCE = 0.01  # a lost motion that chance would make so often is none
@@ -122,6 +126,7 @@ def _repeatability(found: Calibration) -> str:
 def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
     """A machine file without [errors] and without what it says of these errors elsewhere, as it stands in `folder`."""
     document = editable(prior)
+    _check_locations(document, prior)
     without_table(document, "errors")
     for key in ("inputs", "effects"):
         stated = document.get(key, [])
@@ -132,6 +137,18 @@ def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
             document.remove(key)
     move_names(document, prior.parent, folder)
     return str(document.as_string())
+
+
+def _check_locations(document: Any, prior: Path) -> None:
+    """Raises UsageError where the error table of a machine file places a rotary axis: the new one would not."""
+    table = document.get("errors", {}).get("table")
+    constants = read_error_file(prior.parent / str(table)).constants if table else {}
+    located = [name for name in constants if is_location(name)]
+    if located:
+        raise UsageError(
+            f"{prior}: the error table states {' '.join(located)}, which the new table would not; state it as "
+            '[[effects]] effect = "rotary_location" instead'
+        )
 
 
 def _says_of(table: Mapping[str, object], names: Sequence[str]) -> bool:

@@ -86,28 +86,36 @@ class Curve:
 
     @cached_property
     def taken(self) -> Array:
-        """(k, 1 to 3): what the convention takes away, a constant, for a straightness the position from the middle, of a centred
-        curve once per turn; the last node of a whole turn, which is the first, is not counted.
+        """(k, 0 to 3): what the convention takes away, a constant, for a straightness the position from the middle, of a centred
+        curve once per turn.
         """
         one = np.ones(len(self.nodes))
         if self.reversal:
             return np.zeros((len(one), 0))
         if self.rotary:
             once = [np.cos(self.nodes), np.sin(self.nodes)] if self.centred else []
-            out = np.stack([one, *once], axis=1)
-            out[-1] *= not self.periodic
-            return out
+            return np.stack([one, *once], axis=1)
         return np.stack([one, self.nodes - self.nodes.mean()] if self.straightness else [one], axis=1)
 
     @cached_property
     def projector(self) -> Array:
         """(k, k): a curve to the same curve without its mean or line."""
-        return self.free @ self.free.T
+        return self.free @ self.coordinates
 
     @cached_property
     def free(self) -> Array:
-        """(k, k - 1 or k - 2): orthonormal shapes that the convention leaves."""
-        return np.asarray(np.linalg.qr(self.taken, mode="complete")[0][:, self.taken.shape[1] :])
+        """(k, g): orthonormal shapes that the convention leaves; of a whole turn the last node has the value of the first."""
+        taken = self.taken[:-1] if self.periodic else self.taken
+        shapes = np.linalg.qr(taken, mode="complete")[0][:, taken.shape[1] :]
+        return np.concatenate([shapes, shapes[:1]]) if self.periodic else np.asarray(shapes)
+
+    @cached_property
+    def coordinates(self) -> Array:
+        """(g, k): values at the nodes to the amounts of the shapes of `free`."""
+        out = self.free.T.copy()
+        if self.periodic:
+            out[:, -1] = 0.0
+        return out
 
 
 @dataclass(frozen=True, eq=False)

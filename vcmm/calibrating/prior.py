@@ -41,7 +41,7 @@ def unit_factor(curve: Curve, length: float) -> Array:
     gap = curve.nodes[:, None] - curve.nodes
     if curve.periodic:  # the chord, so that it repeats itself after a turn (MacKay 1998)
         gap = 2 * np.sin(gap / 2)
-    kernel = curve.free.T @ np.exp(-((gap / length) ** 2) / 2) @ curve.free
+    kernel = curve.coordinates @ np.exp(-((gap / length) ** 2) / 2) @ curve.coordinates.T
     kernel = kernel / np.trace(kernel) * len(curve.nodes)
     factor = np.linalg.cholesky(kernel + GRAIN * np.eye(len(kernel)))
     factor.setflags(write=False)  # it is handed out again
@@ -94,4 +94,4 @@ def scaled(prior: CurvePrior, sizes: Array) -> Array:
 
 
 def column_sizes(prior: CurvePrior, sizes: Array) -> Array:
-    return np.where(prior.block < 0, 1.0, sizes[np.maximum(prior.block, 0)])
+    return np.append(sizes, 1.0)[prior.block]  # -1 is the last

@@ -53,7 +53,9 @@ class Calibration:
         """One identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
         nodes, value, u = self.band(name)
         unit, scale = ("µrad", 1e6) if is_angle(name) else ("µm", 1e3)
-        return charts.band(nodes, value * scale, u * scale, unit=unit, title=name, ax=ax)
+        turns = any(c.component == name and c.rotary for c in self.kept.curves)
+        place, label = (np.degrees(nodes), "angle / deg") if turns else (nodes, "position / mm")
+        return charts.band(place, value * scale, u * scale, unit=unit, title=name, label=label, ax=ax)
 
     def figures(self) -> list[Mapping[str, object]]:
         """One row per identified error: size and uncertainty, um or urad."""

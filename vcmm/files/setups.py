@@ -124,7 +124,7 @@ def _edge(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _square(table: SetupTable, machine: Machine, u: float) -> Recordings:
-    """Both arms about the places `at`; their lengths are `along` (of axis) and `across` (of across_axis), mm from there."""
+    """From the corner `at` along axis and across_axis, both arms as long as `radius`."""
     _need(table, "across_axis", "radius")
     _, at = _axis(table, machine)
     pair = (table.axis, table.across_axis)
@@ -136,6 +136,12 @@ def _square(table: SetupTable, machine: Machine, u: float) -> Recordings:
 
 
 def _circle(table: SetupTable, machine: Machine, u: float) -> Recordings:
+    """A circle; or, with a rotary axis, a ball held while it turns, against a cup at centre."""
+    if table.axis and table.instrument == "ball bar":
+        angles = _angles(table, machine)
+        _need(table, "ball", "centre")
+        ball, cup = list(table.ball or ()), list(table.centre or ())
+        return (rotary.held_bar(machine, table.axis, angles, ball, cup=cup, u=u, offset=table.tip),)
     _need(table, "centre", "radius", "plane")
     radius = quantity(table.radius, "length", "radius", "150 mm")
     make: Callable[..., Recording] = (
