@@ -16,7 +16,7 @@ The means and lines taken away are a rigid motion of the workpiece, a turn of th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -32,15 +32,17 @@ from vcmm.effects import made_for
 
 SIZE, TURN = 3e-3, 5e-6  # mm, rad: usual rms of a component
 PAIR_AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
+LINEAR = "table"  # the kind of curve that is linear between its nodes; all others are cubic
 SPANS = ((0.0, 0.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0))  # mm, tips for the gauge
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One error over its axis: component such as EYX, nodes (k,) mm."""
+    """One error over its axis: component such as EYX, nodes (k,) mm; kind: what runs through them (vcmm.calibrating.prior)."""
 
     component: str
     nodes: Array
+    kind: str = "spline"
 
     @property
     def axis(self) -> str:
@@ -127,7 +129,7 @@ class ErrorModel:
 
     def coarser(self, step: int) -> tuple[ErrorModel, Array]:
         """Every step-th node only, and the matrix (size, fewer) from its numbers to these: both describe one spline."""
-        model = ErrorModel(tuple(Curve(c.component, c.nodes[::step]) for c in self.curves), self.pairs)
+        model = ErrorModel(tuple(replace(c, nodes=c.nodes[::step]) for c in self.curves), self.pairs)
         lift = np.zeros((self.size, model.size))
         for new, old in zip(model.curves, self.curves):
             block = node_weights(new.nodes, old.nodes, "linear" if old.reversal else "cubic")
@@ -139,6 +141,11 @@ class ErrorModel:
 
 def curve_effect(curve: Curve, values: Array) -> Effect:
     """One curve as an effect of a machine."""
+    if curve.kind == LINEAR and not curve.reversal:
+        table: Effect = made_for("error table", "a calibration")(
+            curve.component, (curve.axis,), (curve.nodes,), values
+        )
+        return table
     role, where = ("lost motion table", curve.axis) if curve.reversal else ("error curve", curve.component)
     effect: Effect = made_for(role, "a calibration")(where, curve.nodes, values)
     return effect

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Calibration:
     """machine: what was known before (structure, axes, prior errors). kept: the errors that are identified, as a model.
 
-    theta (kept.size,), covariance: of these errors, mm and rad. assumed, warnings: sentences.
+    theta (kept.size,), covariance: of these errors, mm and rad. assumed, warnings: sentences. interpolation: its name.
     """
 
     machine: Machine
@@ -35,6 +35,7 @@ class Calibration:
     identified: Identified
     readings: tuple[Readings, ...]
     warnings: tuple[str, ...]
+    interpolation: str = "spline"
 
     @property
     def residual(self) -> Array:

@@ -9,15 +9,11 @@ from cyclopts import Parameter
 
 
 def calibrate_command(
-    *recordings: Path,
-    structure: str | None = None,
-    machine: Path | None = None,
-    errors: str = "",
-    design: Path | None = None,
-    report: Path | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
-    out: Path | None = None,
-) -> int:
+    *recordings: Path, structure: str | None = None, machine: Path | None = None, errors: str = "", design: Path | None = None,
+    interpolation: str = "spline", compare_interpolations: bool = False, thermal: bool = False, sensors: str = "",
+    test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
+    report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
+) -> int:  # fmt: skip
     """Find the errors of a machine, with their joint covariance, from recordings of any instruments in any mixture.
 
     Parameters
@@ -32,6 +28,18 @@ def calibrate_command(
         Errors to look for, such as "EXX EYX C0Y"; all others are then taken as zero. Default: all of the axes that moved.
     design
         Plan of set-ups (design/1): says beforehand what they identify and how well, and the cheapest ones that do.
+    interpolation
+        spline, "gaussian process" (gp), polynomial, table, or a net such as "i-(2i+1)-o" (net).
+    compare_interpolations
+        Hold out every third position of each line and say how each interpolation predicts it; nothing is written.
+    thermal
+        Find what temperatures do instead: terms of the sensors in the recordings, added to the file of --machine.
+    sensors
+        With --thermal: the only sensors to look at, such as "spindle air".
+    test
+        A recording that the calibration does not use (a diagonal, another artefact): what the written file predicts of it.
+    residual
+        Machine file of the machine with what was found compensated: what is left, with its uncertainty.
     report
         File for the HTML report.
     json
@@ -39,64 +47,71 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
-    from vcmm.console.documents import print_json
-    from vcmm.core.errors import UsageError
-
     if design is not None:
         from vcmm.cli.calibrate_design import design_command
 
         return design_command(design, json)
-    if not recordings:
-        raise UsageError(
-            "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
-        )
-    if (structure is None) == (machine is None):
-        raise UsageError(
-            'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
-        )
-    files = list(recordings)
-    found = _calibrated(files, structure, machine, errors.split(), out)
-    content = _document(found, files, machine, out)
-    if report is not None:
-        _report(found, report)
-    if json:
-        print_json(content)
-    else:
-        _show(found)
+    from vcmm.cli.calibrate_given import Wanted
+
+    wanted = Wanted(list(recordings), structure, machine, out, test or [])
+    wanted.check(thermal, sensors, compare_interpolations)
+    if compare_interpolations:
+        from vcmm.cli.calibrate_compare import interpolations_command
+
+        return interpolations_command(wanted, errors.split(), json)
+    if thermal:
+        from vcmm.cli.calibrate_thermal import thermal_command
+
+        return thermal_command(wanted, sensors.split(), json)
+    found = _calibrated(wanted, errors.split(), interpolation, residual)
+    _answer(found, wanted, report, json)
     return 0
 
 
-def _calibrated(
-    files: list[Path], structure: str | None, machine: Path | None, only: list[str], out: Path | None
-) -> Any:
-    """The calibration; its machine file is written where it shall be."""
-    from vcmm.calibrating.job import bare_machine, calibrate
-    from vcmm.calibrating.machine_file import machine_texts
+def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
+    """The document or the tables, and the report."""
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import show_table
+    from vcmm.tables.calibrated import TESTS, independent_tests
+    from vcmm.tables.table import records
+
+    tests = wanted.tests()
+    if report is not None:
+        _report(found, report)
+    if json:
+        body = _body(found, wanted.out) | {"tests": records(TESTS, tests)}
+        print_json(document("vcmm.calibration/1", body, files=wanted.read(), warnings=found.warnings))
+        return
+    _show(found)
+    if tests:
+        show_table(independent_tests(tests))
+
+
+def _calibrated(wanted: Any, only: list[str], interpolation: str, residual: Path | None) -> Any:
+    """The calibration; its machine files are written where they shall be."""
+    from vcmm.calibrating.interpolation import interpolation_of
+    from vcmm.calibrating.job import calibrate
+    from vcmm.calibrating.machine_file import machine_texts, residual_texts
     from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say
-    from vcmm.files.instruments import load_certificate
-    from vcmm.files.machine import load_machine
-    from vcmm.files.recording import load_recording
 
-    if out is not None:
-        output_folder(out.parent)
-    known = load_machine(machine) if machine is not None else bare_machine(str(structure))
-    loaded = [load_recording(path, known)[0] for path in files]
-    stated = {r.name: load_certificate(path, r) for path, r in zip(files, loaded)}
-    certificates = {name: one for name, one in stated.items() if one is not None}
+    kind, out, files = interpolation_of(interpolation), wanted.out, [f.name for f in wanted.files]
+    for target in (out, residual):
+        if target is not None:
+            output_folder(target.parent)
+    given = wanted.given()
     with progress() as show:
-        found = calibrate(loaded, known, certificates, only, show)
+        found = calibrate(given.recordings, given.machine, given.certificates, only, show, interpolation=kind)
+    texts = {}
     if out is not None:
-        write_files(out.parent, machine_texts(found, out, [f.name for f in files], machine))
-        say(f"wrote {out}, {out.stem}_errors.csv, {out.stem}_covariance.csv")
+        texts[out] = machine_texts(found, out, files, wanted.machine)
+    if residual is not None:
+        switched_on = f"{out.stem}_errors.csv" if out is not None else "this calibration"
+        texts[residual] = residual_texts(found, residual, files, wanted.machine, switched_on)
+    for target, written in texts.items():
+        write_files(target.parent, written)
+        say(f"wrote {target}, {target.stem}_errors.csv, {target.stem}_covariance.csv")
     return found
-
-
-def _document(found: Any, files: list[Path], machine: Path | None, out: Path | None) -> dict[str, Any]:
-    from vcmm.console.documents import document, sources
-
-    read = [f for path in [*files, *([machine] if machine else [])] for f in sources(path)]
-    return document("vcmm.calibration/1", _body(found, out), files=read, warnings=found.warnings)
 
 
 def _report(found: Any, path: Path) -> None:
@@ -121,6 +136,7 @@ def _body(found: Any, out: Path | None) -> dict[str, Any]:
         "machine": None if out is None else str(out),
         "identified": found.figures(),
         "not_identified": found.identified.document(),
+        "interpolation": found.interpolation,
         "condition": found.identified.condition,
         "residual_um": rms(found.residual) * 1e3,
         "residuals": records(RESIDUALS, residuals(found).rows),

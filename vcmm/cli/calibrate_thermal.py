@@ -1,0 +1,68 @@
+"""vcmm calibrate --thermal: what temperatures do to the tip, added to a machine file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vcmm.cli.calibrate_given import Wanted
+
+
+def thermal_command(wanted: Wanted, sensors: list[str], json: bool) -> int:
+    """Fit the terms, write the file, tell what it predicts; the document is vcmm.thermal/1."""
+    from vcmm.calibrating.thermal import thermal_model
+    from vcmm.calibrating.thermal_file import thermal_text, written_terms
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.terminal import say, show_table
+    from vcmm.tables.calibrated import TESTS, independent_tests
+    from vcmm.tables.table import records
+    from vcmm.tables.thermal import TERMS, term_rows, terms
+
+    given, out = wanted.given(), wanted.out
+    assert wanted.machine is not None
+    if out is not None:
+        output_folder(out.parent)
+    found = thermal_model(given.recordings, given.machine, sensors)
+    rows = term_rows(found, written_terms(found))
+    if out is not None:
+        files = [f.name for f in wanted.files]
+        write_text(out, thermal_text(found, given.machine, wanted.machine, out, files))
+        say(f"wrote {out}")
+    tests = wanted.tests()
+    if json:
+        body = {
+            "machine": None if out is None else str(out),
+            "terms": records(TERMS, rows),
+            **_figures(found),
+        }
+        body |= {"tests": records(TESTS, tests)}
+        print_json(document("vcmm.thermal/1", body, files=wanted.read()))
+        return 0
+    show_table(terms(rows))
+    _show(found)
+    if tests:
+        show_table(independent_tests(tests))
+    return 0
+
+
+def _figures(found: Any) -> dict[str, Any]:
+    before, after = found.held_out
+    return {
+        "rms_before_um": found.before * 1e3,
+        "rms_after_um": found.after * 1e3,
+        "held_out": {"rms_before_um": before * 1e3, "rms_after_um": after * 1e3},
+        "outliers": found.outliers,
+        "trained_degC": {s: list(r) for s, r in found.trained.items()},
+        "not_used": found.unused,
+    }
+
+
+def _show(found: Any) -> None:
+    before, after = found.held_out
+    print(f"all readings: {found.before * 1e3:.2f} -> {found.after * 1e3:.2f} um rms")
+    print(f"blocks of time predicted from the others: {before * 1e3:.2f} -> {after * 1e3:.2f} um rms")
+    if found.outliers:
+        print(f"{found.outliers} single readings stand out from their neighbours and were left out")
+    for sensor, why in found.unused.items():
+        print(f"not used: {sensor}: {why}")
