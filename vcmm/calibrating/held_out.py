@@ -32,7 +32,7 @@ INSIDE = 1.959964  # of the normal law, 95 %
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class PredictedPositions:
     """One interpolation on n readings held out: rms error in um (lengths) and urad (angles), None where there are none.
 
     inside: share within the 95 % band of the prediction (noise of the reading included); nats: mean log density per reading in
@@ -68,7 +68,7 @@ def compare_interpolations(
     only: Sequence[str] = (),
     progress: Callable[[str, float], None] = lambda text, share: None,
     names: Sequence[str] = INTERPOLATIONS,
-) -> list[HeldOut]:
+) -> list[PredictedPositions]:
     """Every interpolation fitted without the readings held out, and how it predicts them.
 
     Raises UsageError where no recording is a line of 6 positions or more, and what `calibrate` raises.
@@ -127,11 +127,11 @@ def predicted(found: Calibration, number: int, part: Readings, held: Mask) -> _P
     )
 
 
-def _scored(name: str, found: Sequence[_Predicted], seconds: float) -> HeldOut:
+def _scored(name: str, found: Sequence[_Predicted], seconds: float) -> PredictedPositions:
     error, u, noise = (np.concatenate([getattr(f, k) for f in found]) for k in ("error", "u", "noise"))
     angle = np.concatenate([np.full(len(f.error), f.angle) for f in found])
     density = -((error / u) ** 2) / 2 - np.log(u / noise * np.sqrt(2 * np.pi))
-    return HeldOut(
+    return PredictedPositions(
         name=name,
         n=len(error),
         rms_um=rms(error[~angle]) * 1e3 if (~angle).any() else None,

@@ -51,9 +51,9 @@ def calibrate_command(
         from vcmm.cli.calibrate_design import design_command
 
         return design_command(design, json)
-    from vcmm.cli.calibrate_given import Wanted
+    from vcmm.cli.calibrate_given import CalibrationWanted
 
-    wanted = Wanted(list(recordings), structure, machine, out, test or [])
+    wanted = CalibrationWanted(list(recordings), structure, machine, out, test or [])
     wanted.check(thermal, sensors, compare_interpolations)
     if compare_interpolations:
         from vcmm.cli.calibrate_compare import interpolations_command

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from vcmm.cli.calibrate_given import Wanted
+    from vcmm.cli.calibrate_given import CalibrationWanted
 
 
-def interpolations_command(wanted: Wanted, only: list[str], json: bool) -> int:
+def interpolations_command(wanted: CalibrationWanted, only: list[str], json: bool) -> int:
     """Fit and score every interpolation; the document is vcmm.interpolations/1."""
     from vcmm.calibrating.held_out import compare_interpolations
     from vcmm.console.documents import document, print_json

@@ -17,7 +17,7 @@ class Given:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class CalibrationWanted:
     """Files of the command line: recordings, structure or machine file, machine file to write, recordings of tests."""
 
     files: list[Path]

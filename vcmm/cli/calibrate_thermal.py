@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vcmm.cli.calibrate_given import Wanted
+    from vcmm.cli.calibrate_given import CalibrationWanted
 
 
-def thermal_command(wanted: Wanted, sensors: list[str], json: bool) -> int:
+def thermal_command(wanted: CalibrationWanted, sensors: list[str], json: bool) -> int:
     """Fit the terms, write the file, tell what it predicts; the document is vcmm.thermal/1."""
     from vcmm.calibrating.thermal import thermal_model
     from vcmm.calibrating.thermal_file import thermal_text, written_terms

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from vcmm.calibrating.acceptance import Figure
 from vcmm.calibrating.design import Proposal
-from vcmm.calibrating.held_out import HeldOut
+from vcmm.calibrating.held_out import PredictedPositions
 from vcmm.calibrating.readings import Readings
 from vcmm.calibrating.result import Calibration, rms
 from vcmm.calibrating.solve import ReadingNoise
@@ -61,7 +61,7 @@ FIGURES: tuple[Column[Figure], ...] = (
     Column("limit", lambda row: row.limit_um, fixed(3, "um"), key="limit_um"),
     Column("probability to pass", lambda row: row.p_pass, fixed(3), key="p_pass"),
 )
-HELD_OUT: tuple[Column[HeldOut], ...] = (
+HELD_OUT: tuple[Column[PredictedPositions], ...] = (
     Column("interpolation", lambda row: row.name, key="interpolation"),
     Column("readings held out", lambda row: row.n, COUNT_OR_NONE, key="observations"),
     Column("rms of lengths", lambda row: row.rms_um, fixed(3, "um"), key="rms_um"),
@@ -111,7 +111,7 @@ def figures(iso: str, found: Sequence[Figure]) -> ResultTable[Figure]:
     return ResultTable(f"ISO {iso}", FIGURES, found)
 
 
-def interpolations(found: Sequence[HeldOut]) -> ResultTable[HeldOut]:
+def interpolations(found: Sequence[PredictedPositions]) -> ResultTable[PredictedPositions]:
     """How each interpolation predicts readings that it was not given."""
     return ResultTable("Positions held out", HELD_OUT, found)
 
