@@ -35,6 +35,7 @@ NETS: Mapping[str, str] = {  # name -> layout of vcmm.calibrating.net
 }
 INTERPOLATIONS = (*KERNELS, *NETS)
 SHORT = {"splines": "spline", "gp": "gaussian process", "net": "i-(2i+1)-o"}
+LINEAR_AXES = ("X", "Y", "Z")
 SAME = 1e-3  # mm: positions nearer than this are one
 MEMBERS = 24  # nets of an ensemble
 MOST = 33  # nodes of a table
@@ -49,11 +50,15 @@ def interpolation_of(word: str) -> str:
 
 
 def as_kind(model: ErrorModel, kind: str, recordings: Sequence[Recording]) -> ErrorModel:
-    """The model with curves of that kind; a table has its nodes where readings were made."""
-    curves = [c if c.reversal else replace(c, kind=kind) for c in model.curves]
-    if kind == LINEAR:
-        at = {c.axis: read_positions(recordings, c) for c in curves}
-        curves = [c if c.reversal else replace(c, nodes=at[c.axis]) for c in curves]
+    """The model with curves of linear axes of that kind; a table has its nodes where lines were read."""
+    curves, at = [], {}
+    for curve in model.curves:
+        if curve.reversal or curve.axis not in LINEAR_AXES:
+            curves.append(curve)
+            continue
+        if kind == LINEAR and curve.axis not in at:
+            at[curve.axis] = read_positions(recordings, curve)
+        curves.append(replace(curve, kind=kind, nodes=at.get(curve.axis, curve.nodes)))
     return ErrorModel(tuple(curves), model.pairs)
 
 

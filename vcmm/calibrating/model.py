@@ -71,6 +71,11 @@ class Curve:
     def straightness(self) -> bool:
         return not self.turns and not self.reversal and self.component[1] != self.axis
 
+    def weights(self, q: Array) -> Array:
+        """(n, k): the curve at q (n,) = weights @ values, as the machine file interpolates."""
+        straight = self.reversal or self.kind == LINEAR
+        return node_weights(self.nodes, q, "linear" if straight else "cubic")
+
     @cached_property
     def taken(self) -> Array:
         """(k, 1 or 2): what the convention takes away, a constant and for a straightness the position from the middle."""
@@ -132,7 +137,7 @@ class ErrorModel:
         model = ErrorModel(tuple(replace(c, nodes=c.nodes[::step]) for c in self.curves), self.pairs)
         lift = np.zeros((self.size, model.size))
         for new, old in zip(model.curves, self.curves):
-            block = node_weights(new.nodes, old.nodes, "linear" if old.reversal else "cubic")
+            block = new.weights(old.nodes)
             lift[self.slices[old.component], model.slices[new.component]] = block
         for pair in self.pairs:
             lift[self.slices[pair], model.slices[pair]] = 1.0

@@ -19,6 +19,8 @@ from vcmm.core.run import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FINE = 121  # positions of a picture
+
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
@@ -49,9 +51,17 @@ class Calibration:
         nodes = self.kept.labels[1][part]
         return nodes, self.theta[part], np.sqrt(np.diag(self.covariance)[part])
 
+    def along(self, name: str) -> tuple[Array, Array, Array]:
+        """(positions, value, u) of one identified curve between its nodes too, as the machine file interpolates; mm or rad."""
+        part, curve = self.kept.slices[name], next(c for c in self.kept.curves if c.component == name)
+        q = np.unique(np.concatenate([np.linspace(curve.nodes[0], curve.nodes[-1], FINE), curve.nodes]))
+        weights = curve.weights(q)
+        u = np.sqrt(np.einsum("ij,jk,ik->i", weights, self.covariance[part, part], weights))
+        return q, weights @ self.theta[part], u
+
     def plot(self, name: str, ax: Axes | None = None) -> Axes:
         """One identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
-        nodes, value, u = self.band(name)
+        nodes, value, u = self.along(name) if len(self.band(name)[0]) > 1 else self.band(name)
         unit, scale = ("µrad", 1e6) if is_angle(name) else ("µm", 1e3)
         return charts.band(nodes, value * scale, u * scale, unit=unit, title=name, ax=ax)
 

@@ -52,7 +52,9 @@ def truth() -> Machine:
             size = rng.uniform(2e-6, 8e-6) if kind in "ABC" else rng.uniform(1e-3, 4e-3)
             first, second = rng.uniform(0.6, 1.2), rng.uniform(1.2, 2.0)
             turn = 2 * np.pi * (q - low) / (high - low)
-            values = np.sin(first * turn + rng.uniform(0, 6)) + 0.5 * np.sin(second * turn + rng.uniform(0, 6))
+            values = np.sin(first * turn + rng.uniform(0, 6)) + 0.5 * np.sin(
+                second * turn + rng.uniform(0, 6)
+            )
             effects.append(table(f"E{kind}{axis}", (axis,), (q,), size * (values - values.mean())))
     effects += [angle(pair, value) for pair, value in SQUARE.items()]
     return bare().with_effect(*effects)
@@ -95,7 +97,10 @@ def warm_up() -> str:
     shift = BEND * (_behind(time, bridge) - 20.0)
     indicated = -(shift - shift[0]) + TOUCH_U * rng.standard_normal(len(time))
     head = "X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,time_s,temp_bridge_C,temp_air_C"
-    lines = [f"300,250,-200,0,0,1,{1e3 * d:.3f},{t:.0f},{b:.3f},{a:.3f}" for d, t, b, a in zip(indicated, time, bridge, air)]
+    lines = [
+        f"300,250,-200,0,0,1,{1e3 * d:.3f},{t:.0f},{b:.3f},{a:.3f}"
+        for d, t, b, a in zip(indicated, time, bridge, air)
+    ]
     return "\n".join([head, *lines]) + "\n"
 
 

@@ -34,7 +34,7 @@ def calibration_page(found: Calibration) -> str:
 
 def picture(found: Calibration, name: str) -> str:
     """One curve with its 95 % band."""
-    nodes, value, u = found.band(name)
+    nodes, value, u = found.along(name)
     scale, unit = (1e6, "µrad") if is_angle(name) else (1e3, "µm")
     one = r.PlotSeries(nodes, value * scale, "", (value - 1.96 * u) * scale, (value + 1.96 * u) * scale)
     return r.curve(
