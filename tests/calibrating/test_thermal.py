@@ -19,8 +19,8 @@ from vcmm.core.errors import UsageError
 from vcmm.files.machine import load_machine
 from vcmm.files.recording import load_recording
 
-MACHINE = 'vcmm = "machine/1"\nname = "mill"\nkind = "machine-tool"\nstructure = "w b X Z t"\n' + "".join(
-    f'[axes.{a}]\ntravel = ["-10 mm", "500 mm"]\n' for a in "XZ"
+MACHINE = 'vcmm = "machine/1"\nname = "mill"\nkind = "machine-tool"\nstructure = "w b Y X Z t"\n' + "".join(
+    f'[axes.{a}]\ntravel = ["-10 mm", "500 mm"]\n' for a in "XYZ"
 )
 RECORDING = 'vcmm = "recording/1"\ndata = "{0}.csv"\nmachine = "machine.toml"\nkind = "displacement"\nobserved = "actual - commanded"\n[nuisance]\nzero = ""\n[noise]\nlaw = "normal"\nu = "0.5 um"\n'
 
@@ -46,8 +46,8 @@ def warm_up(folder: Path, name: str, seed: int, hot: float = 12.0) -> Path:
     air = 21.0 + 0.8 * np.sin(time / 900.0 + seed)
     z = 2.5 * (lagged(time, housing, 700.0) - 20.0) + 0.5 * rng.standard_normal(len(time))
     z[40] += 60.0 * (name == "first")  # somebody leant on the table
-    rows = [f"100,0,0,0,1,{v:.4f},{t:g},{h:.4f},{a:.4f}" for v, t, h, a in zip(z, time, housing, air)]
-    head = "X_mm,Z_mm,nx,ny,nz,d_um,time_s,temp_housing_C,temp_air_C"
+    rows = [f"100,0,0,0,0,1,{v:.4f},{t:g},{h:.4f},{a:.4f}" for v, t, h, a in zip(z, time, housing, air)]
+    head = "X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,time_s,temp_housing_C,temp_air_C"
     (folder / f"{name}.csv").write_text("\n".join([head, *rows]) + "\n")
     (folder / f"{name}.toml").write_text(RECORDING.format(name))
     (folder / "machine.toml").write_text(MACHINE)
@@ -115,9 +115,9 @@ def test_a_scale_whose_axis_moves(tmp_path):
     scale, x = 20.0 + 5.0 * time / 6000.0, np.tile([0.0, 200.0, 400.0], 40)
     rng = np.random.default_rng(0)
     d = 10e-3 * x * (scale - 20.0) + 0.3 * rng.standard_normal(len(time))
-    rows = [f"{q:g},0,1,0,0,{v:.4f},{t:g},{s:.4f}" for q, v, t, s in zip(x, d, time, scale)]
+    rows = [f"{q:g},0,0,1,0,0,{v:.4f},{t:g},{s:.4f}" for q, v, t, s in zip(x, d, time, scale)]
     (tmp_path / "line.csv").write_text(
-        "\n".join(["X_mm,Z_mm,nx,ny,nz,d_um,time_s,temp_scale_x_C", *rows]) + "\n"
+        "\n".join(["X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,time_s,temp_scale_x_C", *rows]) + "\n"
     )
     (tmp_path / "line.toml").write_text(RECORDING.format("line"))
     (tmp_path / "machine.toml").write_text(MACHINE)
@@ -169,3 +169,53 @@ def test_a_file_that_has_the_term_already(found):
     timeless = replace(recording, run=replace(recording.run, columns=columns))
     with pytest.raises(UsageError, match="needs the column time_s"):
         thermal_model([timeless], machine)
+
+
+TASK = """
+vcmm = "scenario/1"
+machine = "shown.toml"
+[part.features]
+low = {{ type = "plane", point = "0 0 0 mm", normal = [0, 0, 1], size = "20 20 mm" }}
+[[part.characteristics]]
+name = "flat"
+type = "flatness"
+of = "low"
+zone = "0.1 mm"
+[pose]
+shift = "200 0 100 mm"
+[plan]
+styli.down = {{ offset = "0 0 -50 mm", tip_diameter = "4 mm" }}
+[[plan.steps]]
+feature = "low"
+stylus = "down"
+points = {{ strategy = "grid", n = [3, 3], margin = "2 mm" }}
+{0}"""
+
+
+def test_a_job_states_the_sensor_of_the_machine(found, capsys):
+    """Without it the message shows the line to write; with a temperature beyond the recording it refuses."""
+    folder, _, machine, model = found
+    target = folder / "shown.toml"
+    target.write_text(thermal_text(model, machine, folder / "machine.toml", target, ["first.toml"]))
+    scenario = folder / "task.toml"
+    for more, code, message in (
+        ("", 2, '[environment] sensors = { housing = "21.5 degC" }'),
+        ('[environment]\nsensors = { housing = "28 degC" }\nu_temperature = { housing = "0.2 K" }\n', 0, ""),
+        ('[environment]\nsensors = { housing = "45 degC" }\n', 2, "beyond the temperatures"),
+        ('[environment]\nsensors = { housing = "28 K" }\n', 2, "takes degC"),
+        ('[environment]\nsensors = { air = "21 degC" }\n', 2, "is no sensor of its own"),
+    ):
+        scenario.write_text(TASK.format(more))
+        assert run(["measure", str(scenario)]) == code
+        assert message in capsys.readouterr().err
+
+
+def test_the_field_follows_the_sensor_behind_its_lag(found, capsys):
+    """Three hours at 30 degC after 22: 2.5 um/K x 8 K = 20 um more than at the start, z of the tip."""
+    folder, _, machine, model = found
+    target, at = folder / "field.toml", folder / "at.csv"
+    target.write_text(thermal_text(model, machine, folder / "machine.toml", target, ["first.toml"]))
+    at.write_text("X_mm,Y_mm,Z_mm,time_s,temp_housing_C\n100,0,0,0,22\n100,0,0,1,30\n100,0,0,10800,30\n")
+    assert run(["field", str(target), "--at", str(at), "--json"]) == 0
+    tip = json.loads(capsys.readouterr().out)["tip_error_mm"]
+    assert tip[2][2] - tip[0][2] == pytest.approx(20e-3, rel=0.03)
