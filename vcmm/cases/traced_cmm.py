@@ -68,7 +68,16 @@ def tracer() -> Recording:
     grid = every[number.sum(axis=0) % 4 == 0]
     free = {"station": "setup", "zero": "setup"}
     parts = [
-        lengths_to(bare(), "LaserTracer", grid + np.array(tip), place, tip, free, TRACER_U, f"{k + 1}")
+        lengths_to(
+            bare(),
+            "LaserTracer",
+            grid + np.array(tip),
+            place,
+            tip,
+            nuisance=free,
+            u=TRACER_U,
+            label=f"{k + 1}",
+        )
         for k, (place, tip) in enumerate(zip(STATIONS, TIPS))
     ]
     rng = np.random.default_rng([SEED, 1])
