@@ -16,11 +16,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from vcmm.calibrating.model import Curve, ErrorModel
+from vcmm.calibrating.model import Curve, ErrorModel, usual_pairs
 from vcmm.core.run import Array
 
 SPREAD = 2.5  # of ln size: machines from 20 nm to 0.5 mm
-SLOPE, ANGLE = 2e-4, 1e-3  # prior u of a scale error, rad of squareness: far beyond any machine
+SLOPE = 2e-4  # prior u of a scale error: far beyond any machine
+FAR = 100.0  # times the usual squareness or location error: far beyond any machine
 BROAD = 5.0  # times the usual size: nothing is known
 GRAIN = 1e-6  # share of the variance without correlation from node to node
 
@@ -33,15 +34,20 @@ class CurvePrior:
     block: np.ndarray
 
 
+def gaps(curve: Curve) -> Array:
+    """(k, k) distances of the nodes; over a whole turn the chord, so that the curve repeats itself after it (MacKay 1998)."""
+    gap = curve.nodes[:, None] - curve.nodes
+    return 2 * np.sin(gap / 2) if curve.periodic else gap
+
+
 def smooth(curve: Curve, length: float) -> Array:
     """(k, k) squared exponential."""
-    gap = curve.nodes[:, None] - curve.nodes
-    return np.asarray(np.exp(-((gap / length) ** 2) / 2))
+    return np.asarray(np.exp(-((gaps(curve) / length) ** 2) / 2))
 
 
 def matern(curve: Curve, length: float) -> Array:
     """(k, k) Matern of order 5/2, whose curves have two derivatives only. Rasmussen & Williams eq. 4.17."""
-    r = np.sqrt(5.0) * np.abs(curve.nodes[:, None] - curve.nodes) / length
+    r = np.sqrt(5.0) * np.abs(gaps(curve)) / length
     return np.asarray((1 + r + r**2 / 3) * np.exp(-r))
 
 
@@ -81,7 +87,7 @@ def unit_factor(curve: Curve, length: float) -> Array:
 
 def line_factor(curve: Curve) -> Array:
     """(k, 0 or 1): the line that a positioning error may have besides, of a scale error of 1 SLOPE."""
-    if curve.turns or curve.straightness or curve.reversal:
+    if curve.turns or curve.straightness or curve.reversal or curve.rotary:
         return np.zeros((len(curve.nodes), 0))
     return SLOPE * (curve.nodes - curve.nodes.mean())[:, None]
 
@@ -97,8 +103,8 @@ def prior(model: ErrorModel, lengths: Mapping[str, float]) -> CurvePrior:
         line = line_factor(curve)
         columns.append(_placed(model, curve.component, line))
         blocks += [-1] * line.shape[1]
-    for pair in model.pairs:
-        columns.append(_placed(model, pair, np.array([[ANGLE]])))
+    for pair, u in zip(model.pairs, widest_pairs(model)):
+        columns.append(_placed(model, pair, np.array([[u]])))
         blocks.append(-1)
     return CurvePrior(np.concatenate(columns, axis=1), np.array(blocks))
 
@@ -107,6 +113,11 @@ def _placed(model: ErrorModel, name: str, block: Array) -> Array:
     out = np.zeros((model.size, block.shape[1]))
     out[model.slices[name]] = block
     return out
+
+
+def widest_pairs(model: ErrorModel) -> Array:
+    """(pairs,): prior u of squareness and location errors, rad or mm."""
+    return FAR * usual_pairs(model)
 
 
 def usual(model: ErrorModel) -> Array:

@@ -7,10 +7,13 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def calibrate_command(
     *recordings: Path, structure: str | None = None, machine: Path | None = None, errors: str = "", design: Path | None = None,
-    interpolation: str = "spline", compare_interpolations: bool = False, thermal: bool = False, sensors: str = "",
+    simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline", compare_interpolations: bool = False,
+    thermal: bool = False, sensors: str = "",
     test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
     report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
 ) -> int:  # fmt: skip
@@ -19,7 +22,7 @@ def calibrate_command(
     Parameters
     ----------
     recordings
-        Recording files (recording/1).
+        Recording files (recording/1). Files with [reversal] are separated by themselves (docs/reversal.md).
     structure
         Structure of the machine, such as "w b Y X Z t"; not needed with --machine.
     machine
@@ -40,6 +43,10 @@ def calibrate_command(
         A recording that the calibration does not use (a diagonal, another artefact): what the written file predicts of it.
     residual
         Machine file of the machine with what was found compensated: what is left, with its uncertainty.
+    simulate
+        Plan of set-ups (design/1): writes what they would read on the machine of --machine, as recordings in the folder --out.
+    seed
+        Seed of what is simulated.
     report
         File for the HTML report.
     json
@@ -47,13 +54,16 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
-    if design is not None:
-        from vcmm.cli.calibrate_design import design_command
-
-        return design_command(design, json)
     from vcmm.cli.calibrate_given import CalibrationWanted
 
     wanted = CalibrationWanted(list(recordings), structure, machine, out, test or [])
+    if design is not None or simulate is not None:
+        return _planned(design, simulate, wanted, seed, json)
+    wanted.check_named()
+    if wanted.reversals():
+        from vcmm.cli.calibrate_reversal import reversal_command
+
+        return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
     wanted.check(thermal, sensors, compare_interpolations)
     if compare_interpolations:
         from vcmm.cli.calibrate_compare import interpolations_command
@@ -66,6 +76,18 @@ def calibrate_command(
     found = _calibrated(wanted, errors.split(), interpolation, residual)
     _answer(found, wanted, report, json)
     return 0
+
+
+def _planned(design: Path | None, simulate: Path | None, wanted: Any, seed: int, json: bool) -> int:
+    """What planned set-ups identify, or what they would read."""
+    if design is not None:
+        from vcmm.cli.calibrate_design import design_command
+
+        return design_command(design, json)
+    from vcmm.cli.calibrate_simulate import simulate_command
+
+    assert simulate is not None
+    return simulate_command(simulate, wanted.machine, wanted.out, seed, json)
 
 
 def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:

@@ -26,14 +26,25 @@ class CalibrationWanted:
     out: Path | None
     test: list[Path]
 
-    def check(self, thermal: bool, sensors: str, compare: bool) -> None:
-        """Raises UsageError for words that are missing or do not go together."""
+    def check_named(self) -> None:
+        """Raises UsageError where no recording is named."""
         from vcmm.core.errors import UsageError
 
         if not self.files:
             raise UsageError(
                 "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
             )
+
+    def reversals(self) -> bool:
+        """Whether a file is a reversal."""
+        from vcmm.files.reversal import is_reversal
+
+        return any(path.is_file() and is_reversal(path) for path in self.files)
+
+    def check(self, thermal: bool, sensors: str, compare: bool) -> None:
+        """Raises UsageError for words that are missing or do not go together."""
+        from vcmm.core.errors import UsageError
+
         if (self.structure is None) == (self.machine is None):
             raise UsageError(
                 'name either --structure "w b Y X Z t" or a machine file that is known with --machine'
