@@ -105,7 +105,9 @@ def test_the_command_writes_what_it_shows(found, capsys):
     assert shown["tau"] == pytest.approx(effect.tau, rel=1e-9)
     (joint,) = load_machine(out).inputs
     assert np.sqrt(joint.law.covariance[0, 0]) * 1e3 == pytest.approx(document["terms"][0]["u"], rel=1e-6)
-    assert document["tests"][0]["gain"] > 0.9
+    (test,) = document["tests"]
+    assert test["gain"] > 0.9
+    assert test["rms_after"] < test["net_rms"] < test["rms_before"]
     assert document["held_out"]["rms_after_um"] < 1.5
 
 
@@ -146,6 +148,11 @@ def test_what_repeats_itself_counts_once():
     [
         (["--sensors", "housng"], '--sensors names "housng", which no recording has; there are air, housing'),
         (["--test", "{first}", "--out", "{out}"], "holds the same readings as"),
+        (
+            ["--residual", "{out}", "--errors", "EXX"],
+            "--thermal takes no --errors and no --residual; leave them out",
+        ),
+        (["--compare-interpolations"], "are two jobs"),
         (["--test", "{first}"], "--test asks the file that is written"),
     ],
 )

@@ -63,15 +63,19 @@ def calibrate_command(
     if wanted.reversals():
         from vcmm.cli.calibrate_reversal import reversal_command
 
+        wanted.without("a reversal", test=test, residual=residual, thermal=thermal, sensors=sensors)
         return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
     wanted.check(thermal, sensors, compare_interpolations)
+    other = interpolation != "spline"
     if compare_interpolations:
         from vcmm.cli.calibrate_compare import interpolations_command
 
+        wanted.without("--compare-interpolations", interpolation=other, residual=residual, report=report)
         return interpolations_command(wanted, errors.split(), json)
     if thermal:
         from vcmm.cli.calibrate_thermal import thermal_command
 
+        wanted.without("--thermal", errors=errors, interpolation=other, residual=residual, report=report)
         return thermal_command(wanted, sensors.split(), json)
     found = _calibrated(wanted, errors.split(), interpolation, residual)
     _answer(found, wanted, report, json)

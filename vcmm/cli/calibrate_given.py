@@ -57,8 +57,20 @@ class CalibrationWanted:
             raise UsageError(
                 "--compare-interpolations writes no machine file; leave out --out and --test, then calibrate with --interpolation NAME"
             )
+        if thermal and compare:
+            raise UsageError("--thermal and --compare-interpolations are two jobs; give one of them")
         if self.test and self.out is None:
             raise UsageError("--test asks the file that is written; name it with --out machine.toml")
+
+    def without(self, job: str, **others: object) -> None:
+        """Raises UsageError for options that a job does not take."""
+        from vcmm.core.errors import UsageError
+
+        given = [f"--{name.replace('_', '-')}" for name, value in others.items() if value]
+        if given:
+            raise UsageError(
+                f"{job} takes no {' and no '.join(given)}; leave {'it' if len(given) == 1 else 'them'} out"
+            )
 
     def given(self) -> Given:
         """The recordings, read. Raises UsageError where a test holds the same readings as one of them."""

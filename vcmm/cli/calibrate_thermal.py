@@ -29,21 +29,32 @@ def thermal_command(wanted: CalibrationWanted, sensors: list[str], json: bool) -
         files = [f.name for f in wanted.files]
         write_text(out, thermal_text(found, given.machine, wanted.machine, out, files))
         say(f"wrote {out}")
-    tests = wanted.tests()
+    tests, nets = wanted.tests(), _nets(wanted, given, list(found.trained))
     if json:
         body = {
             "machine": None if out is None else str(out),
             "terms": records(TERMS, rows),
             **_figures(found),
         }
-        body |= {"tests": records(TESTS, tests)}
+        body |= {"tests": [t | {"net_rms": n} for t, n in zip(records(TESTS, tests), nets)]}
         print_json(document("vcmm.thermal/1", body, files=wanted.read()))
         return 0
     show_table(terms(rows))
     _show(found)
     if tests:
         show_table(independent_tests(tests))
+    for test, left in zip(tests, nets):
+        print(f"a net from the same sensors leaves {left:.3f} um of {test.name} (compared, not written)")
     return 0
+
+
+def _nets(wanted: CalibrationWanted, given: Any, sensors: list[str]) -> list[float]:
+    """um that a net from the same sensors leaves of every test."""
+    from vcmm.calibrating.thermal_net import net_left
+    from vcmm.files.recording import load_recording
+
+    asked = [load_recording(path, given.machine)[0] for path in wanted.test]
+    return [net_left(given.recordings, one, given.machine, sensors) * 1e3 for one in asked]
 
 
 def _figures(found: Any) -> dict[str, Any]:
