@@ -60,26 +60,42 @@ def calibrate_command(
     if design is not None or simulate is not None:
         return _planned(design, simulate, wanted, seed, json)
     wanted.check_named()
+    given: dict[str, Any] = {
+        "machine": machine, "errors": errors, "interpolation": interpolation != "spline", "thermal": thermal,
+        "sensors": sensors, "test": test, "residual": residual, "report": report,
+    }  # fmt: skip
+    special = _special(wanted, given, compare_interpolations, json)
+    if special is None:
+        found = _calibrated(wanted, errors.split(), interpolation, residual)
+        _answer(found, wanted, report, json)
+    return special or 0
+
+
+def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> int | None:
+    """The jobs besides a calibration: reversals, the comparison of interpolations, temperatures. given: options of the command."""
+
+    def rest(*names: str) -> dict[str, Any]:
+        return {name: given[name] for name in names}
+
+    errors, sensors = given["errors"].split(), given["sensors"].split()
     if wanted.reversals():
         from vcmm.cli.calibrate_reversal import reversal_command
 
-        wanted.without("a reversal", test=test, residual=residual, thermal=thermal, sensors=sensors)
-        return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
-    wanted.check(thermal, sensors, compare_interpolations)
-    other = interpolation != "spline"
-    if compare_interpolations:
+        wanted.without("a reversal", **rest("test", "residual", "thermal", "sensors", "interpolation"))
+        others = [given[name] for name in ("machine", "errors", "report")]
+        return reversal_command(wanted.files, wanted.structure, wanted.out, json, others)
+    wanted.check(given["thermal"], given["sensors"], compare)
+    if compare:
         from vcmm.cli.calibrate_compare import interpolations_command
 
-        wanted.without("--compare-interpolations", interpolation=other, residual=residual, report=report)
-        return interpolations_command(wanted, errors.split(), json)
-    if thermal:
+        wanted.without("--compare-interpolations", **rest("interpolation", "residual", "report"))
+        return interpolations_command(wanted, errors, json)
+    if given["thermal"]:
         from vcmm.cli.calibrate_thermal import thermal_command
 
-        wanted.without("--thermal", errors=errors, interpolation=other, residual=residual, report=report)
-        return thermal_command(wanted, sensors.split(), json)
-    found = _calibrated(wanted, errors.split(), interpolation, residual)
-    _answer(found, wanted, report, json)
-    return 0
+        wanted.without("--thermal", **rest("errors", "interpolation", "residual", "report"))
+        return thermal_command(wanted, sensors, json)
+    return None
 
 
 def _planned(design: Path | None, simulate: Path | None, wanted: Any, seed: int, json: bool) -> int:
