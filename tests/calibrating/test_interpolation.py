@@ -10,7 +10,7 @@ import pytest
 
 from tests.calibrating.drawn import STRUCTURE, bare, draw, laser_and_plates, recorded
 from vcmm.calibrating.held_out import compare_interpolations, held_rows, predicted
-from vcmm.calibrating.interpolation import INTERPOLATIONS, as_kind, read_positions
+from vcmm.calibrating.interpolation import INTERPOLATIONS, as_kind, interpolation_of, read_positions
 from vcmm.calibrating.job import calibrate
 from vcmm.calibrating.model import Curve, ErrorModel
 from vcmm.calibrating.prior import KERNELS, unit_factor
@@ -153,3 +153,9 @@ def test_nothing_to_hold_out_and_tables_known_before_are_refused(line):
         compare_interpolations([one.take(np.arange(5))], bare())
     with pytest.raises(UsageError, match="leave --interpolation out"):
         calibrate([one], machine, interpolation="table")
+
+
+def test_names_are_found_however_they_are_written():
+    assert [interpolation_of(w) for w in ("GP", "gaussian-process", "net", "Splines")] == [
+        "gaussian process", "gaussian process", "i-(2i+1)-o", "spline",
+    ]  # fmt: skip

@@ -129,6 +129,31 @@ def test_a_scale_whose_axis_moves(tmp_path):
     assert model.amounts[0] * 1e6 == pytest.approx(10.0, abs=4 * np.sqrt(model.covariance[0, 0]) * 1e6)
 
 
+def test_a_spindle_that_runs(tmp_path):
+    """18 um behind 1200 s: after 1200 s the tip is 18 (1 - 1/e) = 11.38 um lower. A sensor that only wanders is not used."""
+    rng = np.random.default_rng(5)
+    time = np.arange(0.0, 6000.0, 75.0)
+    air = 21.0 + 0.6 * np.sin(time / 700.0)
+    d = -18.0 * -np.expm1(-time / 1200.0) + 0.4 * rng.standard_normal(len(time))
+    rows = [f"100,0,0,0,0,1,{v:.4f},{t:g},{t:g},{a:.3f}" for v, t, a in zip(d, time, air)]
+    head = "X_mm,Y_mm,Z_mm,nx,ny,nz,d_um,time_s,spindle_on_s,temp_air_C"
+    (tmp_path / "spindle.csv").write_text("\n".join([head, *rows]) + "\n")
+    (tmp_path / "spindle.toml").write_text(RECORDING.format("spindle"))
+    (tmp_path / "machine.toml").write_text(MACHINE)
+    recording, machine = load_recording(tmp_path / "spindle.toml")
+    model = thermal_model([recording], machine)
+    target = tmp_path / "warm.toml"
+    target.write_text(thermal_text(model, machine, tmp_path / "machine.toml", target, ["spindle.toml"]))
+    (effect,) = load_machine(target).effects
+    u = np.sqrt(np.diag(model.covariance))
+    assert [t.where for t in model.terms] == [("Z",)]
+    assert abs(effect.amplitude - 18e-3) < 4 * u[0] < 1e-3
+    assert abs(effect.tau - 1200.0) < 4 * u[1] < 200.0
+    at = recording.run.take(np.array([0, 16]))
+    tip = load_machine(target).tip_error(at)[:, 2]
+    assert tip[1] - tip[0] == pytest.approx(-11.38e-3, abs=0.4e-3)
+
+
 def test_single_readings_stand_out_and_runs_do_not():
     rng = np.random.default_rng(1)
     value = rng.standard_normal(60)

@@ -34,7 +34,9 @@ NETS: Mapping[str, str] = {  # name -> layout of vcmm.calibrating.net
     "i-(2i+1)-(3i+1)-o": "i, 2i+1, 3i+1, o",
 }
 INTERPOLATIONS = (*KERNELS, *NETS)
-SHORT = {"splines": "spline", "gp": "gaussian process", "net": "i-(2i+1)-o"}
+SHORT = {
+    "splines": "spline", "gp": "gaussian process", "gaussian-process": "gaussian process", "net": "i-(2i+1)-o",
+}  # fmt: skip
 LINEAR_AXES = ("X", "Y", "Z")
 SAME = 1e-3  # mm: positions nearer than this are one
 MEMBERS = 24  # nets of an ensemble
@@ -43,7 +45,7 @@ MOST = 33  # nodes of a table
 
 def interpolation_of(word: str) -> str:
     """The interpolation of a name or short name (gp, net). Raises UsageError for another word."""
-    name = SHORT.get(word, word)
+    name = SHORT.get(word.lower(), word.lower())
     if name not in INTERPOLATIONS:
         raise UsageError(f'unknown interpolation "{word}".{choose_from(word, [*INTERPOLATIONS, *SHORT])}')
     return name

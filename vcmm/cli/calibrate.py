@@ -66,7 +66,7 @@ def calibrate_command(
     }  # fmt: skip
     special = _special(wanted, given, compare_interpolations, json)
     if special is None:
-        found = _calibrated(wanted, errors.split(), interpolation, residual)
+        found = _calibrated(wanted, errors.replace(",", " ").split(), interpolation, residual)
         _answer(found, wanted, report, json)
     return special or 0
 
@@ -77,7 +77,7 @@ def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> i
     def rest(*names: str) -> dict[str, Any]:
         return {name: given[name] for name in names}
 
-    errors, sensors = given["errors"].split(), given["sensors"].split()
+    errors, sensors = (given[key].replace(",", " ").split() for key in ("errors", "sensors"))
     if wanted.reversals():
         from vcmm.cli.calibrate_reversal import reversal_command
 
