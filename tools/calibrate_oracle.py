@@ -19,7 +19,7 @@ from tests.calibrating.drawn import TRAVEL, bare, draw, laser_and_plates, record
 from vcmm.calibrating.evidence import with_others
 from vcmm.calibrating.job import calibrate
 from vcmm.calibrating.model import ErrorModel
-from vcmm.calibrating.prior import ANGLE
+from vcmm.calibrating.prior import widest_pairs
 from vcmm.calibrating.result import Calibration
 from vcmm.calibrating.solve import conditioned
 from vcmm.core.machine import Machine
@@ -54,7 +54,7 @@ def oracle(found: Calibration, known: dict[str, tuple[float, float]]) -> Array:
         factor = np.concatenate([factor, block], axis=1)
     pairs = np.zeros((model.size, len(model.pairs)))
     for k, pair in enumerate(model.pairs):
-        pairs[model.slices[pair], k] = ANGLE
+        pairs[model.slices[pair], k] = widest_pairs(model)[k]
     whole = with_others(np.concatenate([factor, pairs], axis=1), len(told.b))
     return conditioned(told, whole)[0][: model.size]
 
