@@ -126,7 +126,12 @@ def test_a_scale_whose_axis_moves(tmp_path):
     recording, machine = load_recording(tmp_path / "line.toml")
     model = thermal_model([recording], machine)
     assert [t.where for t in model.terms] == [("X",)]
-    assert model.amounts[0] * 1e6 == pytest.approx(10.0, abs=4 * np.sqrt(model.covariance[0, 0]) * 1e6)
+    u = np.sqrt(model.covariance[0, 0])
+    assert model.amounts[0] * 1e6 == pytest.approx(10.0, abs=4 * u * 1e6)
+    target = tmp_path / "scale.toml"
+    target.write_text(thermal_text(model, machine, tmp_path / "machine.toml", target, ["line.toml"]))
+    (one,) = load_machine(target).inputs
+    assert (one.id, one.size) == ("scale_expansion[X].alpha", pytest.approx(u, rel=1e-5))
 
 
 def test_a_spindle_that_runs(tmp_path):

@@ -20,6 +20,7 @@ from vcmm.calibrating.job import calibrate
 from vcmm.calibrating.net import folds
 from vcmm.calibrating.readings import Readings, readings
 from vcmm.calibrating.result import Calibration, rms
+from vcmm.calibrating.tested import INSIDE
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -28,7 +29,6 @@ from vcmm.response.recording import Recording
 
 Mask = npt.NDArray[np.bool_]
 LEAST = 6  # positions of a line of which some are held out
-INSIDE = 1.959964  # of the normal law, 95 %
 
 
 @dataclass(frozen=True)

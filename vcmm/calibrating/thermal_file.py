@@ -11,11 +11,13 @@ import numpy as np
 from vcmm.calibrating.thermal import ThermalModel
 from vcmm.core.effect import Effect, parameter
 from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
+from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.core.trained import trained_range
 from vcmm.core.units import parse_unit
-from vcmm.diagnosis.machine_file import effect_toml
+from vcmm.diagnosis.machine_file import effect_toml, input_toml
 from vcmm.effects import of_role
 from vcmm.files.toml_edits import editable, move_names
 
@@ -100,20 +102,10 @@ def _input(model: ThermalModel, written: WrittenTerms, said: str) -> str:
     covariance = (covariance + covariance.T) / 2
     left = f"# left of the readings: {model.after * 1e3:.3g} um rms\n"
     if len(units) == 1:
-        effect, name, _ = written.numbers[0]
-        place = "".join(f'{k} = "{v}"\n' for k, v in _places(effect))
-        unit = parameter(effect, name).metadata["unit"]
-        return (
-            f'{left}[[inputs]]\neffect = "{effect.name}"\n{place}parameter = "{name}"\nlaw = "normal"\n'
-            f'u = "{np.sqrt(covariance[0, 0]):.6g} {unit}"\nevidence = "{said}"\n'
-        )
+        effect, name, number = written.numbers[0]
+        law = Normal(float(np.sqrt(model.covariance[number, number])))
+        one = input_toml(effect, Input(effect.name, effect.where, name, law), "")
+        return left + one.replace("diagnosed from ", said)
     names = ", ".join(f'"{e.id}.{name}"' for e, name, _ in written.numbers)
     rows = ",\n  ".join(f"[{', '.join(f'{v:.12g}' for v in row)}]" for row in covariance)
     return f'{left}[[inputs]]\nnames = [{names}]\ncovariance = [\n  {rows},\n]\nevidence = "{said}"\n'
-
-
-def _places(effect: Effect) -> list[tuple[str, str]]:
-    from vcmm.core.effect import place_fields
-
-    values = [(p, getattr(effect, p.name)) for p in place_fields(effect)]
-    return [(p.name, str(v)) for p, v in values if v != "" and not (p.metadata["quiet"] and v == p.default)]
