@@ -52,3 +52,10 @@ def records(scenario: Path) -> bool:
     from vcmm.files.toml import read_toml
 
     return str(read_toml(scenario).data.get("vcmm", "")).startswith("recording/")
+
+
+def instrument_read(scenario: Path) -> bool:
+    """Whether the file is a recording that states its instrument: it is there to calibrate from."""
+    from vcmm.files.toml import read_toml
+
+    return records(scenario) and "instrument" in read_toml(scenario).data

@@ -68,8 +68,11 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
 
 
 def _next_steps(target: Path) -> str:
-    from vcmm.library import cuts, records
+    from vcmm.library import cuts, instrument_read, records
 
+    if instrument_read(target):
+        known = target.parent / target.stem / "machine.toml"
+        return f"vcmm calibrate {target} --machine {known} --out {target.stem}-machine.toml"
     if records(target):
         return f"vcmm diagnose {target} --out {target.stem}-report"
     if cuts(target):
