@@ -59,3 +59,10 @@ def turns_over(scenario: Path) -> bool:
     from vcmm.files.reversal import is_reversal
 
     return is_reversal(scenario)
+
+
+def instrument_read(scenario: Path) -> bool:
+    """Whether the file is a recording that states its instrument: it is there to calibrate from."""
+    from vcmm.files.toml import read_toml
+
+    return records(scenario) and "instrument" in read_toml(scenario).data

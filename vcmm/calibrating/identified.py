@@ -9,7 +9,7 @@ and S of every curve, and squareness.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,7 +74,11 @@ def identified(reduced: Reduced) -> Identified:
 
 
 def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
-    """Factor of the prior that knows next to nothing; share: correlation length in parts of the travel."""
+    """Factor of the prior that knows next to nothing; share: correlation length in parts of the travel.
+
+    It is smooth whatever runs between the nodes: what readings identify is no question of the interpolation.
+    """
+    model = ErrorModel(tuple(replace(c, kind="spline") for c in model.curves), model.pairs)
     lengths = {c.component: share * float(c.nodes[-1] - c.nodes[0]) for c in model.curves}
     out = scaled(prior(model, lengths), BROAD * usual(model))
     for pair in model.pairs:

@@ -11,8 +11,9 @@ from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_o
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
+from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, netted
 from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
-from vcmm.calibrating.model import ErrorModel, error_model
+from vcmm.calibrating.model import LINEAR, ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
 from vcmm.calibrating.rotary import average_line
@@ -28,6 +29,7 @@ from vcmm.response.recording import Recording
 FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
 FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
 LEAST = 9  # nodes of a recalibration
+SPLINE = "spline"
 BETTER = 1.0  # nats that more nodes must win
 REST, STILL = (
     1e-6,
@@ -75,15 +77,17 @@ def calibrate(
     only: Sequence[str] = (),
     progress: Progress = lambda text, share: None,
     growth: float = 0.0,
+    interpolation: str = SPLINE,
 ) -> Calibration:
     """The errors of a machine from any mixture of recordings.
 
     machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
     its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
     file has them. growth: u in mm by which every error of the machine file may have changed since it was found (rotations and
-    squareness: that over 1 m); zero leaves it to the readings. Raises UsageError where nothing is
+    squareness: that over 1 m); zero leaves it to the readings. interpolation: one of vcmm.calibrating.interpolation. Raises UsageError where nothing is
     identified, naming the combinations, and for recordings that contradict themselves.
     """
+    kind = interpolation_of(interpolation)
     check_recordings(recordings)
     spans = spans_of(recordings)
     ranges = ranges_of(spans, machine)
@@ -92,14 +96,11 @@ def calibrate(
     _check_rotary(machine, ranges)
     before = known_ranges(machine)
     _check_reach(before, ranges)
+    _check_anew(kind, before)
     ranges = ranges | before
     job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress=progress, growth=growth)
     progress("reading", 0.1)
-    parts, post, known = job.fitted(FINE if known_nodes(machine) <= FINE else FINEST)
-    if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
-        more, finer, better = job.fitted(FINEST)
-        if finer.log_evidence > post.log_evidence + BETTER:
-            parts, post, known = more, finer, better
+    parts, post, known = job.best() if kind == SPLINE else job.other(kind)
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
     found = beforehand(parts, post.model) if growth else identified(post.information)
@@ -120,7 +121,17 @@ def calibrate(
         identified=found,
         readings=tuple(parts),
         warnings=remarks,
+        interpolation=kind,
     )
+
+
+def _check_anew(kind: str, before: Mapping[str, tuple[float, float]]) -> None:
+    """Raises UsageError where a file of splines would be recalibrated by another interpolation."""
+    if kind != SPLINE and before:
+        raise UsageError(
+            f'--interpolation "{kind}" with a machine file that has error tables: a recalibration changes what the file has, at its '
+            "own nodes; leave --interpolation out, or calibrate anew with --structure"
+        )
 
 
 def _check_rotary(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> None:
@@ -160,8 +171,34 @@ class _Job:
     progress: Progress
     growth: float
 
-    def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
-        """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
+    def best(self) -> tuple[list[Readings], ErrorPosterior, Known]:
+        """Splines; more nodes where a curve is so rough that these pay."""
+        parts, post, known = self.fitted(FINE if known_nodes(self.machine) <= FINE else FINEST)
+        if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
+            more, finer, better = self.fitted(FINEST)
+            if finer.log_evidence > post.log_evidence + BETTER:
+                return more, finer, better
+        return parts, post, known
+
+    def other(self, kind: str) -> tuple[list[Readings], ErrorPosterior, Known]:
+        """Another interpolation; nets are learnt from the table and stand at the nodes of a spline."""
+        model = self.model(FINEST)
+        known = known_errors_of(self.machine, model)
+        if kind in NETS:
+            table = self.posterior_of(as_kind(model, LINEAR, self.recordings))[1]
+            parts, carrier = self.posterior_of(model)
+            return parts, netted(table, carrier, parts, self.machine, kind), known
+        parts, post = self.posterior_of(as_kind(model, kind, self.recordings))
+        return parts, post, known_errors_of(self.machine, post.model)
+
+    def posterior_of(self, model: ErrorModel) -> tuple[list[Readings], ErrorPosterior]:
+        """The fit with just these nodes."""
+        parts = self.read(model)
+        self.progress("errors and smoothness", 0.4)
+        return parts, solved(parts, model, Before.nothing(model))
+
+    def model(self, nodes: int) -> ErrorModel:
+        """All errors that may be looked for, with so many nodes."""
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
         stated = bool(known_ranges(self.machine))
         names = [name_of(e) for e in self.machine.effects if e.calibrated]
@@ -169,7 +206,16 @@ class _Job:
         if stated and self.only:
             known_too = [n for n in model.names if n in names]
             model = error_model(self.ranges, nodes, (*self.only, *known_too), both, names)
-        parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        return model
+
+    def read(self, model: ErrorModel) -> list[Readings]:
+        """The recordings by a model."""
+        return [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+
+    def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
+        """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
+        model = self.model(nodes)
+        parts = self.read(model)
         self.progress("errors and smoothness", 0.4)
         known = known_errors_of(self.machine, model)
         told = beforehand(parts, model) if known.names and any(c.rotary for c in model.curves) else None

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vcmm.calibrating.known import LOST
-from vcmm.calibrating.model import Curve, curve_effect, number_of
+from vcmm.calibrating.model import LINEAR, Curve, curve_effect, number_of
 from vcmm.calibrating.result import Calibration, rms
 from vcmm.core.axes import is_location
 from vcmm.core.effect import place_fields
@@ -27,6 +28,21 @@ from vcmm.files.known_errors import read_error_file
 from vcmm.files.toml_edits import editable, move_names, without_table
 
 CHANCE = 0.01  # a lost motion that chance would make so often is none
+
+
+def residual_texts(
+    found: Calibration, target: Path, sources: Sequence[str], prior: Path | None, switched_on: str
+) -> dict[str, str]:
+    """The machine with what was found compensated: tables of zeros with the covariance of what is left, state "residual".
+
+    switched_on: name of the compensation. A lost motion stays: no table of errors over a travel takes it out.
+    """
+    names, _ = found.kept.labels
+    left = np.where([name[0] == "B" and len(name) == 2 for name in names], found.theta, 0.0)
+    machine = replace(
+        found.machine, state="residual", compensation=(*found.machine.compensation, switched_on)
+    )
+    return machine_texts(replace(found, theta=left, machine=machine), target, sources, prior)
 
 
 def machine_texts(
@@ -70,11 +86,18 @@ def error_file(found: Calibration) -> ErrorFile:
 
 def _errors(found: Calibration, table: str, covariance: str, said: str) -> str:
     """[errors], with what is not identified in comments."""
+    named = ", ".join(f'"{c}"' for c in found.machine.compensation)
+    on = f"compensation = [{named}]\n" if named else ""
     missing = "".join(f"# not identified: {c.text}\n" for c in found.identified.combinations)
     return (
-        f'{missing}[errors]\ntable = "{table}"\ninterpolation = "cubic"\nstate = "{found.machine.state}"\n'
-        f'covariance = "{covariance}"\nevidence = "{said}"\n'
+        f'{missing}[errors]\ntable = "{table}"\ninterpolation = "{between(found)}"\nstate = "{found.machine.state}"\n'
+        f'{on}covariance = "{covariance}"\nevidence = "{said}"\n'
     )
+
+
+def between(found: Calibration) -> str:
+    """How the file interpolates between its nodes: what was fitted."""
+    return "linear" if any(c.kind == LINEAR for c in found.kept.curves) else "cubic"
 
 
 def _reversal(found: Calibration, curve: Curve) -> str:

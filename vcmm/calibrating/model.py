@@ -38,16 +38,21 @@ SIZE, TURN = 3e-3, 5e-6  # mm, rad: usual rms of a component
 PAIR_AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
 LOCATIONS = {"A": ("Y0", "Z0", "B0", "C0"), "B": ("X0", "Z0", "A0", "C0"), "C": ("X0", "Y0", "A0", "B0")}
 OFFSET, ANGLE = 1e-2, 1e-5  # mm, rad: usual location error, usual squareness
+LINEAR = "table"  # the kind of curve that is linear between its nodes; all others are cubic
 SPANS = ((0.0, 0.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0))  # mm, tips for the gauge
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One error over its axis: component such as EYX, nodes (k,) mm or rad. centred: its once-per-turn part is location."""
+    """One error over its axis: component such as EYX, nodes (k,) mm or rad. centred: its once-per-turn part is location.
+
+    kind: what runs between the nodes (vcmm.calibrating.prior).
+    """
 
     component: str
     nodes: Array
     centred: bool = False
+    kind: str = "spline"
 
     @property
     def axis(self) -> str:
@@ -83,6 +88,11 @@ class Curve:
     @property
     def straightness(self) -> bool:
         return not self.turns and not self.reversal and not self.rotary and self.component[1] != self.axis
+
+    def weights(self, q: Array) -> Array:
+        """(n, k): the curve at q (n,) = weights @ values, as the machine file interpolates."""
+        straight = self.reversal or self.kind == LINEAR
+        return node_weights(self.nodes, q, "linear" if straight else "periodic" if self.periodic else "cubic")
 
     @cached_property
     def taken(self) -> Array:
@@ -160,8 +170,7 @@ class ErrorModel:
         model = ErrorModel(tuple(replace(c, nodes=c.nodes[::step]) for c in self.curves), self.pairs)
         lift = np.zeros((self.size, model.size))
         for new, old in zip(model.curves, self.curves):
-            how = "linear" if old.reversal else "periodic" if old.periodic else "cubic"
-            block = node_weights(new.nodes, old.nodes, how)
+            block = new.weights(old.nodes)
             lift[self.slices[old.component], model.slices[new.component]] = block
         for pair in self.pairs:
             lift[self.slices[pair], model.slices[pair]] = 1.0
@@ -170,6 +179,11 @@ class ErrorModel:
 
 def curve_effect(curve: Curve, values: Array) -> Effect:
     """One curve as an effect of a machine."""
+    if curve.kind == LINEAR and not curve.reversal:
+        table: Effect = made_for("error table", "a calibration")(
+            curve.component, (curve.axis,), (curve.nodes,), values
+        )
+        return table
     role, where = ("lost motion table", curve.axis) if curve.reversal else ("error curve", curve.component)
     effect: Effect = made_for(role, "a calibration")(where, curve.nodes, values)
     return effect

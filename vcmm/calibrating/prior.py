@@ -1,4 +1,6 @@
-"""What is thought of an error curve before it is measured: a smooth Gaussian process of unknown size and smoothness.
+"""What is thought of an error curve before it is measured: a Gaussian process of unknown size and smoothness.
+
+The kind of a curve says which: smooth (splines), with two derivatives only, a polynomial, or a table of numbers apart.
 
     curve = size * smooth process of the length l, without its mean or line     size from the readings (evidence)
     a positioning error also has a line of any slope (scale error), squareness any angle
@@ -8,7 +10,7 @@ Factors F with unit-variance numbers z, theta = F z. Rasmussen & Williams, Gauss
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -32,16 +34,51 @@ class CurvePrior:
     block: np.ndarray
 
 
+def gaps(curve: Curve) -> Array:
+    """(k, k) distances of the nodes; over a whole turn the chord, so that the curve repeats itself after it (MacKay 1998)."""
+    gap = curve.nodes[:, None] - curve.nodes
+    return 2 * np.sin(gap / 2) if curve.periodic else gap
+
+
+def smooth(curve: Curve, length: float) -> Array:
+    """(k, k) squared exponential."""
+    return np.asarray(np.exp(-((gaps(curve) / length) ** 2) / 2))
+
+
+def matern(curve: Curve, length: float) -> Array:
+    """(k, k) Matern of order 5/2, whose curves have two derivatives only. Rasmussen & Williams eq. 4.17."""
+    r = np.sqrt(5.0) * np.abs(gaps(curve)) / length
+    return np.asarray((1 + r + r**2 / 3) * np.exp(-r))
+
+
+def powers(curve: Curve, length: float) -> Array:
+    """(k, k) polynomial with independent Legendre coefficients; its degree is 1 + travel / length, 2 at least."""
+    x = 2 * (curve.nodes - curve.nodes[0]) / curve.travel - 1
+    degree = 1 + max(1, round(curve.travel / length))
+    basis = np.polynomial.legendre.legvander(x, degree) * np.sqrt(2 * np.arange(degree + 1) + 1)
+    return np.asarray(basis @ basis.T)
+
+
+def apart(curve: Curve, length: float) -> Array:
+    """(k, k) nodes that know nothing of one another."""
+    return np.eye(len(curve.nodes))
+
+
+KERNELS: Mapping[str, Callable[[Curve, float], Array]] = {
+    "spline": smooth,
+    "gaussian process": matern,
+    "polynomial": powers,
+    "table": apart,
+}
+
+
 @lru_cache(maxsize=2048)
 def unit_factor(curve: Curve, length: float) -> Array:
-    """(g, g) in free coordinates: smooth process of correlation length (mm) without mean or line, of mean variance 1.
+    """(g, g) in free coordinates: process of correlation length (mm) without mean or line, of mean variance 1.
 
     A millionth of the variance is without correlation: it keeps every shape possible and matrices invertible.
     """
-    gap = curve.nodes[:, None] - curve.nodes
-    if curve.periodic:  # the chord, so that it repeats itself after a turn (MacKay 1998)
-        gap = 2 * np.sin(gap / 2)
-    kernel = curve.coordinates @ np.exp(-((gap / length) ** 2) / 2) @ curve.coordinates.T
+    kernel = curve.coordinates @ KERNELS[curve.kind](curve, length) @ curve.coordinates.T
     kernel = kernel / np.trace(kernel) * len(curve.nodes)
     factor = np.linalg.cholesky(kernel + GRAIN * np.eye(len(kernel)))
     factor.setflags(write=False)  # it is handed out again

@@ -20,12 +20,14 @@ from vcmm.core.run import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FINE = 121  # positions of a picture
+
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """machine: what was known before (structure, axes, prior errors). kept: the errors that are identified, as a model.
 
-    theta (kept.size,), covariance: of these errors, mm and rad. assumed, warnings: sentences.
+    theta (kept.size,), covariance: of these errors, mm and rad. assumed, warnings: sentences. interpolation: its name.
     """
 
     machine: Machine
@@ -36,6 +38,7 @@ class Calibration:
     identified: Identified
     readings: tuple[Readings, ...]
     warnings: tuple[str, ...]
+    interpolation: str = "spline"
 
     @property
     def residual(self) -> Array:
@@ -49,9 +52,17 @@ class Calibration:
         nodes = self.kept.labels[1][part]
         return nodes, self.theta[part], np.sqrt(np.diag(self.covariance)[part])
 
+    def along(self, name: str) -> tuple[Array, Array, Array]:
+        """(positions, value, u) of one identified curve between its nodes too, as the machine file interpolates; mm or rad."""
+        part, curve = self.kept.slices[name], next(c for c in self.kept.curves if c.component == name)
+        q = np.unique(np.concatenate([np.linspace(curve.nodes[0], curve.nodes[-1], FINE), curve.nodes]))
+        weights = curve.weights(q)
+        u = np.sqrt(np.einsum("ij,jk,ik->i", weights, self.covariance[part, part], weights))
+        return q, weights @ self.theta[part], u
+
     def plot(self, name: str, ax: Axes | None = None) -> Axes:
         """One identified error curve with its band. Raises KeyError for a name that is not in `identified.names`."""
-        nodes, value, u = self.band(name)
+        nodes, value, u = self.along(name) if len(self.band(name)[0]) > 1 else self.band(name)
         unit, scale = ("µrad", 1e6) if is_angle(name) else ("µm", 1e3)
         turns = any(c.component == name and c.rotary for c in self.kept.curves)
         place, label = (np.degrees(nodes), "angle / deg") if turns else (nodes, "position / mm")

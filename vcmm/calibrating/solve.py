@@ -26,6 +26,9 @@ DOFS = (3.0, 4.0, 6.0, 10.0)  # Student laws tried beside the normal law
 PAYS = 4.0  # nats that tails must win
 ROUNDS, STILL = 12, 1e-3
 REFINED = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
+FINEST = (
+    1e-3  # of the readings: a noise that nobody stated is not taken for smaller, however few the readings
+)
 EXCESS, CHANCE = (
     1.15,
     1e-3,
@@ -217,6 +220,8 @@ def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
     left = max(part.m - spent, 1.0)
     dof = part.dof if part.dof is not None else _dof(e)
     scale = _t_scale(e, dof)
+    if not part.stated:
+        scale = max(scale, FINEST * float(np.sqrt((part.value**2).mean() / (part.u**2).mean())))
     if part.stated and not _too_large(scale, dof, part, left):
         scale = 1.0 if np.isinf(dof) or part.dof is not None else min(scale, 1.0)
     limit = 4.0 if np.isinf(dof) else 4.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,19 +12,13 @@ from vcmm.cli.options import Seed
 
 
 def calibrate_command(
-    *recordings: Path,
-    structure: str | None = None,
-    machine: Path | None = None,
-    errors: str = "",
-    growth: str | None = None,
-    months: float = 1.0,
-    design: Path | None = None,
-    simulate: Path | None = None,
-    seed: Seed = 0,
-    report: Path | None = None,
-    json: Annotated[bool, Parameter(name="--json")] = False,
-    out: Path | None = None,
-) -> int:
+    *recordings: Path, structure: str | None = None, machine: Path | None = None, errors: str = "", growth: str | None = None,
+    months: float = 1.0, design: Path | None = None,
+    simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline", compare_interpolations: bool = False,
+    thermal: bool = False, sensors: str = "",
+    test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
+    report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
+) -> int:  # fmt: skip
     """Find the errors of a machine, with their joint covariance, from recordings of any instruments in any mixture.
 
     Parameters
@@ -42,8 +37,22 @@ def calibrate_command(
         Since the machine file was found; growth is a random walk, so that 4 months are twice one.
     design
         Plan of set-ups (design/1): says beforehand what they identify and how well, and the cheapest ones that do.
+    interpolation
+        spline, "gaussian process" (gp), polynomial, table, or a net such as "i-(2i+1)-o" (net).
+    compare_interpolations
+        Hold out every third position of each line and say how each interpolation predicts it; nothing is written.
+    thermal
+        Find what temperatures do instead: terms of the sensors in the recordings, added to the file of --machine.
+    sensors
+        With --thermal: the only sensors to look at, such as "spindle air".
+    test
+        A recording that the calibration does not use (a diagonal, another artefact): what the written file predicts of it.
+    residual
+        Machine file of the machine with what was found compensated: what is left, with its uncertainty.
     simulate
-        Plan of set-ups (design/1): writes what they would read on --machine (seed: --seed), as recordings in the folder --out.
+        Plan of set-ups (design/1): writes what they would read on the machine of --machine, as recordings in the folder --out.
+    seed
+        Seed of what is simulated.
     report
         File for the HTML report.
     json
@@ -51,46 +60,91 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
-    from vcmm.cli.calibrate_design import design_command
-    from vcmm.cli.calibrate_reversal import reversal_command
-    from vcmm.cli.calibrate_simulate import simulate_command
-    from vcmm.files.reversal import is_reversal
+    from vcmm.cli.calibrate_given import CalibrationWanted
 
+    wanted = CalibrationWanted(list(recordings), structure, machine, out, test or [])
+    if design is not None or simulate is not None:
+        return _planned(design, simulate, wanted, seed, json)
+    wanted.check_named()
+    given: dict[str, Any] = {
+        "machine": machine, "errors": errors, "interpolation": interpolation != "spline", "thermal": thermal,
+        "sensors": sensors, "test": test, "residual": residual, "report": report, "growth": growth,
+    }  # fmt: skip
+    special = _special(wanted, given, compare_interpolations, json)
+    if special is None:
+        asked = Asked(errors.replace(",", " ").split(), interpolation, _growth(growth, months, machine))
+        found = _calibrated(wanted, asked, residual)
+        _answer(found, wanted, report, json)
+    return special or 0
+
+
+def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> int | None:
+    """The jobs besides a calibration: reversals, the comparison of interpolations, temperatures. given: options of the command."""
+
+    def rest(*names: str) -> dict[str, Any]:
+        return {name: given[name] for name in names}
+
+    errors, sensors = (given[key].replace(",", " ").split() for key in ("errors", "sensors"))
+    if wanted.reversals():
+        from vcmm.cli.calibrate_reversal import reversal_command
+
+        wanted.without(
+            "a reversal", **rest("test", "residual", "thermal", "sensors", "interpolation", "growth")
+        )
+        others = [given[name] for name in ("machine", "errors", "report")]
+        return reversal_command(wanted.files, wanted.structure, wanted.out, json, others)
+    wanted.check(given["thermal"], given["sensors"], compare)
+    if compare:
+        from vcmm.cli.calibrate_compare import interpolations_command
+
+        wanted.without("--compare-interpolations", **rest("interpolation", "residual", "report", "growth"))
+        return interpolations_command(wanted, errors, json)
+    if given["thermal"]:
+        from vcmm.cli.calibrate_thermal import thermal_command
+
+        wanted.without("--thermal", **rest("errors", "interpolation", "residual", "report", "growth"))
+        return thermal_command(wanted, sensors, json)
+    return None
+
+
+def _planned(design: Path | None, simulate: Path | None, wanted: Any, seed: int, json: bool) -> int:
+    """What planned set-ups identify, or what they would read."""
     if design is not None:
+        from vcmm.cli.calibrate_design import design_command
+
         return design_command(design, json)
-    if simulate is not None:
-        return simulate_command(simulate, machine, out, seed, json)
-    grown = _growth(growth, months, machine)
-    if any(path.is_file() and is_reversal(path) for path in recordings):
-        return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
-    _check_words(recordings, structure, machine)
-    found = _calibrated(list(recordings), structure, machine, (errors.split(), grown), out)
-    _report(found, report)
-    return _told(found, _document(found, list(recordings), machine, out) if json else None)
+    from vcmm.cli.calibrate_simulate import simulate_command
+
+    assert simulate is not None
+    return simulate_command(simulate, wanted.machine, wanted.out, seed, json)
 
 
-def _told(found: Any, content: dict[str, Any] | None) -> int:
-    """Print the document, or without one the tables."""
-    from vcmm.console.documents import print_json
+def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
+    """The document or the tables, and the report."""
+    from vcmm.console.documents import document, print_json
+    from vcmm.console.terminal import show_table
+    from vcmm.tables.calibrated import TESTS, independent_tests
+    from vcmm.tables.table import records
 
-    if content is None:
-        _show(found)
-    else:
-        print_json(content)
-    return 0
+    tests = wanted.tests()
+    if report is not None:
+        _report(found, report)
+    if json:
+        body = _body(found, wanted.out) | {"tests": records(TESTS, tests)}
+        print_json(document("vcmm.calibration/1", body, files=wanted.read(), warnings=found.warnings))
+        return
+    _show(found)
+    if tests:
+        show_table(independent_tests(tests))
 
 
-def _check_words(recordings: tuple[Path, ...], structure: str | None, machine: Path | None) -> None:
-    from vcmm.core.errors import UsageError
+@dataclass(frozen=True)
+class Asked:
+    """Names of the errors to look for, the interpolation, and by how much (mm) errors may have grown."""
 
-    if not recordings:
-        raise UsageError(
-            "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
-        )
-    if (structure is None) == (machine is None):
-        raise UsageError(
-            'name either --structure "w b Y X Z t" or, with --machine, a machine file that is known'
-        )
+    only: list[str]
+    interpolation: str
+    growth: float
 
 
 def _growth(text: str | None, months: float, machine: Path | None) -> float:
@@ -108,51 +162,48 @@ def _growth(text: str | None, months: float, machine: Path | None) -> float:
     return float(rate * months**0.5)
 
 
-def _calibrated(
-    files: list[Path],
-    structure: str | None,
-    machine: Path | None,
-    asked: tuple[list[str], float],
-    out: Path | None,
-) -> Any:
-    """The calibration; its machine file is written where it shall be. asked: names of errors, growth in mm."""
-    from vcmm.calibrating.job import bare_machine, calibrate
-    from vcmm.calibrating.machine_file import machine_texts
+def _calibrated(wanted: Any, asked: Asked, residual: Path | None) -> Any:
+    """The calibration; its machine files are written where they shall be."""
+    from vcmm.calibrating.interpolation import interpolation_of
+    from vcmm.calibrating.job import calibrate
+    from vcmm.calibrating.machine_file import machine_texts, residual_texts
     from vcmm.console.files import output_folder, write_files
     from vcmm.console.terminal import progress, say
-    from vcmm.files.instruments import load_certificate
-    from vcmm.files.machine import load_machine
-    from vcmm.files.recording import load_recording
 
-    if out is not None:
-        output_folder(out.parent)
-    known = load_machine(machine) if machine is not None else bare_machine(str(structure))
-    loaded = [load_recording(path, known)[0] for path in files]
-    stated = {r.name: load_certificate(path, r) for path, r in zip(files, loaded)}
-    certificates = {name: one for name, one in stated.items() if one is not None}
+    kind, out, files = interpolation_of(asked.interpolation), wanted.out, [f.name for f in wanted.files]
+    for target in (out, residual):
+        if target is not None:
+            output_folder(target.parent)
+    given = wanted.given()
     with progress() as show:
-        found = calibrate(loaded, known, certificates, asked[0], show, growth=asked[1])
+        found = calibrate(
+            given.recordings,
+            given.machine,
+            given.certificates,
+            asked.only,
+            show,
+            interpolation=kind,
+            growth=asked.growth,
+        )
+    texts = {}
     if out is not None:
-        write_files(out.parent, machine_texts(found, out, [f.name for f in files], machine))
-        say(f"wrote {out}, {out.stem}_errors.csv, {out.stem}_covariance.csv")
+        texts[out] = machine_texts(found, out, files, wanted.machine)
+    if residual is not None:
+        switched_on = f"{out.stem}_errors.csv" if out is not None else "this calibration"
+        texts[residual] = residual_texts(found, residual, files, wanted.machine, switched_on)
+    for target, written in texts.items():
+        write_files(target.parent, written)
+        say(f"wrote {target}, {target.stem}_errors.csv, {target.stem}_covariance.csv")
     return found
 
 
-def _document(found: Any, files: list[Path], machine: Path | None, out: Path | None) -> dict[str, Any]:
-    from vcmm.console.documents import document, sources
-
-    read = [f for path in [*files, *([machine] if machine else [])] for f in sources(path)]
-    return document("vcmm.calibration/1", _body(found, out), files=read, warnings=found.warnings)
-
-
-def _report(found: Any, path: Path | None) -> None:
+def _report(found: Any, path: Path) -> None:
     from vcmm.console.files import write_text
     from vcmm.console.terminal import say
     from vcmm.pages.calibration import calibration_page
 
-    if path is not None:
-        write_text(path, calibration_page(found))
-        say(f"wrote {path}")
+    write_text(path, calibration_page(found))
+    say(f"wrote {path}")
 
 
 def _body(found: Any, out: Path | None) -> dict[str, Any]:
@@ -168,6 +219,7 @@ def _body(found: Any, out: Path | None) -> dict[str, Any]:
         "machine": None if out is None else str(out),
         "identified": found.figures(),
         "not_identified": found.identified.document(),
+        "interpolation": found.interpolation,
         "condition": found.identified.condition,
         "residual_um": rms(found.residual) * 1e3,
         "residuals": records(RESIDUALS, residuals(found).rows),

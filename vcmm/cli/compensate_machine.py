@@ -24,10 +24,11 @@ def points_form(machine: Path, points: Path, out: Path | None, json: bool) -> in
     from vcmm.core.errors import ModelLimit
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
+    from vcmm.response.logs import with_logs
     from vcmm.tables.compensated import points_csv
 
     loaded = without_scatter(load_machine(machine))
-    run = read_positions(points, loaded.chain.letters)
+    run = with_logs(read_positions(points, loaded.chain.letters))
     try:
         found = corrected_points(loaded, run)
     except ModelLimit as error:

@@ -42,12 +42,13 @@ def field_command(
     from vcmm.console.terminal import say, show_table
     from vcmm.files.columns import read_positions
     from vcmm.files.machine import load_machine
+    from vcmm.response.logs import with_logs
     from vcmm.response.volumetric import field, grid, not_mapped
     from vcmm.tables.error_field import field_json, maxima
 
     folder = output_folder(out) if out else None
     loaded = load_machine(machine)
-    run = read_positions(at, loaded.chain.letters) if at else None
+    run = with_logs(read_positions(at, loaded.chain.letters)) if at else None
     absent = not_mapped(loaded, run or grid(loaded, 2))
     with _rows_of(machine, at):
         error_map = field(loaded, run, exact, nodes)

@@ -68,7 +68,7 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
 
 
 def _next_steps(target: Path) -> str:
-    from vcmm.library import cuts, records, turns_over
+    from vcmm.library import cuts, instrument_read, records, turns_over
 
     if turns_over(target):
         beside = "".join(f" {p}" for p in sorted((target.parent / target.stem).glob("*.toml")))
@@ -76,6 +76,9 @@ def _next_steps(target: Path) -> str:
             f"vcmm calibrate {target}{beside} --structure \"w C' X' b Z t\" --out {target.stem}-machine.toml\n"
             f"vcmm test {target} --iso 230-7"
         )
+    if instrument_read(target):
+        known = target.parent / target.stem / "machine.toml"
+        return f"vcmm calibrate {target} --machine {known} --out {target.stem}-machine.toml"
     if records(target):
         return f"vcmm diagnose {target} --out {target.stem}-report"
     if cuts(target):

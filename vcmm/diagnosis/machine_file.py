@@ -108,7 +108,7 @@ def effect_toml(effect: Effect, comment: str = "") -> str:
         lines.append(f"{back.get(spec.name, spec.name)} = {_quantity(effect, spec)}")
     done = {f.name for f in (*place_fields(effect), *parameter_fields(effect))}
     for name, value in vars(effect).items():
-        if name not in done and isinstance(value, str | int) and not name.startswith("_"):
+        if name not in done and isinstance(value, str | int) and value != "" and not name.startswith("_"):
             lines.append(f"{name} = {_plain(value)}")
         elif name not in done and isinstance(value, float) and value != 0.0:
             lines.append(f'{name} = "{value:.10g} mm"')

@@ -11,6 +11,7 @@ from vcmm.core.declaration import HOUR, UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
+from vcmm.core.trained import check_trained, within
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +126,7 @@ class ThermalDriftTwoLags(_Drift):
 
     name = "thermal_drift_two_lags"
     family: ClassVar[str] = "thermal_drift"
+    role = "temperature drift in two parts"
     per = "direction, sensor"
     cites = "ISO 230-3:2020 (environmental temperature variation error); sum of two first-order lags"
     sensor: str = at("air", "temperature sensor: column temp_<sensor>_C")
@@ -142,16 +144,20 @@ class ThermalDriftTwoLags(_Drift):
     )
     tau: float = param(300.0, "s", "time constant of the fast part", scan=(60.0, 300.0, 1200.0))
     tau_slow: float = param(7200.0, "s", "time constant of the slow part", scan=(3600.0, 10800.0, 21600.0))
+    trained: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if min(self.tau, self.tau_slow) < 0:
             raise UsageError(f"{self.id}: tau is negative; a lag is zero or positive")
+        check_trained(self.trained, self.id)
 
     def required(self) -> tuple[str, ...]:
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
-        fast = run.lagged(self.sensor, self.tau) - T0_DEG_C
-        slow = run.lagged(self.sensor, self.tau_slow) - T0_DEG_C
+        fast, slow = (
+            within(self.trained, self.id, self.sensor, run.lagged(self.sensor, tau)) - T0_DEG_C
+            for tau in (self.tau, self.tau_slow)
+        )
         return self._along(run, self.k * fast + self.k_slow * slow)

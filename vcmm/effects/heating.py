@@ -24,6 +24,7 @@ class SpindleGrowth(Effect):
     """
 
     name = "spindle_growth"
+    role = "spindle growth"
     per = "axis"
     needs = ("time_s",)
     aliases = {"A": "amplitude"}  # noqa: RUF012 - read only

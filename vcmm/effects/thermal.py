@@ -8,13 +8,18 @@ from vcmm.core.declaration import UM, Opposite, Typical, Words
 from vcmm.core.effect import Effect, at, motion, param
 from vcmm.core.errors import UsageError
 from vcmm.core.run import T0_DEG_C, Array, Run
+from vcmm.core.trained import check_trained, within
 
 
 @dataclass(frozen=True, eq=False)
 class ThermalDrift(Effect):
-    """k (T lagged by tau - 20 degC) along one direction of the workpiece axes."""
+    """k (T lagged by tau - 20 degC) along one direction of the workpiece axes.
+
+    trained: temperatures from which k and tau come, as "18 degC to 31 degC"; beyond them it refuses.
+    """
 
     name = "thermal_drift"
+    role = "temperature drift"
     per = "direction, sensor"
     cites = "ISO 230-3:2020 (environmental temperature variation error); first-order lag"
     words = Words(
@@ -38,11 +43,14 @@ class ThermalDrift(Effect):
         0.0, "s", "time constant of the structure", scan=(60.0, 300.0, 1200.0, 3600.0, 10800.0)
     )
 
+    trained: str = ""
+
     def __post_init__(self) -> None:
         if self.direction not in ("x", "y", "z"):
             raise UsageError(f'thermal_drift: direction = "{self.direction}" must be "x", "y" or "z"')
         if self.tau < 0:
             raise UsageError(f"{self.id}: tau = {self.tau:g} s is negative; a lag is zero or positive")
+        check_trained(self.trained, self.id)
 
     @property
     def link(self) -> str:
@@ -52,6 +60,5 @@ class ThermalDrift(Effect):
         return (f"temp_{self.sensor}_C",)
 
     def error_motion(self, run: Run) -> Array:
-        return motion(
-            run, **{self.direction.upper(): self.k * (run.lagged(self.sensor, self.tau) - T0_DEG_C)}
-        )
+        behind = within(self.trained, self.id, self.sensor, run.lagged(self.sensor, self.tau))
+        return motion(run, **{self.direction.upper(): self.k * (behind - T0_DEG_C)})

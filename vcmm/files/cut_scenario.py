@@ -21,7 +21,7 @@ from vcmm.core.text import is_file
 from vcmm.cutting.force import bending
 from vcmm.effects import has_role, made_for, of_role
 from vcmm.files.columns import read_csv
-from vcmm.files.environment import EnvironmentTable, Temperatures, columns_of, temperatures_of
+from vcmm.files.environment import EnvironmentTable, Temperatures, columns_of, sensor_columns, temperatures_of
 from vcmm.files.knowledge import note_second, tables_in
 from vcmm.files.machine import load_machine, machine_from
 from vcmm.files.part import PartData, part_from
@@ -144,6 +144,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )  # fmt: skip
     temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
+    sensors = sensor_columns(document, environment, problems) if environment else {}
     settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
     if settings is not None and settings.known_bias == CORRECTED:
         problems.add(
@@ -172,7 +173,7 @@ def _checked(document: Document, problems: Problems) -> CutScenario | None:
     return CutScenario(
         name=model.name or document.path.stem, machine=machine, program=program, setup=setup, part=part.part,
         plan=planned[0] if planned else None, pose=None if model.pose is None else pose_from(model.pose),
-        dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures), inputs=inputs,
+        dialect=model.cut.dialect or setup.dialect, constants=columns_of(temperatures) | sensors, inputs=inputs,
         qualifications=planned[1] if planned else {}, inspection=inspection, settings=settings,
         set_here=offset.set_on == "this machine", set_at=offset.at, set_as_cut=offset.rotary == "as cut", step=model.cut.step,
         batch_part=model.cut.batch_part, force_log=log,

@@ -58,12 +58,16 @@ class PartCompensation(Table):
 
 
 class EnvironmentTable(Table):
-    """room: of part, scales, spindle and air together; u_room or half_width: how well it is known."""
+    """room: of part, scales, spindle and air together; u_room or half_width: how well it is known.
+
+    sensors: temperatures of the machine's own sensors, which its effects name.
+    """
 
     room: Temperature | None = None
     u_room: KelvinSpread = 0.0
     half_width: KelvinSpread = 0.0
     temperature: TaskTemperatures = Field(default_factory=TaskTemperatures)
+    sensors: dict[str, str] = Field(default_factory=dict, examples=['{ bridge = "21.5 degC" }'])
     u_temperature: dict[str, str] = Field(default_factory=dict, examples=['{ part = "0.1 K" }'])
     part: PartCompensation = Field(default_factory=PartCompensation)
 
@@ -87,6 +91,21 @@ def temperatures_of(document: Document, environment: EnvironmentTable, problems:
         elif key == "half_width" and environment.u_room and environment.half_width:
             problems.add(here, "u_room and half_width say the same thing; keep one of them")
     return Temperatures.model_construct(None, **found)
+
+
+def sensor_columns(document: Document, environment: EnvironmentTable, problems: Problems) -> dict[str, float]:
+    """Run columns of the machine's own sensors, degC."""
+    inside, out = isinstance(document.data.get("environment"), dict), {}
+    for name, text in environment.sensors.items():
+        here: Location = ("environment", "sensors", name) if inside else ("environment",)
+        if name in Temperatures.model_fields:
+            problems.add(
+                here, f'{name} is no sensor of its own; write it in temperature = {{ {name} = "{text}" }}'
+            )
+            continue
+        value = problems.attempt(here, lambda n=name, t=text: _temperature(n, t, environment.room))  # type: ignore[misc]
+        out[f"temp_{name}_C"] = T0_DEG_C if value is None else value
+    return out
 
 
 def _temperature(name: str, text: str, room: float | None) -> float:
@@ -121,8 +140,9 @@ def temperature_inputs(
         out.append((("environment",), room_input(environment.u_room, environment.half_width)))
     for name, text in environment.u_temperature.items():
         here: Location = ("environment", "u_temperature", name) if inside else ("environment",)
-        if name not in Temperatures.model_fields:
-            problems.add(here, f'unknown temperature "{name}".{choose_from(name, Temperatures.model_fields)}')
+        known = [*Temperatures.model_fields, *environment.sensors]
+        if name not in known:
+            problems.add(here, f'unknown temperature "{name}".{choose_from(name, known)}')
             continue
         try:
             law = Normal(quantity(text, "temperature difference", name, "0.1 K"))

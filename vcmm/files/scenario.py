@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from vcmm.files.environment import (
     EnvironmentTable,
     Temperatures,
     columns_of,
+    sensor_columns,
     temperature_inputs,
     temperatures_of,
 )
@@ -132,6 +133,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         lambda d, t, at: read_model(EnvironmentTable, t, d, at),
     )
     temperatures = temperatures_of(document, environment, problems) if environment else Temperatures()
+    sensors = sensor_columns(document, environment, problems) if environment else {}
     settings = section(document, "job", data.get("job", {}), problems, partial(settings_from, part=part))
     known = with_knowledge(document, machine, part, environment, planned, problems)
     placement = placement_from(document, part.part if part else None, model, problems)
@@ -144,7 +146,7 @@ def _checked_scenario(document: Document, problems: Problems) -> Scenario | None
         return None
     return Scenario(
         name=model.name or document.path.stem, machine=machine, part=part.part, plan=plan, pose=pose_from(model.pose),
-        constants=columns_of(temperatures), inputs=inputs, forms=part.forms, qualifications=qualifications,
+        constants=columns_of(temperatures) | sensors, inputs=inputs, forms=part.forms, qualifications=qualifications,
         settings=settings, places={n: pose_from(t) for n, t in model.places.items()}, placement=placement,
         surroundings=around, record={k: v for k, v in model.record.model_dump().items() if v},
     )  # fmt: skip
@@ -239,21 +241,24 @@ def with_knowledge(
         (),
         complete,
     )
-    _check_temperatures(document, machine.effects, problems)
+    _check_temperatures(document, machine.effects, environment.sensors, problems)
     return machine, tuple(inputs)
 
 
-def _check_temperatures(document: Document, effects: Sequence[Effect], problems: Problems) -> None:
-    """A temperature that an effect needs is one of the environment's."""
-    known = columns_of(Temperatures())
+def _check_temperatures(
+    document: Document, effects: Sequence[Effect], sensors: Collection[str], problems: Problems
+) -> None:
+    """A temperature that an effect needs is one of the environment's, or of the machine's own sensors."""
+    known = [*columns_of(Temperatures()), *(f"temp_{name}_C" for name in sensors)]
     for effect in effects:
         for column in effect.required():
             if column.startswith("temp_") and column not in known:
                 sensor = column.removeprefix("temp_").removesuffix("_C")
-                names = list(Temperatures.model_fields)
+                names = [*Temperatures.model_fields, *sensors]
                 problems.add(
                     _effect_location(document, "sensor", sensor),
-                    f'{effect.id} needs the temperature "{sensor}".{choose_from(sensor, names)}',
+                    f'{effect.id} needs the temperature "{sensor}".{choose_from(sensor, names)} For a sensor of the machine write '
+                    f'[environment] sensors = {{ {sensor} = "21.5 degC" }}',
                 )
 
 

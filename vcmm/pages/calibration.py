@@ -38,7 +38,7 @@ def calibration_page(found: Calibration) -> str:
 
 def picture(found: Calibration, name: str) -> str:
     """One curve with its 95 % band."""
-    nodes, value, u = found.band(name)
+    nodes, value, u = found.along(name)
     scale, unit = size_of(name)
     axis = next(c.axis for c in found.kept.curves if c.component == name)
     turns = is_rotary(axis)

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 from vcmm.calibrating.acceptance import Figure
 from vcmm.calibrating.design import Proposal
+from vcmm.calibrating.held_out import PredictedPositions
 from vcmm.calibrating.readings import Readings
 from vcmm.calibrating.result import Calibration, rms
 from vcmm.calibrating.solve import ReadingNoise
+from vcmm.calibrating.tested import IndependentTest
 from vcmm.core.run import Array
 from vcmm.tables.quantities import SIZE, fixed
 from vcmm.tables.table import Column, ResultTable, entry, listing
@@ -59,6 +61,25 @@ FIGURES: tuple[Column[Figure], ...] = (
     Column("limit", lambda row: row.limit_um, fixed(3, "um"), key="limit_um"),
     Column("probability to pass", lambda row: row.p_pass, fixed(3), key="p_pass"),
 )
+HELD_OUT: tuple[Column[PredictedPositions], ...] = (
+    Column("interpolation", lambda row: row.name, key="interpolation"),
+    Column("readings held out", lambda row: row.n, COUNT_OR_NONE, key="observations"),
+    Column("rms of lengths", lambda row: row.rms_um, fixed(3, "um"), key="rms_um"),
+    Column("rms of angles", lambda row: row.rms_urad, fixed(3, "urad"), key="rms_urad"),
+    Column("within the 95 % band", lambda row: row.inside, fixed(3), key="inside"),
+    Column("log score", lambda row: row.nats, fixed(2, "nats"), key="log_score_nats"),
+    Column("time", lambda row: row.seconds, fixed(1, "s"), key="seconds"),
+)
+TESTS: tuple[Column[IndependentTest], ...] = (
+    Column("test", lambda row: row.name, key="recording"),
+    Column("readings", lambda row: row.n, COUNT_OR_NONE, key="observations"),
+    Column("rms before", lambda row: row.before * row.scale, fixed(3), key="rms_before"),
+    Column("after", lambda row: row.after * row.scale, fixed(3), key="rms_after"),
+    Column("unit", lambda row: row.unit, key="unit"),
+    Column("gain", lambda row: row.gain, fixed(3), key="gain"),
+    Column("within the 95 % band", lambda row: row.inside, fixed(3), key="inside"),
+    Column("u of the band", lambda row: row.u * row.scale, fixed(3), key="u"),
+)
 PROPOSALS: tuple[Column[Proposal], ...] = (
     entry("setups", lambda row: list(row.names)),
     entry("minutes", lambda row: row.minutes),
@@ -88,6 +109,16 @@ def residuals(found: Calibration) -> ResultTable[Left]:
 def figures(iso: str, found: Sequence[Figure]) -> ResultTable[Figure]:
     """Figures of an acceptance test, iso such as "230-2"."""
     return ResultTable(f"ISO {iso}", FIGURES, found)
+
+
+def interpolations(found: Sequence[PredictedPositions]) -> ResultTable[PredictedPositions]:
+    """How each interpolation predicts readings that it was not given."""
+    return ResultTable("Positions held out", HELD_OUT, found)
+
+
+def independent_tests(found: Sequence[IndependentTest]) -> ResultTable[IndependentTest]:
+    """What the machine file predicts of recordings that it was not made from."""
+    return ResultTable("Independent tests", TESTS, found)
 
 
 def setups(choices: Sequence[tuple[str, Proposal]]) -> ResultTable[Sequence[str]]:

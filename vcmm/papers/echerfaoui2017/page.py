@@ -10,8 +10,8 @@ import numpy as np
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.calibrating.net import CHOSEN, LAYOUTS
 from vcmm.core.run import Array
-from vcmm.papers.echerfaoui2017.net import CHOSEN, LAYOUTS
 from vcmm.papers.echerfaoui2017.twin import METHODS, EcherfaouiTwin
 from vcmm.tables.table import Column, ResultTable, titled_html
 

@@ -1,4 +1,4 @@
-"""Back-propagation, compiled: patterns one after the other, epoch after epoch. Private to vcmm.papers.echerfaoui2017."""
+"""Back-propagation, compiled: patterns one after the other, epoch after epoch. Private to vcmm.calibrating.net."""
 
 from __future__ import annotations
 

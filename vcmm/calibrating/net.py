@@ -1,4 +1,4 @@
-"""The paper's feed-forward nets: logistic neurons, back-propagation with momentum, everything mapped to 0 ... 1."""
+"""Feed-forward nets of Echerfaoui et al. 2017: logistic neurons, back-propagation with momentum, everything mapped to 0 ... 1."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _mapped(values: Array, ends: tuple[Array, Array], margin: float) -> Array:
 
 def trained(x: Array, y: Array, layout: str, rng: np.random.Generator, epochs: int = EPOCHS) -> AxisNet:
     """A net for inputs x (n, i) and outputs y (n, o), patterns in a drawn order in every epoch."""
-    from vcmm.papers.echerfaoui2017._net_kernels import train
+    from vcmm.calibrating._net_kernels import train
 
     sizes = (x.shape[1], *LAYOUTS[layout](x.shape[1]), y.shape[1])
     pairs = list(pairwise(sizes))
