@@ -68,6 +68,19 @@ def labelled(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
     return rows
 
 
+def repeated(given: GivenPoints) -> tuple[str, ...]:
+    """A remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
+    _, first, counts = np.unique(given.points, axis=0, return_index=True, return_counts=True)
+    double = sorted(int(i) for i in first[counts > 1])
+    if not double:
+        return ()
+    alike = int((counts - 1).sum())
+    return (
+        f"{given.where[double[0]]}: {alike} more row{'s hold' if alike > 1 else ' holds'} a point that stands in the file already, to the "
+        "last digit; each counts as a touch of its own: remove it where it was copied",
+    )
+
+
 def _first_of_each(words: Sequence[str], rows: Sequence[int]) -> list[int]:
     return [next(i for i in rows if words[i] == w) for w in dict.fromkeys(words[i] for i in rows)]
 

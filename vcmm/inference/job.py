@@ -18,6 +18,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import POINTS, wanted
 from vcmm.gps.decision import Decision, decide, undecided
 from vcmm.inference.belts import Inverse, coverage, inverse_of
+from vcmm.inference.checked import repeated
 from vcmm.inference.form_family import KNOWN, OTHER
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.pairs import MOST, Drawing, both, pairs, prepared, rest_of
@@ -123,7 +124,7 @@ def evaluate_points(
         if known is None or not known.serves(task, measured):
             known = known_of(task, chosen, measured, progress)
         rest = None if known.drawing is None else rest_of(known.drawing, points)
-        out.append(_part(scenario, one.part, known, measured, rest, chosen))
+        out.append(_part(scenario, one.part, known, measured, rest, settings=chosen, said=repeated(one)))
     return tuple(out)
 
 
@@ -201,6 +202,7 @@ def _part(
     measured: Array,
     rest: Array | None,
     settings: Settings,
+    said: Sequence[str] = (),
 ) -> EvaluatedPart:
     out = []
     for i, r in enumerate(known.result.characteristics):
@@ -211,7 +213,7 @@ def _part(
             out.append(_inverted(r, y, one, None if rest is None else float(rest[i]), settings))
     warnings = tuple(
         w
-        for w in (*remarks(scenario), *known.result.warnings)
+        for w in (*remarks(scenario), *known.result.warnings, *said)
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )
