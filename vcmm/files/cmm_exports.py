@@ -140,7 +140,8 @@ def _pcdmis(path: Path, lines: Sequence[str], wanted: Collection[str]) -> Iterat
 
 def _blocks(path: Path, lines: Sequence[str]) -> Iterator[tuple[str, str, list[tuple[str, str, float]]]]:
     """(name, unit, rows of (where, axis, measured value)) of every DIM block."""
-    name, unit, header = "", "", []
+    header: list[str] = []
+    name, unit = "", ""
     rows: list[tuple[str, str, float]] = []
     for n, line in enumerate(lines, 1):
         text, where = line.strip(), f"{path}:{n}"
