@@ -89,6 +89,20 @@ def test_what_may_be_a_slip(
     assert message in capsys.readouterr().out
 
 
+def test_planned_points_beside_their_feature(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A face that ends at x = 40 mm: 60 mm lies 20 mm beyond, 40.4 mm is a broken edge."""
+    rows = [
+        "x_mm,y_mm,z_mm,nx,ny,nz",
+        *(f"{x},-40,{z},0,-1,0" for x, z in ((60, 10), (-30, 10), (40.4, 15), (30, 5))),
+    ]
+    (tmp_path / "front.csv").write_text("\n".join(rows))
+    scenario = edited(
+        tmp_path, ('points = { strategy = "grid", n = [3, 2], margin = "4 mm" }', 'points = "front.csv"')
+    )
+    assert run(["check", str(scenario), "--json"]) == 0
+    assert "front: 1 planned point(s) lie up to 20 mm beyond the feature" in capsys.readouterr().out
+
+
 def test_points_that_determine_nothing_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", str(edited(tmp_path, ('at = ["5 mm", "15 mm"]', 'at = ["5 mm"]')))]) == 2
     said = capsys.readouterr().err

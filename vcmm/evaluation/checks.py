@@ -9,6 +9,7 @@ from vcmm.core.run import T0_DEG_C
 from vcmm.effects import BY_NAME
 from vcmm.gps.contradictions import free_words, left_free, redundant_zones
 from vcmm.measuring.scenario import Scenario
+from vcmm.part.extent import EDGE, beyond_extent
 from vcmm.part.part import ends, frame
 
 
@@ -16,7 +17,7 @@ def remarks(scenario: Scenario) -> tuple[str, ...]:
     """Sentences for `check`, the result and the report; empty when there is nothing to say."""
     return (
         *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario),
-        *_short_styli(scenario), *_inward_normals(scenario), *_drawn(scenario), *_short_arcs(scenario),
+        *_short_styli(scenario), *_inward_normals(scenario), *_drawn(scenario), *_short_arcs(scenario), *_beside(scenario),
         *_unusual_warmth(scenario),
     )  # fmt: skip
 
@@ -106,6 +107,20 @@ def _short_arcs(scenario: Scenario) -> list[str]:
             out.append(
                 f"{name}: touched over {covered:.0f} deg of its circle only; on so short an arc size and place are told apart badly, and U "
                 "says how badly: touch more of it"
+            )
+    return out
+
+
+def _beside(scenario: Scenario) -> list[str]:
+    """Planned points that lie beyond the ends or edges of their feature."""
+    out = []
+    for step in scenario.plan.steps:
+        feature = scenario.part.features[step.feature]
+        beyond = beyond_extent(feature, step.points) if len(step.points) else np.zeros(1)
+        if float(beyond.max()) > EDGE:
+            out.append(
+                f"{step.feature}: {int((beyond > EDGE).sum())} planned point(s) lie up to {float(beyond.max()):.4g} mm beyond the feature, where "
+                "the tip meets air: correct the points, or the size of the feature"
             )
     return out
 

@@ -97,6 +97,12 @@ def routes(
     chosen = replace(settings or scenario.settings, known_bias=CORRECTED)
     task = scenario.task()
     result = evaluate(task, chosen, progress)
+    endless = [c.name for c in result.characteristics if not math.isfinite(c.u)]
+    if endless:
+        raise UsageError(
+            f'"{endless[0]}" has no standard uncertainty, since a law of its budget has 2 or fewer degrees of freedom; routes are compared '
+            "by theirs: state dof above 2"
+        )
     remarks = [
         f"{c.name}: an extreme value is no sum of a true value and an error that is the same for all parts; only a calibrated part of "
         "like form is a second route, and no E_n is given (see evaluate and audit)"
