@@ -73,8 +73,8 @@ def check_converged(element: Element, done: Mask, name: str) -> None:
     bad = np.flatnonzero(~done)
     raise ModelLimit(
         f"{name}: {len(bad)} of {len(done)} fits did not converge (the first is number {bad[0]}): the points "
-        f"have no clear best {element.kind}. Give start= a nominal element near the points; "
-        f"{_CURE[element.kind]}."
+        f"have no clear best {element.kind}, which may slide or turn without a change, or lie far from where it is sought. "
+        f"Cure: {_CURE[element.kind]}."
     )
 
 
