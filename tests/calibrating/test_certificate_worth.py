@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +15,26 @@ from vcmm.certified.certificate import LengthLimit, MachineCertificate
 from vcmm.certified.lines import length_run, seven_lines
 from vcmm.certified.machines import drawn_machines, geometry_at_limit
 from vcmm.cli import run
+from vcmm.evaluation.at_limit import covered_at_limit
+from vcmm.evaluation.uncertainty import evaluate
+from vcmm.files.certificate import stated_certificate
 from vcmm.files.machine import load_machine
+from vcmm.files.scenario import load_scenario
 from vcmm.library import path
+from vcmm.tables.certified import COVERED
+from vcmm.tables.table import ResultTable, text
 
 STATED = 'E0_MPE = "1.8 um + L/350"                     # L'
 
 
 def sizes_only(folder: Path, more: str = "") -> Path:
     """The shipped scenario with its two lengths, and further facts on its certificate."""
-    text = path("certificate").read_text(encoding="utf-8")
-    head, rest = text.split('[[part.characteristics]]\nname = "bore square to top"')
-    text = head + rest[rest.index("[pose]") :]
-    assert STATED in text
+    whole = path("certificate").read_text(encoding="utf-8")
+    head, rest = whole.split('[[part.characteristics]]\nname = "bore square to top"')
+    whole = head + rest[rest.index("[pose]") :]
+    assert STATED in whole
     found = folder / "certificate.toml"
-    found.write_text(text.replace(STATED, more + STATED), encoding="utf-8")
+    found.write_text(whole.replace(STATED, more + STATED), encoding="utf-8")
     return found
 
 
@@ -63,6 +70,17 @@ def test_priors_facts_and_machines_at_the_limit(
     assert figures["A X"]["limit_um"] == pytest.approx(1.2)
 
 
+def test_the_page_shows_how_machines_at_the_limit_are_covered(tmp_path: Path) -> None:
+    """docs/certificate.md, of the scenario that comes with vcmm."""
+    scenario = load_scenario(sizes_only(tmp_path))
+    result = evaluate(scenario.task(), replace(scenario.settings, trials=20_000, certify=20))
+    certificate = stated_certificate(path("certificate"))
+    assert certificate is not None
+    table = ResultTable("", COVERED, covered_at_limit(scenario.machine, certificate, result))
+    shown = (Path(__file__).parents[2] / "docs" / "certificate.md").read_text(encoding="utf-8")
+    assert text(table) in shown
+
+
 def test_both_limits_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """E0 and A together: positions of every axis stay within A, and the worst length still meets E0."""
     from vcmm.certified.machines import _along, _per_mode, _tables
@@ -70,9 +88,9 @@ def test_both_limits_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     from vcmm.core.machine import Machine
 
     monkeypatch.setattr(family, "DRAWN", 1000)
-    text = edited(tmp_path).read_text().split("[machine]\n")[1].split("[machine.repeatability]")[0]
+    axes = edited(tmp_path).read_text().split("[machine]\n")[1].split("[machine.repeatability]")[0]
     file = tmp_path / "m.toml"
-    file.write_text('vcmm = "machine/1"\n' + text.replace("machine.", ""))
+    file.write_text('vcmm = "machine/1"\n' + axes.replace("machine.", ""))
     machine = load_machine(file)
     c = MachineCertificate(E0=LengthLimit(1.8e-3, 350), R0=0.5e-3, positioning={("A", ""): 1.5e-3})
     drawn = drawn_machines(machine, c)

@@ -38,6 +38,7 @@ ROOMS = (
     "instruments",
     "evaluation",
     "inference",
+    "exchange",
     "routes",
     "placing",
     "machining",

@@ -13,7 +13,16 @@ import numpy as np
 
 from vcmm.calibrating import standards
 from vcmm.calibrating.known import known_ranges
-from vcmm.certified.lines import RAM, REPEATS, corners, length_run, ram_lines, seven_lines, travels
+from vcmm.certified.lines import (
+    RAM,
+    REPEATS,
+    corners,
+    face_diagonals,
+    length_run,
+    ram_lines,
+    seven_lines,
+    travels,
+)
 from vcmm.certified.machines import half_sphere
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.inputs import EVERY
@@ -26,7 +35,7 @@ from vcmm.response.influence import influences
 from vcmm.response.volumetric import with_defaults
 
 TRIALS = 1000
-TESTS = ("230-2", "230-4", "230-6", "10360-2")
+TESTS = ("230-2", "230-4", "230-6", "230-7", "10360-2")
 RUNS = 5
 FORM, SIZE = "P_Form_Sph_1x25", "P_Size_Sph_1x25"
 Limit = Callable[[float], float]  # length mm -> mm
@@ -50,7 +59,7 @@ def predicted(
     seed: int = 0,
     trials: int = TRIALS,
 ) -> list[Figure]:
-    """Figures of a test ("230-2", "230-4", "230-6", "10360-2"). Raises UsageError for another one."""
+    """Figures of a test ("230-2", "230-4", "230-6", "10360-2"; "230-7" is `predicted_spindle`). Raises UsageError for another one."""
     makers: Mapping[str, Callable[..., list[Figure]]] = {
         "230-2": _positioning, "230-4": _circles, "230-6": _diagonals, "10360-2": _lengths,
     }  # fmt: skip
@@ -207,16 +216,18 @@ def _circles(
 def _diagonals(
     machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
 ) -> list[Figure]:
-    out, largest = [], np.zeros(trials)
-    for name, start, end in corners(machine):
+    """Body diagonals (Ed the largest E), then face diagonals in the middle planes (Ef)."""
+    out, largest = [], {"Ed": np.zeros(trials), "Ef": np.zeros(trials)}
+    for name, start, end in [*corners(machine), *face_diagonals(machine)]:
         way = (end - start) / np.linalg.norm(end - start)
         run, n = _both_ways(machine, start, end, dict(zip("XYZ", np.sign(way))))
         errors = tip_errors(machine, run, rng, trials) @ way
         figures = standards.diagonal(*_split(errors, n))
         length = float(np.linalg.norm(end - start))
         out += [summary(f"{f} {name}", d, _limit(limits, f, name, length)) for f, d in figures.items()]
-        largest = np.maximum(largest, figures["E"])
-    return [*out, summary("Ed", largest, _limit(limits, "Ed", "", 0.0))]
+        which = "Ef" if "0" in name else "Ed"
+        largest[which] = np.maximum(largest[which], figures["E"])
+    return [*out, *(summary(n, d, _limit(limits, n, "", 0.0)) for n, d in largest.items())]
 
 
 def _lengths(

@@ -17,12 +17,15 @@ Cluster = Annotated[str | None, Parameter(name="--cluster")]
 Shard = Annotated[str | None, Parameter(name="--shard")]
 
 
-def sharing_of(workers: int | None, cluster: str | None, shard: str | None) -> Any:
-    """The Sharing that is asked for: who counts, and where finished blocks are kept until the job is done. Raises UsageError."""
+def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep: bool = False) -> Any:
+    """The Sharing that is asked for: who counts, and where finished blocks are kept until the job is done. Raises UsageError.
+
+    keep: even where this process does it all.
+    """
     from vcmm.core.crew import crew_of
     from vcmm.evaluation.blocks import Folder, Nowhere, Sharing
 
-    long = workers is not None or cluster is not None or shard is not None
+    long = keep or workers is not None or cluster is not None or shard is not None
     folder = _block_folder() if long else None
     return Sharing(crew_of(workers, cluster), Folder(folder) if folder else Nowhere(), share_of(shard))
 

@@ -58,9 +58,9 @@ def in_words(e: Evaluated) -> str:
     """The result as it stands in a certificate."""
     c, unit = e.result, e.unit
     half = (c.interval[1] - c.interval[0]) / 2
-    if e.true is not None:
+    if c.true_value is not None:
         low, high = (f"{x * 1e3:.2f}" for x in c.interval)
-        claim = "" if e.true.claimed else " Its coverage was counted and is not claimed."
+        claim = "" if c.true_value.claimed else " Its coverage was counted and is not claimed."
         return (
             f"{c.name}: indicated {e.measured * 1e3:.2f} µm. The true value lies between {low} µm and {high} µm with a coverage "
             f"probability of {c.p:.0%}.{claim}"
