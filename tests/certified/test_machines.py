@@ -176,3 +176,11 @@ def test_form_of_the_test_sphere_holds_the_scatter_too(tmp_path: Path) -> None:
     stated = '[certificate]\nE0_MPE = "1.8 um + L/350"\nR0_MPL = "1.5 um"\nP_Form_Sph_1x25 = "0.37 um"\n'
     (touch,) = [i for i in load_machine(machine_file(tmp_path, stated)).inputs if i.redraw == "touch"]
     assert touch.law.u == pytest.approx(0.1e-3, rel=0.05)
+
+
+def test_the_machine_of_a_scenario_is_tested(capsys: pytest.CaptureFixture[str]) -> None:
+    from vcmm.library import path as shipped
+
+    assert run(["test", str(shipped("certificate")), "--iso", "10360-2", "--trials", "100", "--json"]) == 0
+    figures = {f["name"]: f for f in json.loads(capsys.readouterr().out)["figures"]}
+    assert figures["R0"]["limit_um"] == pytest.approx(1.5)
