@@ -61,6 +61,7 @@ def evaluate(
     progress: Progress | None = None,
 ) -> tuple[EvaluatedPart, ...]:
     """Measured points or values (a file of either) to true values and decisions, one result per part; see docs/evaluate.md."""
+    from vcmm.exchange.cmm_exports import exported_values
     from vcmm.files.measured import read_measured_points, read_measured_values
     from vcmm.inference.job import evaluate_points, evaluate_values
     from vcmm.inference.points import FRAMES
@@ -76,7 +77,10 @@ def evaluate(
     settings = replace(scenario.settings, **{k: v for k, v in changes.items() if v is not None})  # type: ignore[arg-type]
     if points is None:
         assert values is not None
-        return evaluate_values(scenario, read_measured_values(values), settings=settings, progress=progress)
+        found = exported_values(values, [c.name for c in scenario.part.characteristics])
+        listed, said = found or (read_measured_values(values), "")
+        parts = evaluate_values(scenario, listed, settings=settings, progress=progress)
+        return tuple(replace(p, warnings=(*p.warnings, said)) for p in parts) if said else parts
     from vcmm.exchange.qif import is_qif
 
     given = read_measured_points(points) if not is_qif(points) else ()

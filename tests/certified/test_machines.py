@@ -136,6 +136,7 @@ def test_what_the_file_knows_itself_counts(tmp_path: Path) -> None:
         ('[certificate]\nR0_MPL = "1 um"\n', "neither E0_MPE nor iso230_2"),
         ('[certificate]\nE0_MPE = "1.8 + L/350"\n', "has no unit"),
         ('[certificate]\nE0_MPE = "-1 um"\n', "a limit is positive"),
+        ('[certificate]\nE0_MPE = "1.8 mm + L/350"\n', "allows 1.8 mm on the shortest length"),
         ('[certificate]\nE0_MPE = "0.1 um"\nR0_MPL = "0.2 um"\n', "no machine keeps these limits together"),
         ('[certificate]\nE0_MPE = "2 um"\nE150_MPE = "0.2 um"\n', "an offset stylus measures no better"),
         (
@@ -168,3 +169,18 @@ def test_the_page_shows_what_the_scenario_gives() -> None:
     found = uncertainty(load_scenario(path("certificate")), trials=20_000).characteristics
     shown = (Path(__file__).parents[2] / "docs" / "certificate.md").read_text(encoding="utf-8")
     assert ", ".join(f"{c.expanded * 1e3:.2f}" for c in found) + " µm" in shown
+
+
+def test_form_of_the_test_sphere_holds_the_scatter_too(tmp_path: Path) -> None:
+    """25 residuals of noise s range over about 3.7 s: P_Form of 0.37 um leaves a scatter of 0.1 um, whatever R0 allows."""
+    stated = '[certificate]\nE0_MPE = "1.8 um + L/350"\nR0_MPL = "1.5 um"\nP_Form_Sph_1x25 = "0.37 um"\n'
+    (touch,) = [i for i in load_machine(machine_file(tmp_path, stated)).inputs if i.redraw == "touch"]
+    assert touch.law.u == pytest.approx(0.1e-3, rel=0.05)
+
+
+def test_the_machine_of_a_scenario_is_tested(capsys: pytest.CaptureFixture[str]) -> None:
+    from vcmm.library import path as shipped
+
+    assert run(["test", str(shipped("certificate")), "--iso", "10360-2", "--trials", "100", "--json"]) == 0
+    figures = {f["name"]: f for f in json.loads(capsys.readouterr().out)["figures"]}
+    assert figures["R0"]["limit_um"] == pytest.approx(1.5)

@@ -120,3 +120,15 @@ def test_a_larger_bore_is_a_larger_bore(scenario: Scenario, tmp_path: Path) -> N
     size = np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1.0)
     found = values(measured_task(scenario, replace(given, points=given.points + 5e-3 * out / size)))
     assert found - expected == pytest.approx([0.010, 0.0, 0.0], abs=1e-7)
+
+
+def test_a_copied_row_is_told() -> None:
+    """Three rows, the third a copy of the first: one more row, named by its place; without a copy nothing."""
+    from vcmm.inference.checked import repeated
+    from vcmm.inference.given import GivenPoints
+
+    points = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.000001], [1.0, 2.0, 3.0]])
+    where = ("p.csv:2", "p.csv:3", "p.csv:4")
+    (said,) = repeated(GivenPoints("", points, where))
+    assert said.startswith("p.csv:2: 1 more row holds a point")
+    assert repeated(GivenPoints("", points[:2], where[:2])) == ()

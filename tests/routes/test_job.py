@@ -87,30 +87,27 @@ def test_a_drawn_machine_is_kept_and_its_scatter_is_not(tmp_path: Path) -> None:
     first, again = machine.measured(task, 1, 0, 4), machine.measured(task, 1, 0, 4)
     assert np.array_equal(first, again)
     assert np.ptp(first[:, 0]) > 1e-5
-    noise = np.std(machine.measured(task, 1, 0, 40)[:, 0], ddof=1)
-    drawn = np.std([HiddenMachine(s).measured(task, 1, 0, 1)[0, 0] for s in range(25)], ddof=1)
+    noise = np.std(machine.measured(task, 1, 0, 20)[:, 0], ddof=1)
+    drawn = np.std([HiddenMachine(s).measured(task, 1, 0, 1)[0, 0] for s in range(8)], ddof=1)
     assert drawn > noise  # from machine to machine more varies than from day to day
 
 
 def test_every_route_is_held_to_a_hidden_truth() -> None:
-    """Three machines: each route's value is within 1.5 U of a truth that it does not know, and no route returns the reading."""
+    """One machine: each route's value is within 1.5 U of a truth that it does not know, and no route returns the reading."""
     scenario = load_scenario(path("ring_gauge"))
-    for seed in range(3):
-        found = routes(scenario, settings=replace(scenario.settings, trials=2000, seed=seed))
-        (c,) = found.characteristics
-        assert found.simulated
-        assert [r.route for r in c.routes] == ["virtual CMM", "calibrated part", "several positions"]
-        errors = [abs(c.error(r) or 0.0) for r in c.routes]
-        assert 0 < max(errors) < 1.5
-        assert abs(c.truth - c.reading) > 0  # type: ignore[operator]
+    found = routes(scenario, settings=replace(scenario.settings, trials=2000, seed=4, certify=10))
+    (c,) = found.characteristics
+    assert found.simulated
+    assert [r.route for r in c.routes] == ["virtual CMM", "calibrated part", "several positions"]
+    assert all(0 < abs(c.error(r) or 0.0) < 1.5 for r in c.routes)
+    assert len({r.value for r in c.routes}) == 3
+    assert c.truth not in (c.reading, *(r.value for r in c.routes))
 
 
 def test_what_points_scaled_and_moved_do() -> None:
     """A bore of 30 mm: 30 mm per 1, -2 per mm outwards (its normal looks to the axis); its distance of 40 mm to a face: 40, and 1."""
     scenario = load_scenario(path("plate"))
-    from vcmm.evaluation.linear import build
-
-    found = shows(build(scenario.task()))
+    found = shows(scenario.task())
     assert found[0] == pytest.approx([30.0, -2.0], abs=1e-4)
     assert found[1] == pytest.approx([40.0, 1.0], abs=1e-4)
 

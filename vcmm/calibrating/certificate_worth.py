@@ -14,10 +14,10 @@ from vcmm.evaluation.at_limit import CoveredMachines, covered_at_limit
 from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
-from vcmm.files.certificate import certificate_table, machine_table
+from vcmm.files.certificate import certificate_table
 from vcmm.files.machine import machine_from
+from vcmm.files.machine_tables import machine_table
 from vcmm.files.scenario import load_scenario
-from vcmm.files.toml import read_toml
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 
@@ -61,8 +61,7 @@ def certificate_worth(
     report = progress or (lambda text, share: None)
     table = certificate_table(path)
     scenario, certificate = load_scenario(path), _drawn_from(path)
-    document = read_toml(path)
-    machine = machine_from(document, machine_table(document), ("machine",))  # without the part's effects
+    machine = machine_from(*machine_table(path))  # without the part's effects
     changes: dict[str, Any] = {k: v for k, v in (("trials", trials), ("seed", seed)) if v is not None}
     settings = replace(scenario.settings, certify=CHECKED, **changes)
     steps = _facts(table)

@@ -17,6 +17,7 @@ PRIORS: Mapping[str, str] = {
     "uniform": "machines use any share of their limit, all shares alike",
     "typical": "machines use about half of their limit",
 }
+COARSEST = 0.2  # mm on the shortest length: measuring arms and the largest machines keep a few hundredths
 POSITIONING = ("A", "E", "R", "B", "M")
 
 
@@ -78,6 +79,11 @@ class MachineCertificate:
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:
             raise UsageError(f'prior = "{self.prior}": no such prior.{choose_from(self.prior, PRIORS)}')
+        if self.E0 is not None and self.E0(0.0) > COARSEST:
+            raise UsageError(
+                f"E0_MPE allows {self.E0(0.0):g} mm on the shortest length; no measuring machine is certified so coarsely: check the unit "
+                "(um)"
+            )
         if self.E0 is None and not self.positioning:
             raise UsageError(
                 "the certificate states neither E0_MPE nor iso230_2; without one of them machines can be as wrong as they like: "

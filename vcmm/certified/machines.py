@@ -151,6 +151,8 @@ def _by_lengths(
     run, lengths = length_run(machine, seven_lines(machine))
     repeat = c.R0 if c.R0 is not None else min(c.E0.fixed or c.E0(100.0), c.form or np.inf)
     scatter = _shares(rng, c.prior, 0.8) * repeat / _expected_range(rng, len(lengths))
+    if c.form is not None:  # scatter alone shows as form of the test sphere
+        scatter = np.minimum(scatter, c.form / _expected_form())
     form = _tip_forms(rng, c.form if c.form is not None else c.E0.fixed, scatter, _shares(rng, c.prior, 0.8))
     size = c.size if c.size is not None else 0.5 * c.E0.fixed
     radius = 0.5 * size * rng.choice([-1.0, 1.0], DRAWN) * _shares(rng, c.prior, 0.0)
@@ -236,6 +238,13 @@ def _expected_range(rng: np.random.Generator, lengths: int) -> float:
     """Expected largest range of the repeats over all lengths, per standard deviation of one touch (two touches a length)."""
     drawn = np.sqrt(2.0) * rng.normal(size=(2000, lengths, REPEATS))
     return float(np.ptp(drawn, axis=2).max(axis=1).mean())
+
+
+def _expected_form() -> float:
+    """Expected form of 25 points on a perfect sphere, per standard deviation of one touch."""
+    columns = np.column_stack([np.ones(25), half_sphere()])
+    left = np.eye(25) - columns @ np.linalg.pinv(columns)
+    return float(np.ptp(np.random.default_rng(25).normal(size=(4000, 25)) @ left, axis=1).mean())
 
 
 def _tip_forms(rng: np.random.Generator, limit: float, scatter: Array, share: Array) -> Array:

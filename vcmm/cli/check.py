@@ -95,12 +95,10 @@ def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
 
 def _machine_alone(file: Path) -> Any:
     """The machine of a scenario without what part and room add to it: as its own test finds it."""
-    from vcmm.files.certificate import machine_table
     from vcmm.files.machine import machine_from
-    from vcmm.files.toml import read_toml
+    from vcmm.files.machine_tables import machine_table
 
-    document = read_toml(file)
-    return machine_from(document, machine_table(document), ("machine",))
+    return machine_from(*machine_table(file))
 
 
 def _describe_machine(machine: Any) -> list[list[str]]:

@@ -7,15 +7,18 @@ import numpy as np
 from vcmm.core.inputs import EVERY
 from vcmm.core.run import T0_DEG_C
 from vcmm.effects import BY_NAME
+from vcmm.gps.contradictions import free_words, left_free, redundant_zones
 from vcmm.measuring.scenario import Scenario
-from vcmm.part.part import ends
+from vcmm.part.extent import EDGE, beyond_extent
+from vcmm.part.part import ends, frame
 
 
 def remarks(scenario: Scenario) -> tuple[str, ...]:
     """Sentences for `check`, the result and the report; empty when there is nothing to say."""
     return (
         *_unused_temperatures(scenario), *_exact_temperatures(scenario), *_unqualified(scenario),
-        *_short_styli(scenario), *_inward_normals(scenario),
+        *_short_styli(scenario), *_inward_normals(scenario), *_drawn(scenario), *_short_arcs(scenario), *_beside(scenario),
+        *_unusual_warmth(scenario),
     )  # fmt: skip
 
 
@@ -63,6 +66,80 @@ def _inward_normals(scenario: Scenario) -> list[str]:
                 f"{step.feature}: its normal points away from the head of stylus {step.stylus}, which would reach it through the "
                 "material: normals point out of the material; turn the normal, or use a stylus from that side"
             )
+    return out
+
+
+def _drawn(scenario: Scenario) -> list[str]:
+    """Zones that ask for nothing, and positions that their datums do not fix."""
+    part = scenario.part
+    out = redundant_zones(part.characteristics, part.features)
+    follows = "the alignment of the plan" if scenario.plan.alignment else "[pose], which nothing measures"
+    for c in part.characteristics:
+        free = left_free(c, part.features)
+        if len(free):
+            why = (
+                f"its datums ({', '.join(c.datums)}) leave {c.of[0]}"
+                if c.datums
+                else f"without datums {c.of[0]} is"
+            )
+            out.append(
+                f'"{c.name}": {why} free to move ({free_words(free)}); there it follows {follows}: add a datum that holds it'
+            )
+    return out
+
+
+SHORT = 90.0  # deg: over less of a circle, size and place are told apart badly
+
+
+def _short_arcs(scenario: Scenario) -> list[str]:
+    """Round features that the plan touches over a small part of their circle only."""
+    out = []
+    for name, feature in scenario.part.features.items():
+        steps = [s.points for s in scenario.plan.steps if s.feature == name and len(s.points)]
+        if feature.kind not in ("circle", "cylinder", "cone") or not steps:
+            continue
+        u, v, _ = frame(feature)
+        arm = np.concatenate(steps) - feature.point
+        turn = np.sort(np.degrees(np.arctan2(arm @ v, arm @ u)))
+        gaps = np.diff(np.append(turn, turn[0] + 360.0))
+        covered = 360.0 - float(gaps.max())
+        if covered < SHORT:
+            out.append(
+                f"{name}: touched over {covered:.0f} deg of its circle only; on so short an arc size and place are told apart badly, and U "
+                "says how badly: touch more of it"
+            )
+    return out
+
+
+def _beside(scenario: Scenario) -> list[str]:
+    """Planned points that lie beyond the ends or edges of their feature."""
+    out = []
+    for step in scenario.plan.steps:
+        feature = scenario.part.features[step.feature]
+        beyond = beyond_extent(feature, step.points) if len(step.points) else np.zeros(1)
+        if float(beyond.max()) > EDGE:
+            out.append(
+                f"{step.feature}: {int((beyond > EDGE).sum())} planned point(s) lie up to {float(beyond.max()):.4g} mm beyond the feature, where "
+                "the tip meets air: correct the points, or the size of the feature"
+            )
+    return out
+
+
+COLD, HOT = 5.0, 40.0  # degC: rooms in which parts are measured
+EXPANDS = 2e-4  # 1/K: more than any solid that is measured
+
+
+def _unusual_warmth(scenario: Scenario) -> list[str]:
+    """Temperatures and expansions that may be a slip of the unit."""
+    out = [
+        f"the temperature {c[5:-2].replace('_', ' ')} = {t:g} degC is not that of a measuring room; expansion is taken as linear up to there"
+        for c, t in scenario.constants.items()
+        if c.startswith("temp_") and c != "temp_gradient_C" and not COLD <= t <= HOT
+    ]
+    if abs(scenario.part.expansion) > EXPANDS:
+        out.append(
+            f"the part expands by {scenario.part.expansion * 1e6:g} um/(m K); steel has 11.5, aluminium 23, plastics up to 200: check the unit"
+        )
     return out
 
 

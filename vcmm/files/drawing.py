@@ -8,7 +8,10 @@ from typing import Any
 
 from vcmm.core.errors import UsageError
 from vcmm.core.units import quantity, shown
+from vcmm.files.problems import Problems
+from vcmm.files.toml import Location
 from vcmm.gps import characteristics as gps
+from vcmm.gps.contradictions import contradictions
 from vcmm.gps.general import classes, general_limits, general_zone
 from vcmm.gps.iso286 import is_code, limits_of_code
 from vcmm.part.part import Characteristic, Feature
@@ -144,3 +147,16 @@ def reciprocal(t: Any, tables: Sequence[Any], features: Mapping[str, Feature], l
             lower = features[_first(t.of)].inside == (other.material == "M")
             return (limits[0] - zone, limits[1]) if lower else (limits[0], limits[1] + zone)
     return limits
+
+
+def note_contradictions(
+    characteristics: Sequence[Characteristic],
+    features: Mapping[str, Feature],
+    problems: Problems,
+    at: Location,
+) -> None:
+    """Note requirements that no part keeps together, each at its place in the file."""
+    if problems.found:
+        return
+    for i, text in contradictions(characteristics, features):
+        problems.add((*at, "characteristics", i), text)

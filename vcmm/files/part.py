@@ -20,6 +20,7 @@ from vcmm.files.drawing import (
     GeneralTolerances,
     general_from,
     general_of,
+    note_contradictions,
     reciprocal,
     size_limits,
     stated_limits,
@@ -228,6 +229,7 @@ def part_from(document: Document, data: dict[str, Any], at: Location, problems: 
         return None
     for i, c in enumerate(characteristics):
         problems.attempt((*at, "characteristics", i), lambda c=c: _checked_limits(c, features))  # type: ignore[misc]
+    note_contradictions(characteristics, features, problems, at)
     return PartData(part, forms, model.u_expansion)
 
 

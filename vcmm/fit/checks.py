@@ -61,7 +61,7 @@ def check_spread(element: Element, points: Array, axis_is_fixed: bool, name: str
     flat = np.flatnonzero(~(extent[..., 0] > RANK**2 * extent[..., -1]))
     if len(flat):
         raise ModelLimit(
-            f"{name}: all points lie in one plane (in {len(flat)} of {len(extent)} fits); more than one "
+            f"{name}: all points lie in one plane{_of_fits(len(flat), len(extent))}; more than one "
             f"{element.kind} passes through them. Cure: {_CURE[element.kind]}."
         )
 
@@ -73,8 +73,8 @@ def check_converged(element: Element, done: Mask, name: str) -> None:
     bad = np.flatnonzero(~done)
     raise ModelLimit(
         f"{name}: {len(bad)} of {len(done)} fits did not converge (the first is number {bad[0]}): the points "
-        f"have no clear best {element.kind}. Give start= a nominal element near the points; "
-        f"{_CURE[element.kind]}."
+        f"have no clear best {element.kind}, which may slide or turn without a change, or lie far from where it is sought. "
+        f"Cure: {_CURE[element.kind]}."
     )
 
 
@@ -90,9 +90,14 @@ def check_rank(element: Element, free: tuple[int, ...], matrix: Array, frame: Ar
     first = bad[0]
     vector = np.linalg.eigh(matrix[first])[1][:, 0]
     raise ModelLimit(
-        f"{name}: the points do not determine {_direction(element, free, vector, frame[first])} "
-        f"(in {len(bad)} of {len(matrix)} fits). Cure: {_CURE[element.kind]}."
+        f"{name}: the points do not determine {_direction(element, free, vector, frame[first])}"
+        f"{_of_fits(len(bad), len(matrix))}. Cure: {_CURE[element.kind]}."
     )
+
+
+def _of_fits(bad: int, all_of_them: int) -> str:
+    """How many of a batch; nothing for a single fit."""
+    return "" if all_of_them == 1 else f" (in {bad} of {all_of_them} fits)"
 
 
 def _direction(element: Element, free: tuple[int, ...], vector: Array, frame: Array) -> str:

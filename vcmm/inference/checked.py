@@ -13,10 +13,10 @@ from vcmm.core.run import Array
 from vcmm.inference.given import GivenPoints
 from vcmm.measuring.plan import Ints
 from vcmm.measuring.scenario import Scenario
+from vcmm.part.extent import EDGE, beyond_extent
 from vcmm.part.mesh import closest
-from vcmm.part.part import Feature, Part, frame, normal, signed_distance
+from vcmm.part.part import Feature, Part, normal, signed_distance
 
-EDGE = 0.5  # mm beyond the nominal extent of a feature; edges of real parts are broken and lie a little elsewhere
 TIP_SHARE = (
     0.1  # of the tip radius: points that lie this close to one radius off every surface are tip centres
 )
@@ -66,6 +66,19 @@ def labelled(scenario: Scenario, given: GivenPoints) -> dict[str, Ints]:
     }
     _check_complete(scenario, rows, given)
     return rows
+
+
+def repeated(given: GivenPoints) -> tuple[str, ...]:
+    """A remark where rows hold the very same point: a copied row counts as a touch of its own, and U is too small."""
+    _, first, counts = np.unique(given.points, axis=0, return_index=True, return_counts=True)
+    double = sorted(int(i) for i in first[counts > 1])
+    if not double:
+        return ()
+    alike = int((counts - 1).sum())
+    return (
+        f"{given.where[double[0]]}: {alike} more row{'s hold' if alike > 1 else ' holds'} a point that stands in the file already, to the "
+        "last digit; each counts as a touch of its own: remove it where it was copied",
+    )
 
 
 def _first_of_each(words: Sequence[str], rows: Sequence[int]) -> list[int]:
@@ -213,18 +226,3 @@ def _check_extent(given: GivenPoints, placed: Mapping[str, OnSurface]) -> None:
         raise DataError(
             problems[:NAMED] + ([f"and {left} more points lie beyond their features"] if left > 0 else [])
         )
-
-
-def beyond_extent(feature: Feature, points: Array) -> Array:
-    """How far (n,) mm points (n, 3) lie beyond the nominal ends or edges of a feature; negative or 0 within."""
-    u, v, w = frame(feature)
-    arm = points - feature.point
-    if feature.kind == "plane":
-        half = np.array(feature.extent) / 2
-        return np.asarray((np.abs(np.stack([arm @ u, arm @ v], axis=1)) - half).max(axis=1))
-    if feature.kind in ("line", "cylinder", "cone"):
-        along = arm @ w
-        return np.maximum(-along, along - feature.extent[0])
-    if feature.kind == "circle":
-        return np.abs(arm @ w)
-    return np.zeros(len(points))

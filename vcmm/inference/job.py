@@ -17,6 +17,7 @@ from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.gps import characteristics as gps
+from vcmm.inference.checked import repeated
 from vcmm.inference.given import GivenPoints, GivenValue
 from vcmm.inference.points import measured_task
 from vcmm.measuring.scenario import Scenario
@@ -94,7 +95,7 @@ def evaluate_points(
         if known is None or not known.serves(task):
             known = PreparedTask(task, evaluate(task, chosen, progress))
         rest = None if known.inversion is None else rest_of(known.inversion.drawing, points)
-        out.append(_part(scenario, one.part, known, measured, rest, chosen))
+        out.append(_part(scenario, one.part, known, measured, rest, settings=chosen, said=repeated(one)))
     return tuple(out)
 
 
@@ -165,6 +166,7 @@ def _part(
     measured: Array,
     rest: Array | None,
     settings: Settings,
+    said: Sequence[str] = (),
 ) -> EvaluatedPart:
     """measured (C,): NaN for what was not handed in. rest (C,): root mean square of the residuals, of points."""
     out = []
@@ -174,7 +176,7 @@ def _part(
             out.append(Evaluated(_read(r, y, None if rest is None else float(rest[i]), settings), y))
     warnings = tuple(
         w
-        for w in (*remarks(scenario), *known.result.warnings)
+        for w in (*remarks(scenario), *known.result.warnings, *said)
         if "classic virtual-CMM recipe" not in w
         and "its coverage is not shown" not in w  # said below of what was measured
     )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
 from vcmm.core.inputs import Input
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
@@ -91,7 +92,10 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
         if feature.kind == "mesh":
             continue  # free-form points have no associated element
         fixed = feature.axis if feature.kind == "circle" else None
-        fitted = gauss(feature.kind, points[..., rows, :], nominal_element(feature), fixed_axis=fixed)
+        try:
+            fitted = gauss(feature.kind, points[..., rows, :], nominal_element(feature), fixed_axis=fixed)
+        except ModelLimit as error:
+            raise ModelLimit(f'points of "{name}": {error}') from None
         out[name] = _signed(fitted, feature, points[..., rows, :]) if feature.kind == "line" else fitted
     rows_of = task.touches.rows
     return with_criteria(

@@ -17,7 +17,7 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.effects import has_role
 from vcmm.evaluation.exact import draw_inputs, exact_values
-from vcmm.evaluation.linear import LinearModel, build
+from vcmm.evaluation.linear import build
 from vcmm.evaluation.streams import key
 from vcmm.evaluation.world import FORM
 from vcmm.measuring.plan import Step
@@ -100,9 +100,15 @@ def true_values(task: Task) -> Array:
     return np.asarray(evaluate_all(task, fit_features(task, points)))
 
 
-def shows(model: LinearModel) -> Array:
+def indicated_values(task: Task) -> Array:
+    """(C,): what the machine indicates of the part of the task with all errors at their estimates."""
+    points = measured_points(task, task.machine.indication_error(task.touches.run))
+    return np.asarray(evaluate_all(task, fit_features(task, points)))
+
+
+def shows(task: Task) -> Array:
     """(C, 2): change of every characteristic for points scaled by 1 (mm) and moved outwards by 1 mm."""
-    task, step = model.task, 1e-4
+    step = 1e-4
     points = measured_points(task, np.zeros((task.touches.run.n, 3)))
     ways = (1e-2 * points, task.touches.normals)
     changes = []

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vcmm.core.errors import UsageError
+from vcmm.core.pose import Pose
 from vcmm.core.run import T0_DEG_C, Array
 from vcmm.effects import has_role
 from vcmm.evaluation.indication import at_indication
@@ -20,6 +21,7 @@ from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
+from vcmm.gps import characteristics as gps
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import CORRECTED, Settings
 from vcmm.measuring.task import Task
@@ -96,51 +98,85 @@ def routes(
     """All routes of a scenario. data None: measured on a drawn machine. UsageError: no second route."""
     chosen = replace(settings or scenario.settings, known_bias=CORRECTED)
     task = scenario.task()
-    result = evaluate(task, chosen, progress)
+    modelled = _modelled(task, chosen, progress)
+    names = [c.name for c in task.part.characteristics]
     remarks = [
-        f"{c.name}: an extreme value is no sum of a true value and an error that is the same for all parts; only a calibrated part of "
+        f"{n}: an extreme value is no sum of a true value and an error that is the same for all parts; only a calibrated part of "
         "like form is a second route, and no E_n is given (see evaluate and audit)"
-        for c in result.characteristics
-        if c.extreme
+        for n in names
+        if n not in modelled
     ]
     truth: dict[str, float] = {}
     if data is None:
-        given, truth = simulated(scenario, result, chosen.seed, progress)
+        given, truth = simulated(scenario, task, modelled, seed=chosen.seed, progress=progress)
     else:
         given = data
-    known, seen = corrections(given.standards), hidden.shows(result.model)
-    found = tuple(
-        _characteristic(scenario, result, i, given, (known, (float(seen[i, 0]), float(seen[i, 1]))), truth)
-        for i in range(len(result.characteristics))
-    )
-    found = tuple(c for c in found if c.routes)
+    nominal = np.asarray(hidden.indicated_values(task))
+    known, seen = corrections(given.standards), hidden.shows(task)
+    found = []
+    for i, c in enumerate(task.part.characteristics):
+        one = _Asked(
+            c.name,
+            gps.unit(c),
+            float(nominal[i]),
+            (float(seen[i, 0]), float(seen[i, 1])),
+            modelled.get(c.name),
+        )
+        found.append(_routed(scenario, one, given, known, truth.get(c.name)))
+    found = [c for c in found if c.routes]
     if not any(r.route != MODEL for c in found for r in c.routes):
         raise UsageError(
             "there is no second route here: give --calibrated with --repeats, or --positions, for a characteristic of the part"
         )
-    return Routed(found, data is None, chosen.seed, tuple(remarks))
+    return Routed(tuple(found), data is None, chosen.seed, tuple(remarks))
 
 
-def _characteristic(
-    scenario: Scenario,
-    result: UncertaintyResult,
-    i: int,
-    data: RouteData,
-    known: tuple[Corrections, tuple[float, float]],
-    truth: Mapping[str, float],
+def _modelled(task: Task, settings: Settings, progress: Progress | None) -> dict[str, UncertaintyResult]:
+    """The evaluation of those characteristics that are a true value and an error, under the name of each."""
+    smooth = tuple(c for c in task.part.characteristics if gps.is_linear(c, task.part.features))
+    if not smooth:
+        return {}
+    result = evaluate(replace(task, part=replace(task.part, characteristics=smooth)), settings, progress)
+    endless = [c.name for c in result.characteristics if not math.isfinite(c.u)]
+    if endless:
+        raise UsageError(
+            f'"{endless[0]}" has no standard uncertainty, since a law of its budget has 2 or fewer degrees of freedom; routes are compared '
+            "by theirs: state dof above 2"
+        )
+    return {c.name: result for c in result.characteristics if not c.extreme}
+
+
+def _of(result: UncertaintyResult, name: str) -> CharacteristicResult:
+    return next(c for c in result.characteristics if c.name == name)
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """One characteristic: what is indicated of the nominal part, what points scaled and moved outwards do, its evaluation or None."""
+
+    name: str
+    unit: str
+    indicated: float
+    shows: tuple[float, float]
+    modelled: UncertaintyResult | None
+
+
+def _routed(
+    scenario: Scenario, one: _Asked, data: RouteData, known: Corrections, truth: float | None
 ) -> RoutedCharacteristic:
-    c = result.characteristics[i]
-    y = data.readings.get(c.name)
-    reading = c.indicated if y is None else y
-    warmth = _warmth(scenario, result.model, known[1][0])
-    found = [] if c.extreme else [model_route(c, result.model, reading, scenario.settings.rule)]
-    if c.name in data.repeats and c.name in data.calibrations:
-        warm = replace(warmth, temperature=data.temperatures.get(c.name, warmth.temperature))
-        found.append(calibrated_part(reading, data.repeats[c.name], data.calibrations[c.name], warm))
-    if c.name in data.positions and not c.extreme:
-        found.append(several_positions(data.positions[c.name], known[1], known[0], warmth))
+    y = data.readings.get(one.name)
+    reading = one.indicated if y is None else y
+    warmth, found = _warmth(scenario, one.shows[0]), []
+    if one.modelled is not None:
+        of = _of(one.modelled, one.name)
+        found.append(model_route(of, one.modelled.model, reading, scenario.settings.rule))
+    if one.name in data.repeats and one.name in data.calibrations:
+        warm = replace(warmth, temperature=data.temperatures.get(one.name, warmth.temperature))
+        found.append(calibrated_part(reading, data.repeats[one.name], data.calibrations[one.name], warm))
+    if one.name in data.positions and one.modelled is not None:
+        found.append(several_positions(data.positions[one.name], one.shows, known, warmth))
     return RoutedCharacteristic(
-        name=c.name, unit=c.unit, reading=reading, stated=y is not None, truth=truth.get(c.name), routes=tuple(found),
+        name=one.name, unit=one.unit, reading=reading, stated=y is not None, truth=truth, routes=tuple(found),
         agreements=agreements(found),
     )  # fmt: skip
 
@@ -164,32 +200,35 @@ def model_route(c: CharacteristicResult, model: LinearModel, reading: float, rul
     return RouteEstimate(MODEL, sum(said.interval) / 2, found, half / u)
 
 
-def _warmth(scenario: Scenario, model: LinearModel, length: float) -> Warmth:
+def _warmth(scenario: Scenario, length: float) -> Warmth:
     """Temperature of the part, and how well its expansion is known; of a characteristic that grows by `length` mm per 1."""
-    u = [
-        float(np.ravel(one.input.law.u)[0])
-        for one in model.influences
-        if has_role(one.input.effect, "part temperature") and one.response.shape[2] == 1
-    ]
+    u = [i.size for i in scenario.inputs if has_role(i.effect, "part temperature")]
     return Warmth(scenario.constants.get("temp_part_C", T0_DEG_C), u[0] if u else 0.0, abs(length))
 
 
 def simulated(
-    scenario: Scenario, result: UncertaintyResult, seed: int, progress: Progress | None = None
+    scenario: Scenario,
+    task: Task,
+    modelled: Mapping[str, UncertaintyResult],
+    *,
+    seed: int,
+    progress: Progress | None = None,
 ) -> tuple[RouteData, dict[str, float]]:
     """(what was measured, true values): one drawn machine, one part, one calibrated part, standards."""
     report = progress or (lambda text, share: None)
-    machine, task = hidden.HiddenMachine(seed + 1), result.model.task
-    names = [c.name for c in result.characteristics]
+    machine, names = hidden.HiddenMachine(seed + 1), [c.name for c in task.part.characteristics]
     own = hidden.hidden_part(task, machine.seed, "the part")
     same = hidden.hidden_part(task, machine.seed, "the calibrated part")
     report("repeats of a calibrated part", 0.0)
     rng = np.random.default_rng(machine.seed)
     true_same, repeats = hidden.true_values(same), machine.measured(same, hidden.CALIBRATED_ONE, 100, REPEATS)
+    better = [
+        BETTER * (_of(modelled[n], n).u if n in modelled else float(np.std(repeats[:, i], ddof=1)))
+        for i, n in enumerate(names)
+    ]
     calibrations = {
-        c.name: CalibratedValue(float(v + BETTER * c.u * rng.standard_normal()), BETTER * c.u)
-        for c, v in zip(result.characteristics, true_same)
-        if math.isfinite(c.u)
+        n: CalibratedValue(float(v + u * rng.standard_normal()), u)
+        for n, v, u in zip(names, true_same, better)
     }
     reading = machine.measured(own, hidden.OWN, 0, 1)[0]
     report("repeats in several positions", 0.4)
@@ -209,6 +248,6 @@ def simulated(
     return data, dict(zip(names, map(float, hidden.true_values(own))))
 
 
-def _placed(scenario: Scenario, pose: object, own: Task) -> Task:
+def _placed(scenario: Scenario, pose: Pose, own: Task) -> Task:
     """The same part elsewhere in the machine."""
-    return replace(scenario.at(pose).task(), form=own.form)  # type: ignore[arg-type]
+    return replace(scenario.at(pose).task(), form=own.form)

@@ -1,0 +1,102 @@
+"""Exports of other measuring software: what they say, what is left out, what is refused with its line."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.plate import edited
+from vcmm.cli import run
+from vcmm.core.errors import DataError
+from vcmm.exchange.cmm_exports import exported_values
+
+HEAD = "planid\tpartnb\tid\ttype\tidsymbol\tactual\tnominal\tuppertol\tlowertol\tdeviation\tunit\n"
+ROW = "plan\t{part}\t{id}\tD1\tdiameter\t{actual}\t30.0\t0.02\t0.0\t0.0\t{unit}\n"
+REPORT = """PART NAME : plate
+DIM LOC1= LOCATION OF CIRCLE BORE  UNITS=MM ,$
+GRAPH=OFF  TEXT=OFF
+AX    NOMINAL    +TOL     -TOL     MEAS     MAX    MIN    DEV    OUTTOL
+X     15.0000   0.0100   0.0100  15.0031   15.0031 15.0031   0.0031   0.0000 ----#----
+D     30.0000   0.0210   0.0000  30.0104   30.0104 30.0104   0.0104   0.0000 ----#----
+END OF DIMENSION LOC1
+DIM DIST1= 2D DISTANCE FROM PLANE FRONT TO CIRCLE BORE UNITS=IN,$
+AX    NOMINAL    +TOL     -TOL     MEAS     DEV      OUTTOL
+M     1.5748    0.0004   0.0004   1.5750   0.0002   0.0000
+"""
+
+
+def calypso(folder: Path, *rows: dict[str, str]) -> Path:
+    path = folder / "plan_chr.txt"
+    usual = {"part": "", "unit": "mm"}
+    path.write_text(HEAD + "".join(ROW.format(**usual | r) for r in rows) + "END\n", encoding="utf-8")
+    return path
+
+
+def test_a_calypso_table(tmp_path: Path) -> None:
+    """30.010 mm of part 7, 1 inch = 25.4 mm of part 8, 90 deg; a characteristic that nobody asks for."""
+    path = calypso(
+        tmp_path,
+        {"part": "7", "id": "bore", "actual": "30.010"},
+        {"part": "8", "id": "bore", "actual": "1.0", "unit": "inch"},
+        {"part": "8", "id": "angle", "actual": "90", "unit": "deg"},
+        {"part": "8", "id": "other", "actual": "x"},
+    )
+    found = exported_values(path, ["bore", "angle"])
+    assert found is not None
+    (first,), (second, third) = found[0]
+    assert (first.part, first.number, first.where) == ("7", 30.010, f"{path}:2")
+    assert second.number == pytest.approx(25.4)
+    assert (third.angle, third.number) == (True, pytest.approx(math.pi / 2))
+    assert "1 characteristics are not asked for and left out: other" in found[1]
+
+
+def test_a_pc_dmis_report(tmp_path: Path) -> None:
+    """LOC1 has two rows, so its diameter is LOC1.D; DIST1 has one: 1.575 in = 40.005 mm."""
+    path = tmp_path / "report.txt"
+    path.write_text(REPORT)
+    found = exported_values(path, ["LOC1.D", "DIST1"])
+    assert found is not None
+    ((bore, distance),) = found[0]
+    assert (bore.name, bore.number, bore.where) == ("LOC1.D", 30.0104, f"{path}:6")
+    assert distance.number == pytest.approx(40.005)
+    assert "LOC1.X" in found[1]
+    assert exported_values(path, ["DIST1.M"])[0][0][0].number == pytest.approx(40.005)  # type: ignore[index]
+
+
+def test_evaluate_takes_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = edited(tmp_path)
+    rows = ({"part": p, "id": n, "actual": a} for p, n, a in (("a", "bore diameter", "30.010"), ("b", "bore diameter", "30.012"), ("b", "top", "0.1")))  # fmt: skip
+    path = calypso(tmp_path, *rows)
+    assert run(["evaluate", str(scenario), "--values", str(path), "--trials", "2000", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [p["characteristics"][0]["measured_mm"] for p in found["parts"]] == [30.010, 30.012]
+    assert any("left out: top" in w for w in found["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (HEAD + ROW.format(part="", id="bore", actual="3o.0", unit="mm"), ':2: "3o.0" in column actual is not a number'),
+        (HEAD + ROW.format(part="", id="bore", actual="30.0", unit="furlong"), ':2: the unit "furlong" is not known'),
+        (HEAD + 2 * ROW.format(part="", id="bore", actual="30.0", unit="mm"), ':3: "bore" stands in'),
+        (HEAD + "plan\t\n", ":2: the row has no id"),
+        (HEAD + ROW.format(part="", id="Bohrung", actual="30.0", unit="mm"), "it holds none of the characteristics of the part (bore)"),
+        (REPORT.replace("LOC1", "bore").replace("30.0104   30.0104 30.0104   0.0104   0.0000 ----#----", "30.01"), ":6: 5 cells where the heading names 9"),
+        (REPORT.replace("DIST1", "bore").replace("MEAS     DEV", "WERT     DEV"), ":10: the heading of bore has no column MEAS"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "export.txt"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(DataError) as caught:
+        exported_values(path, ["bore"])
+    assert message in str(caught.value)
+
+
+def test_a_plain_table_is_none_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "values.csv"
+    path.write_text("characteristic,value_mm\nbore,30\n")
+    assert exported_values(path, ["bore"]) is None
