@@ -61,7 +61,7 @@ def test_knobs_stand_where_the_scenario_does(scenario: Scenario) -> None:
         "room",
         "styli",
         "touches",
-        "scatter",
+        "spread",
     ]
     same = turned(scenario, {k.name: k.start for k in knobs_of(scenario)})
     assert np.allclose(same.pose.rotation, scenario.pose.rotation, atol=1e-15)
@@ -108,7 +108,7 @@ def test_more_touches_less_scatter(scenario: Scenario) -> None:
         found = preview(turned(scenario, knobs))["characteristics"][0]
         return {b["input"]: b["share"] * found["U"] ** 2 for b in found["budget"]}
 
-    one, four, wide = parts({"touches": 1}), parts({"touches": 4}), parts({"scatter": 2.0})
+    one, four, wide = parts({"touches": 1}), parts({"touches": 4}), parts({"spread": 2.0})
     name = next(n for n in one if n.startswith("scatter"))
     assert four[name] == pytest.approx(one[name] / 4, rel=1e-6)
     assert wide[name] == pytest.approx(one[name] * 4, rel=1e-6)
@@ -161,7 +161,7 @@ def test_other_sites_get_nothing(server: WorkbenchServer, headers: dict[str, str
 
 def test_questions_and_wrong_questions(server: WorkbenchServer) -> None:
     assert asked(server, "/state", {})[1]["knobs"][0]["name"] == "x"
-    status, answer = asked(server, "/preview", {"knobs": {"scatter": 2.0}})
+    status, answer = asked(server, "/preview", {"knobs": {"spread": 2.0}})
     assert status == 200
     assert answer["preview"] is True
     assert asked(server, "/preview", {"knobs": {"z": 1e9}})[0] == 422

@@ -51,7 +51,7 @@ def knobs_of(scenario: Scenario) -> tuple[Knob, ...]:
         Knob("room", "all temperatures", "K", (-ROOM, ROOM), 0.1, 0.0),
         Knob("styli", "length of the styli", "x", (LEAST, MOST), 0.05, 1.0),
         Knob("touches", "touches at every place", "", (1.0, REPEATS), 1.0, 1.0),
-        Knob("scatter", "scatter of one touch", "x", (LEAST, MOST), 0.05, 1.0),
+        Knob("spread", "scatter of one touch", "x", (LEAST, MOST), 0.05, 1.0),
     ]
     return tuple(out)
 
@@ -65,7 +65,7 @@ def turned(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     turns = pose.turns()
     turns[2] = math.radians(at["turn"]) if "turn" in at else turns[2]
     warmer = at.get("room", 0.0)
-    factor = at.get("scatter", 1.0)
+    factor = at.get("spread", 1.0)
     return replace(
         scenario,
         pose=Pose.from_turns(shift, turns),
