@@ -10,7 +10,7 @@ from vcmm.core.effect import Effect, parameter_fields, with_parameter
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Option, make_option
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.scans import is_change
+from vcmm.diagnosis.scans import is_change, turns_round
 from vcmm.evaluation.gaussian import Whitener, posterior, without_span
 
 WIDTH = 4.0  # prior width of the search, typical amplitudes
@@ -69,13 +69,15 @@ class Refiner:
 
 
 def scanned(option: Option) -> list[str]:
-    """Names of the continuous non-linear parameters of an option."""
+    """Names of the continuous non-linear parameters of an option; the periods of an axis that turns are no continuum."""
     if option.effect is None:
         return []
     return [
         f.name
         for f in parameter_fields(option.effect)
-        if (len(f.metadata["scan"]) > 1 or is_change(f)) and float(getattr(option.effect, f.name)) > 0
+        if (len(f.metadata["scan"]) > 1 or is_change(f))
+        and float(getattr(option.effect, f.name)) > 0
+        and not (f.name == "period" and turns_round(option.effect))
     ]
 
 
