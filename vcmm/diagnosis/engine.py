@@ -73,7 +73,7 @@ def diagnose_recording(
     found = _result(problem, known, held, seed, tell)
     found = replace(found, warnings=warnings)
     found = qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(problem)) == 1)
-    return with_written_fit(found, recording, machine)
+    return with_written_fit(found, [recording], machine)
 
 
 def _usable(fit: Checked, machine: Machine) -> tuple[Problem, tuple[str, ...]]:

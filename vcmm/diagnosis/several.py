@@ -21,6 +21,7 @@ from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.estimates import as_json
+from vcmm.diagnosis.given_twice import refuse_copies
 from vcmm.diagnosis.improve import departure
 from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.null import FALSE_ALARM
@@ -28,6 +29,7 @@ from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.result import Answer, Diagnosis, diagnosis_json
 from vcmm.diagnosis.scans import is_change
 from vcmm.diagnosis.select import MISMATCH
+from vcmm.diagnosis.written_fit import with_written_fit
 from vcmm.evaluation.gaussian import whitener
 from vcmm.evaluation.sampling import Progress
 from vcmm.response.folds import Mask
@@ -83,7 +85,10 @@ def diagnose_several(
     extra_effects: Sequence[type[Effect]] = (),
     progress: Progress | None = None,
 ) -> Several:
-    """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`)."""
+    """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`), or where one is
+    given twice.
+    """
+    refuse_copies(recordings, machine)
     whole = joined(recordings, machine)
 
     def asked(recording: Recording) -> Diagnosis:
@@ -103,6 +108,7 @@ def diagnose_several(
         together = asked(rest)
         found = together.found
     told = tuple(s for s in shared if s not in differing)
+    together = with_written_fit(together, recordings, machine)  # of the rows as they were given
     return Several(together, (*told, *own), alone, rest, whole.left_out)
 
 
