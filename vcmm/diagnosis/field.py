@@ -3,9 +3,9 @@
 A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
 nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
 kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
-smoothness and size, and it pays UNNAMED nats, since the catalogue holds what machines usually have.
+smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have.
 
-    lead = evidence(field and S) - evidence(all names) + price(names not in S) - UNNAMED - mismatch
+    lead = evidence(field and S) - evidence(all names) + price(names not in S) - VERY_STRONG - mismatch
     p(names not in S) = 1 / (1 + exp(lead))
 
 price: what was free in choosing these names, the prior of their places and scanned values, and the threshold for each of
@@ -33,9 +33,9 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Option
+from vcmm.diagnosis.constants import SUREST, UNSEEN, VANISHED, VERY_STRONG
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
-    VANISHED,
     Asked,
     components_of,
     everywhere,
@@ -53,14 +53,12 @@ from vcmm.diagnosis.shape_proposal import proposal
 from vcmm.effects import has_role
 from vcmm.evaluation.gaussian import Ints, Whitener, evidence_from, posterior
 
-UNNAMED = 5.0  # nats
 TRIED = 8  # kernels that the residual follows most
 SHORT = 4  # fields that are weighed with every subset of the names
 NULLS = 200
 COUNTS = (10, 20, 40, 80)  # principal functions: the fewer, the smoother
 WIDTHS = (0.125, 0.5, 2.0, 8.0)  # of the first function, in units of the noise
 WAVE = 2  # numbers of a wave: a cosine and a sine
-SUREST = 14.0  # nats: no template is known so well that more would mean anything
 
 Subset = tuple[int, ...]
 
@@ -98,7 +96,7 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
     own = selection.fit.log_evidence if selection.fit else 0.0
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
-    price = own + UNNAMED + mismatch(selection)
+    price = own + VERY_STRONG + mismatch(selection)
     simple = _columns([t.option for t in selection.terms if is_simple(t)], setting)
     tried = _tried(problem, selection, white, null)
     weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
@@ -141,7 +139,7 @@ def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
     length = np.linalg.norm(x, axis=0)
     seen = length > VANISHED * np.linalg.norm(white.scaled(simple), axis=0)
     x, simple = x[:, seen] / length[seen], simple[:, seen] / length[seen]
-    return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=1e-6)[0])
+    return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=UNSEEN)[0])
 
 
 def _curves(selection: Selection) -> set[str]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
+from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.sanity import CHANCE, display_step, usual_u
 from vcmm.response.recording import Recording
 
@@ -42,4 +43,4 @@ def _surely(recording: Recording, machine: Machine) -> bool:
     """Would its readings not all repeat by chance?"""
     u, step = usual_u(recording, machine), display_step(recording.value)
     chance = min(step / (2.0 * np.sqrt(np.pi) * u), 1.0) if u > 0 else 1.0
-    return bool(recording.m * np.log(max(chance, 1e-300)) < np.log(CHANCE))
+    return bool(recording.m * np.log(max(chance, NOTHING)) < np.log(CHANCE))

@@ -19,13 +19,12 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.closeness import nearness, of_component
+from vcmm.diagnosis.constants import NOTHING, UNSEEN, VANISHED
 from vcmm.diagnosis.courses import stretching, wandering
 from vcmm.diagnosis.locate import modulators
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Term
 from vcmm.evaluation.gaussian import Whitener, without_span
-
-VANISHED = 1e-3  # share of the length of the bumps that must survive nuisance, calibration and terms
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +82,7 @@ class Pulled:
 def pulled(white: Whitener, basis: Array, rows: Array) -> Pulled:
     """rows (m, 1 + M): white residual and nulls."""
     rows = without_span(rows, basis)
-    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), NOTHING)
     back = white.adjoint(rows)
     return Pulled(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
 
@@ -133,9 +132,9 @@ def _of_group(group: list[Kernel], rows: Pulled) -> Iterator[Asked]:
 
 def departed(t: Array, forgiven: float = 0.0) -> Array:
     """z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, is what errors of templates may bring."""
-    own = t[0] * max(1.0 - np.sqrt(forgiven), 1e-6) ** 2
-    logs = np.log(np.maximum(np.r_[own, t[1:]], 1e-300))
-    return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), 1e-12))
+    own = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
+    logs = np.log(np.maximum(np.r_[own, t[1:]], NOTHING))
+    return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), UNSEEN**2))
 
 
 def reach(x: Array) -> float:

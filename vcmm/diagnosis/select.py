@@ -17,18 +17,12 @@ import numpy as np
 from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.constants import CLOSING, DEVIATIONS, MISMATCH, MOST_TERMS, SAME, SIMPLER
 from vcmm.diagnosis.evidence import Dictionary, scorer
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.special_cases import generalises
-from vcmm.evaluation.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
-
-MOST_TERMS = 6
-MISMATCH = 0.05  # relative error of a template: shapes, time constants and sensors are never quite right
-CLOSING = 2  # names that may close the account together
-DEVIATIONS = 2.33  # 99 % of the normal law, the false alarms of a null recording
-SIMPLER = 2.0  # nats by which a nested, larger answer must win
-SAME = 0.99  # share of a signal's energy from which one span holds another
+from vcmm.evaluation.gaussian import RANK, SCALES, Posterior, Whitener, best_width, posterior, without_span
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +32,7 @@ class Term:
     family: Family
     option: Option
     white: Array
-    width: float = 4.0
+    width: float = SCALES[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,7 +320,7 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     """Does the span of `large` hold the signal that `small` would explain?"""
     fit = best_width(small, y, setting.found.dof)
     signal = small @ fit.mean
-    solution = np.linalg.lstsq(large, signal, rcond=1e-9)[0]
+    solution = np.linalg.lstsq(large, signal, rcond=RANK)[0]
     return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
 
 
