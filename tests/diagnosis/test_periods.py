@@ -9,9 +9,10 @@ from tests.diagnosis import generator as make
 from tests.diagnosis.test_kinds import laser
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run
-from vcmm.diagnosis.candidates import Option, catalogue
+from vcmm.diagnosis.candidates import Family, Option, catalogue
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.evidence import dictionary
+from vcmm.diagnosis.holdout import Fold, tells
 from vcmm.diagnosis.periods import (
     alias,
     alias_words,
@@ -24,9 +25,11 @@ from vcmm.diagnosis.periods import (
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.refine import Refiner, scanned
 from vcmm.diagnosis.scans import trials
-from vcmm.diagnosis.select import Setting, select
+from vcmm.diagnosis.select import Setting, Term, select
 from vcmm.diagnosis.sharpen import sharpened
 from vcmm.effects.pitch import ScrewPitch
+from vcmm.effects.rotary import RotaryCyclic
+from vcmm.evaluation.gaussian import whitener
 from vcmm.response.recording import Recording
 
 EVERY_4 = np.arange(0, 201, 4.0)  # 51 places
@@ -112,6 +115,22 @@ def test_periods_of_an_axis_that_turns_are_whole_fractions_of_a_turn():
         scanned(Option(ScrewPitch("C", sine=1.0, period=np.pi), np.ones((2, 1)), np.ones(1), ("sine",), 0.0))
         == []
     )
+
+
+def test_harmonics_of_a_turn_are_not_asked_for_a_part_of_the_turn_that_was_not_fitted():
+    def term(effect, **where):
+        option = Option(effect, np.ones((2, 1)), np.ones(1), ("c",), 0.0)
+        return Term(Family(effect.name, where, (option,)), option, option.columns)
+
+    def fold(name):
+        plain = whitener(np.ones(5), np.zeros((5, 0)), np.zeros((5, 0)))
+        return Fold(name, np.zeros(5, dtype=bool), plain, plain)
+
+    of_turn = term(RotaryCyclic("ECC"), component="ECC")
+    assert not tells(of_turn, fold("far zone C"))
+    assert tells(of_turn, fold("later time"))
+    assert tells(of_turn, fold("far zone B"))
+    assert tells(term(ScrewPitch("X"), axis="X"), fold("far zone X"))
 
 
 def test_a_positioning_run_offers_no_period_that_it_cannot_show():
