@@ -7,13 +7,30 @@ import pytest
 
 from tests.diagnosis import generator as make
 from tests.diagnosis.test_kinds import laser
+from vcmm.core.laws import Normal
 from vcmm.core.run import Run
-from vcmm.diagnosis.candidates import catalogue
+from vcmm.diagnosis.candidates import Family, Option, catalogue
 from vcmm.diagnosis.engine import diagnose_recording
-from vcmm.diagnosis.periods import alias, alias_words, aliases, lattice_frequency, of_angle, supported
+from vcmm.diagnosis.evidence import dictionary
+from vcmm.diagnosis.holdout import Fold, tells
+from vcmm.diagnosis.periods import (
+    alias,
+    alias_words,
+    aliases,
+    lattice_frequency,
+    of_angle,
+    supported,
+    whole_fractions,
+)
 from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.refine import Refiner, scanned
 from vcmm.diagnosis.scans import trials
+from vcmm.diagnosis.select import Setting, Term, select
+from vcmm.diagnosis.sharpen import sharpened
 from vcmm.effects.pitch import ScrewPitch
+from vcmm.effects.rotary import RotaryCyclic
+from vcmm.evaluation.gaussian import whitener
+from vcmm.response.recording import Recording
 
 EVERY_4 = np.arange(0, 201, 4.0)  # 51 places
 ANYWHERE = np.random.default_rng(1).uniform(0, 200, 51)
@@ -53,6 +70,67 @@ def test_lobes_need_more_than_two_directions_each():
     assert not of_angle(3, np.arange(4) * np.pi / 2)
     assert of_angle(3, np.arange(12) * np.pi / 6)
     assert not of_angle(4, np.arange(8) * np.pi / 4)
+
+
+def two_ends(period, phase, seed):
+    """A wave of 0.8 um read at 60 places in the first and last quarter of 500 mm: side lobes 1 / 380 mm apart."""
+    rng = np.random.default_rng(seed)
+    q = np.sort(np.r_[rng.uniform(0, 120, 30), rng.uniform(380, 500, 30)])
+    along, zero = np.tile([1.0, 0.0, 0.0], (60, 1)), np.zeros(60)
+    columns = {"nx": np.ones(60), "ny": zero, "nz": zero}
+    run = Run({"X": q, "Y": zero, "Z": zero}, np.zeros((60, 3)), columns)
+    value = 0.8e-3 * np.sin(2 * np.pi * q / period + phase) + 0.6e-3 * rng.standard_normal(60)
+    rows, none = np.arange(60), np.full(60, -1)
+    noise = Normal(0.6e-3)
+    return Recording("laser", "displacement", run, value, False, rows, along, none, None, {"zero": ""}, noise)
+
+
+def test_of_a_spectrum_several_lines_are_searched():
+    """24.027 mm lies between two lines of the grid (20.8 periods in 500 mm, of a grid of 20.5 and 21); a side lobe near 25.5 mm stands on
+    one (19.5) and is higher there. At their best the true line is."""
+    problem = make_problem(two_ends(24.027, 0.094, 1), make.machine())
+    white = problem.whitener()
+    waves = [f for f in catalogue(problem).families if f.id == "screw_pitch[X]"]
+    setting = Setting(
+        dictionary(waves, white), white, white.apply(problem.residual), np.inf, 3.0, Refiner(problem, white)
+    )
+    first = select(setting)
+    (found,) = select(sharpened(setting, first)).terms
+    assert first.terms[0].option.effect.period == pytest.approx(25.5, abs=0.2)
+    assert found.option.effect.period == pytest.approx(24.027, abs=0.1)
+
+
+def test_periods_of_an_axis_that_turns_are_whole_fractions_of_a_turn():
+    """A sweep of 300 deg asked for 2.1 and 1.3 rad: 2 pi / 3 and 2 pi / 5; over a turn also the turn itself."""
+    part, whole = np.linspace(0, np.radians(300), 90), np.linspace(0, 2 * np.pi, 90)
+    assert whole_fractions([2.1, 2.05, 1.3], part) == pytest.approx([2 * np.pi / 3, 2 * np.pi / 5])
+    assert whole_fractions([2.1], whole) == pytest.approx([2 * np.pi, 2 * np.pi / 3])
+    run = Run({"C": whole}, np.zeros((90, 3)), {})
+    tried = {
+        round(2 * np.pi / c["period"] * c.get("harmonic", 1), 9) for c, _ in trials(ScrewPitch("C"), run)
+    }
+    assert {1.0, 2.0, 3.0} <= tried
+    assert all(k == round(k) for k in tried)
+    assert (
+        scanned(Option(ScrewPitch("C", sine=1.0, period=np.pi), np.ones((2, 1)), np.ones(1), ("sine",), 0.0))
+        == []
+    )
+
+
+def test_harmonics_of_a_turn_are_not_asked_for_a_part_of_the_turn_that_was_not_fitted():
+    def term(effect, **where):
+        option = Option(effect, np.ones((2, 1)), np.ones(1), ("c",), 0.0)
+        return Term(Family(effect.name, where, (option,)), option, option.columns)
+
+    def fold(name):
+        plain = whitener(np.ones(5), np.zeros((5, 0)), np.zeros((5, 0)))
+        return Fold(name, np.zeros(5, dtype=bool), plain, plain)
+
+    of_turn = term(RotaryCyclic("ECC"), component="ECC")
+    assert not tells(of_turn, fold("far zone C"))
+    assert tells(of_turn, fold("later time"))
+    assert tells(of_turn, fold("far zone B"))
+    assert tells(term(ScrewPitch("X"), axis="X"), fold("far zone X"))
 
 
 def test_a_positioning_run_offers_no_period_that_it_cannot_show():

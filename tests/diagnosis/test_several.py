@@ -62,6 +62,13 @@ def test_the_command_takes_the_tables_themselves_and_writes_what_is_common(folde
     assert [z["times"] for z in body["shared"][1]["sizes"]] == pytest.approx([1.0, 0.0], abs=0.1)
     alone = {r["recording"]: sorted(a["effect"] for a in r["answer"]) for r in body["recordings"]}
     assert alone == {"warm": ["backlash", "scale_factor"], "cold": ["backlash"]}
-    machine = load_machine(folder / "out" / "machine.toml")
+    written = folder / "out" / "machine.toml"
+    assert run(["compare", *files, "--machine", str(written), "--json"]) == 0
+    before, after = (m["rms_um"] for m in json.loads(capsys.readouterr().out)["machines"])
+    assert (body["fit"]["rms_before_um"], body["fit"]["rms_after_um"]) == (
+        before,
+        after,
+    )  # of the rows as given
+    machine = load_machine(written)
     assert [e.name for e in machine.effects] == ["backlash"]
     assert "What is common" in (folder / "out" / "report.html").read_text()

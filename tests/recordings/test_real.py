@@ -122,8 +122,11 @@ def test_resolver_gap_is_a_delay_and_no_backlash(diagnosed, tmp_path):
     delay = answer(found, "servo_lag", axis="C")
     assert 31.0 < value(delay, "1/Kv") < 37.0
     assert not {"backlash", "lost_motion", "hysteresis"} & names(found)
-    cyclic = answer(found, "screw_pitch", axis="C")
-    assert round(2 * math.pi / value(cyclic, "period")) == 2
+    cyclic = max(found["answer"], key=lambda a: a["share"])
+    # one resolver: the turn with its harmonics as one sum, or the second harmonic alone
+    harmonic = {"encoder_interpolation": 1, "screw_pitch": 2}[cyclic["effect"]]
+    assert value(cyclic, "period") == pytest.approx(2 * math.pi / harmonic)
+    assert cyclic["parameters"]["period"]["unit"] == "rad"
     for fold in found["fit"]["held_out"]:
         assert fold["rms_after_um"] < 0.3 * fold["rms_before_um"]
 
@@ -210,7 +213,7 @@ def test_heating_names_frame_and_bed_and_predicts_the_cool_down(run, least, tmp_
 
 @pytest.mark.xfail(
     strict=True,
-    reason="while the bed heats, its second lag closes the account; the cool-down shows that it does not hold: 14 um",
+    reason="the rows of the heating call for a second lag of the bed (2.2 um left, 4.0 without); it does not hold: 14 um",
 )
 def test_cool_down_is_predicted_from_the_heating(tmp_path):
     """Run 1; least squares with one lag each leaves 8.3 um."""

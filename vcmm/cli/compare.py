@@ -23,7 +23,7 @@ def compare_command(
     Parameters
     ----------
     recordings
-        Recording files (recording/1), one or several.
+        Recording files (recording/1), one or several; or the tables (CSV) that they name.
     machine
         A machine file to compare; may be repeated. The recording's own machine stands first.
     seed
@@ -39,8 +39,10 @@ def compare_command(
     from vcmm.console.terminal import say
     from vcmm.diagnosis.comparison import comparison_json
     from vcmm.files.machine import load_machine
+    from vcmm.files.recording import recording_file
 
     folder = output_folder(out) if out else None
+    recordings = [recording_file(path) for path in recordings]
     others = [(file, load_machine(file)) for file in machine or ()]
     rows = [_compared(recordings, None, None, seed)]
     rows += [_compared(recordings, file, known, seed) for file, known in others]

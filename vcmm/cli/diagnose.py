@@ -85,6 +85,7 @@ def _folder(
 
 def _diagnose_file(recording: Path, wanted: Any) -> int:
     """Diagnose one recording, print and write what was asked for."""
+    from vcmm.cli.diagnose_several import read_back
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.files import output_folder
@@ -102,7 +103,7 @@ def _diagnose_file(recording: Path, wanted: Any) -> int:
     diagnosis = _fitted_before(diagnosis, known, recording.name)
     improved = _improved(folder, recording, machine, known, diagnosis) if folder else {}
     if folder and improved:
-        diagnosis = _read_back(folder, improved, recording, diagnosis)
+        diagnosis = read_back(folder, improved, [recording], diagnosis)
     body = {k: v for k, v in diagnosis_json(diagnosis).items() if k != "schema"}
     body["improved_machine"] = str(folder / "machine.toml") if folder and improved else None
     files = sources(recording) + ([machine] if machine else [])
@@ -114,20 +115,6 @@ def _diagnose_file(recording: Path, wanted: Any) -> int:
     else:
         _show(diagnosis)
     return 0
-
-
-def _read_back(folder: Path, improved: dict[str, str], recording: Path, diagnosis: Any) -> Any:
-    """The diagnosis with the rms that the machine file leaves, once it is written and read again."""
-    from dataclasses import replace
-
-    from vcmm.console.files import write_files
-    from vcmm.diagnosis.comparison import left_by
-    from vcmm.files.machine import load_machine
-    from vcmm.files.recording import load_recording
-
-    write_files(folder, improved)
-    after = left_by(*load_recording(recording, load_machine(folder / "machine.toml"))).rms
-    return replace(diagnosis, fit=replace(diagnosis.fit, after=after))
 
 
 def _page(found: Any, known: Any, diagnosis: Any) -> str:

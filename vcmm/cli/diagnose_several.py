@@ -36,6 +36,8 @@ def diagnose_files(files: Sequence[Path], wanted: Wanted, show: Callable[[Any], 
             recordings, known, seed=wanted.seed, extra_effects=wanted.effects, progress=show_progress
         )
     texts = _improved(found, known, original, wanted.out)
+    if texts and wanted.out:
+        found = replace(found, together=read_back(wanted.out, texts, files, found.together))
     inputs = [p for f in files for p in sources(f)] + ([wanted.machine] if wanted.machine else [])
     body = _body(found, wanted.out if texts else None)
     warnings = (*found.together.warnings, *left_out(found))
@@ -70,6 +72,19 @@ def read_all(files: Sequence[Path], machine: Path | None) -> tuple[list[Any], An
     if len({r.name for r in recordings}) < len(recordings):
         recordings = [replace(r, name=str(f)) for r, f in zip(recordings, files)]
     return recordings, known, machine or machine_of(files[0])[0]
+
+
+def read_back(folder: Path, improved: dict[str, str], files: Sequence[Path], diagnosis: Any) -> Any:
+    """The diagnosis with the rms that the machine file leaves of recordings, once it is written and read again."""
+    from vcmm.console.files import output_folder, write_files
+    from vcmm.diagnosis.written_fit import rms_left
+    from vcmm.files.machine import load_machine
+    from vcmm.files.recording import load_recording
+
+    write_files(output_folder(folder), improved)
+    machine = load_machine(folder / "machine.toml")
+    after = rms_left([load_recording(f, machine)[0] for f in files], machine)
+    return replace(diagnosis, fit=replace(diagnosis.fit, after=after))
 
 
 def left_out(found: Any) -> list[str]:

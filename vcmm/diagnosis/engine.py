@@ -63,7 +63,7 @@ def diagnose_recording(
     found = account(held, known, searched, problem, seed)
     found = replace(found, warnings=(*warnings, *found.warnings))
     found = qualified(found, fit.doubtful, stage.noise.scale, only_table=len(tables_of(searched)) == 1)
-    found = with_written_fit(found, recording, machine)
+    found = with_written_fit(found, [recording], machine)
     if progress:
         progress("done", 1.0)
     return found

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vcmm.core.effect import basis, parameter
+from vcmm.core.effect import Effect, basis, parameter
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import linear_parameters
@@ -19,11 +19,13 @@ from vcmm.diagnosis.constants import SECURE
 from vcmm.diagnosis.marginal import drawn
 from vcmm.diagnosis.problem import Problem, generator
 from vcmm.diagnosis.refine import Refiner
+from vcmm.diagnosis.scans import turns_round
 from vcmm.diagnosis.select import Selection
 
 DRAWS = 2000
 LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
 COVERED = ((1.0 - SECURE) / 2.0, (1.0 + SECURE) / 2.0)
+OF_AN_ANGLE = {"um": "urad", "mm": "rad", "nm": "nrad"}
 
 
 @dataclass(frozen=True)
@@ -49,10 +51,21 @@ def estimates(
         return {"rms": _rms_seen(problem, term.option.columns, mean, draws.sizes)}
     out = _linear(problem, selection, i, mean * unit, values.std(axis=0), values)
     for name, those in draws.values.items():
-        shown = parameter(term.option.effect, name).metadata["show"]
+        shown = unit_of(term.option.effect, name)
         best = float(getattr(term.option.effect, name))
         out[_shown_name(selection, i, name)] = _estimate(best, float(those.std()), those, shown)
+    if turns_round(term.option.effect) and hasattr(
+        term.option.effect, "period"
+    ):  # a whole fraction of a turn
+        period = float(term.option.effect.period)
+        out["period"] = _estimate(period, 0.0, np.full(1, period), unit_of(term.option.effect, "period"))
     return out
+
+
+def unit_of(effect: Effect, name: str) -> str:
+    """The unit in which a parameter is shown; what is a length along a linear axis is an angle about one that turns."""
+    shown = str(parameter(effect, name).metadata["show"])
+    return OF_AN_ANGLE.get(shown, shown) if turns_round(effect) else shown
 
 
 def _rms_seen(problem: Problem, columns: Array, mean: Array, values: Array) -> Estimate:
@@ -73,7 +86,7 @@ def _linear(
     names = linear_parameters(effect)
     arrays = any("[" in label or "@" in label for label in term.option.labels)
     if effect.as_one in LENGTHS or effect.elements():
-        shown = parameter(effect, names[0]).metadata["show"]
+        shown = unit_of(effect, names[0])
         if str(getattr(effect, "component", ""))[1:2] in tuple("ABC"):
             shown = "urad"
         elif shown == "mm or rad":
@@ -94,11 +107,11 @@ def _linear(
         size = {effect.as_one: _size(problem, selection, i, mean, values)}
         return size | _single(selection, i, mean, u, values)
     for at, name in enumerate(names):
-        shown = parameter(effect, name).metadata["show"]
+        shown = unit_of(effect, name)
         out[_shown_name(selection, i, name)] = _estimate(mean[at], u[at], values[:, at], shown)
     if {"sine", "cosine"} <= set(names):
         j, k = names.index("sine"), names.index("cosine")
-        shown = parameter(effect, "sine").metadata["show"]
+        shown = unit_of(effect, "sine")
         pair = np.hypot(values[:, j], values[:, k])
         both = float(np.hypot(mean[j], mean[k]))
         out = {
@@ -115,7 +128,7 @@ def _single(selection: Selection, i: int, mean: Array, u: Array, values: Array) 
     out = {}
     for at, label in enumerate(option.labels):
         if "[" not in label and "@" not in label:
-            shown = parameter(option.effect, label).metadata["show"]
+            shown = unit_of(option.effect, label)
             out[_shown_name(selection, i, label)] = _estimate(mean[at], u[at], values[:, at], shown)
     return out
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, is_rotary
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.diagnosis.constants import EXCITED, FAR, FEWEST, FORGIVEN, NOTHING, STRONG, VERY_STRONG
@@ -170,9 +171,13 @@ def is_free_curve(name: str) -> bool:
 
 
 def _own_zone(term: Term, fold: Fold) -> bool:
-    """A free curve over an axis says nothing of a zone of that axis on which it was not fitted."""
-    axis = str(term.family.where.get("component", ""))[2:]
-    return is_free_curve(term.family.name) and fold.name == f"far zone {axis}"
+    """A free curve over an axis says nothing of a zone of that axis on which it was not fitted, nor do the harmonics of a turn of
+    a part of the turn.
+    """
+    axis = axis_of(str(term.family.where.get("component", ""))) or str(term.family.where.get("axis", ""))
+    effect = term.option.effect
+    harmonics = effect is not None and effect.as_one == "amplitude" and is_rotary(axis)
+    return (is_free_curve(term.family.name) or harmonics) and fold.name == f"far zone {axis}"
 
 
 def tells(term: Term, fold: Fold) -> bool:

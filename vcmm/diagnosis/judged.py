@@ -182,14 +182,16 @@ def _rest(
     seed: int,
     field: Field | None,
 ) -> Unknown | None:
-    """What has no name: a field that beats the names, a shape in the residual, neighbours that agree, else a fold that
-    falls short of what the names promise.
+    """What has no name: a field that beats the names, a shape in the residual, neighbours that agree, a field beside the names
+    that is surer than shapes are in null recordings, else a fold that falls short of what the names promise.
     """
     if field is not None and field.wins:
         return described(field.unknown, problem, setting, joint(kept_terms(selection, field), setting), parts)
     rest = unknown_rest(stage.generic, selection, stage.white, stage.chance, stage.generic_threshold)
     rest = rest or modulated(problem, selection, stage.white, stage.generic_threshold)
     rest = rest or departure(problem, selection, stage.white, stage.sample)
+    if rest is None and field is not None and field.lead > stage.generic_threshold:
+        rest = field.unknown
     rest = described(rest, problem, setting, selection, parts)
     short = failing_fold(problem, parts, selection, stage.noise, stage.u, seed)
     return of_fold(short) if short and rest is None else rest

@@ -5,7 +5,9 @@
 The first factor is the evidence over a grid of the scanned values about their best (time constants, distances and periods even
 in their logarithm, moments even in time), the second a normal law in closed form, widened to a t law by the unknown noise. So the
 size of a drift with an uncertain lag carries what the lag leaves open, and the interval of a lag need not be symmetric.
-A moment is known to lie between two rows and no better: every place between them fits alike.
+A moment is known to lie between two rows and no better: every place between them fits alike. Side lobes of a period and moments
+beyond a worse one count as far as they are probable. How large such an effect may be is not known: every width of the prior has
+its weight, its evidence.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from vcmm.diagnosis.constants import NOTHING, VERY_STRONG
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import MOMENTS, Refiner, at_value, moved, reach, scanned
 from vcmm.diagnosis.select import Selection, basis_of
-from vcmm.evaluation.gaussian import Posterior, posterior, without_span
+from vcmm.evaluation.gaussian import SCALES, Posterior, posterior, without_span
 
 WIDEST = 4.0  # times the range of the search
 STEPS = {1: 40, 2: 12, 3: 8}  # to find where the evidence has fallen
@@ -49,17 +51,18 @@ def drawn(
     basis = basis_of(others, problem.m)
     given = _FittedTo(refiner, term.width, without_span(selection.y, basis), basis)
     axes = [_cells(term.option, name, given, problem, selection.factor) for name in names]
-    fits, weights, boxes = [], [], []
+    fits: list[Posterior] = []
+    weights, boxes = [], []
     for box in itertools.product(*axes):
         option: Option | None = term.option
         for name, (low, high) in zip(names, box):
             option = at_value(option, name, _middle(low, high, name), problem) if option is not None else None
         if option is not None:
-            fit = given.fit(option)
-            fits.append(fit)
-            boxes.append(box)
             wide = sum(np.log(_width(low, high, name)) for name, (low, high) in zip(names, box))
-            weights.append(fit.log_evidence / selection.factor + wide)
+            for fit in given.fits(option):
+                fits.append(fit)
+                boxes.append(box)
+                weights.append(fit.log_evidence / selection.factor + wide)
     chance = np.exp(np.array(weights) - np.logaddexp.reduce(weights))
     which = rng.choice(len(fits), count, p=chance / chance.sum())
     freedom = max(problem.m - problem.nuisance.shape[1] - sum(t.white.shape[1] for t in selection.terms), 3)
@@ -80,8 +83,18 @@ class _FittedTo:
     basis: Array
 
     def fit(self, option: Option) -> Posterior:
-        x = without_span(self.refiner.white.apply(option.columns), self.basis)
-        return posterior(x, self.r, self.refiner.white.dof, np.full(x.shape[1], self.width))
+        return self._at(self._columns(option), self.width)
+
+    def fits(self, option: Option) -> list[Posterior]:
+        """At every prior width."""
+        x = self._columns(option)
+        return [self._at(x, width) for width in SCALES]
+
+    def _columns(self, option: Option) -> Array:
+        return without_span(self.refiner.white.apply(option.columns), self.basis)
+
+    def _at(self, x: Array, width: float) -> Posterior:
+        return posterior(x, self.r, self.refiner.white.dof, np.full(x.shape[1], width))
 
 
 def _normal(fit: Posterior, factor: float, rng: np.random.Generator) -> Array:
@@ -112,7 +125,8 @@ def _cells(
     span = reach(option.effect, name, problem)
     count = min(len(scanned(option)), max(NODES))
     steps = span * np.geomspace(0.002 if count == 1 else 0.02, WIDEST, STEPS[count])
-    low, high = (_fallen_at(centre, sign * steps, name, fallen) for sign in (-1.0, 1.0))
+    end = _last_beside if name == "period" else _fallen_at
+    low, high = (end(centre, sign * steps, name, fallen) for sign in (-1.0, 1.0))
     edges = [moved(centre, s, name) for s in np.linspace(low, high, NODES[count] + 1)]
     return list(itertools.pairwise(edges))
 
@@ -122,16 +136,23 @@ def _fallen_at(centre: float, steps: Array, name: str, fallen: Fallen) -> float:
     return next((float(s) for s in steps if fallen(moved(centre, s, name))), float(steps[-1]))
 
 
+def _last_beside(centre: float, steps: Array, name: str, fallen: Fallen) -> float:
+    """The step after the last at which the evidence has not fallen: side lobes stand beyond a valley."""
+    high = [i for i, s in enumerate(steps) if not fallen(moved(centre, s, name))]
+    return float(steps[min(max(high, default=-1) + 1, len(steps) - 1)])
+
+
 def _gaps(time: Array, centre: float, fallen: Fallen) -> list[tuple[float, float]]:
-    """The gaps between rows about a moment, outwards until the evidence has fallen."""
+    """The gaps between rows about a moment at which the evidence has not fallen, and the gap of the moment itself."""
     times = np.unique(time)
     at = int(np.clip(np.searchsorted(times, centre), 1, len(times) - 1))
     out = [(float(times[at - 1]), float(times[at]))]
     for step in (-1, 1):
-        k = at + step
-        while 1 <= k < len(times) and abs(k - at) < MOST_GAPS and not fallen((times[k - 1] + times[k]) / 2):
-            out.append((float(times[k - 1]), float(times[k])))
-            k += step
+        near = range(at + step, at + step * MOST_GAPS, step)
+        inner = (k for k in near if 1 <= k < len(times))
+        out += [
+            (float(times[k - 1]), float(times[k])) for k in inner if not fallen((times[k - 1] + times[k]) / 2)
+        ]
     return sorted(out)
 
 

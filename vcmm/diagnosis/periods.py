@@ -7,6 +7,7 @@ of the range is a bend, and fewer than FEWEST places carry no period at all.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -25,6 +26,7 @@ FURTHER = 40.0  # an alias is looked for at periods down to this part
 LEAD = 4.0  # mm: shorter leads are rare
 MOST_SHOWN = 12
 ROUND = 2 * np.pi
+A_TURN = 0.95  # of a turn: the last step that would close it may be missing
 
 
 def coordinate(effect: Effect, run: Run) -> Array | None:
@@ -102,6 +104,14 @@ def supported(q: Array | None, period: float, least: float | None = None) -> boo
     if period * TURNS > length * (1 + 1e-9) or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST:
         return False
     return period >= (shortest(q, period) if least is None else least) * (1 - 1e-2)
+
+
+def whole_fractions(periods: Sequence[float], q: Array) -> list[float]:
+    """Of an axis that turns, what sits on it repeats after a turn: the whole fractions of a turn next to periods (rad), and the
+    turn itself, as far as rows at q (n,) show them.
+    """
+    whole = sorted({1, *(max(round(ROUND / p), 1) for p in periods)})
+    return [ROUND / k for k in whole if np.ptp(q) >= A_TURN * ROUND / k and of_angle(k, q)]
 
 
 def of_angle(harmonic: int, angle: Array) -> bool:

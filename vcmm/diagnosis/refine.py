@@ -11,7 +11,7 @@ from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Option, again
 from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.scans import is_change
+from vcmm.diagnosis.scans import is_change, turns_round
 from vcmm.evaluation.gaussian import SCALES, Whitener, posterior, without_span
 
 WIDTH = SCALES[2]  # prior width of the search, typical amplitudes: the middle one of all that are averaged
@@ -70,13 +70,15 @@ class Refiner:
 
 
 def scanned(option: Option) -> list[str]:
-    """Names of the continuous non-linear parameters of an option."""
+    """Names of the continuous non-linear parameters of an option; the periods of an axis that turns are no continuum."""
     if option.effect is None:
         return []
     return [
         f.name
         for f in parameter_fields(option.effect)
-        if (len(f.metadata["scan"]) > 1 or is_change(f)) and float(getattr(option.effect, f.name)) > 0
+        if (len(f.metadata["scan"]) > 1 or is_change(f))
+        and float(getattr(option.effect, f.name)) > 0
+        and not (f.name == "period" and turns_round(option.effect))
     ]
 
 

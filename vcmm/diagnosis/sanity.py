@@ -59,7 +59,7 @@ def checked(recording: Recording, machine: Machine) -> Checked:
     _not_dead(recording)
     recording, warnings = without_dead_columns(recording)
     _no_impossible_log(recording)
-    copied = partial(copies, u=_usual_u(recording, machine))
+    copied = partial(copies, u=usual_u(recording, machine))
     out = np.zeros(recording.m, dtype=bool)
     for find in (copied, frozen, saturated, impossible):
         mask, text = find(recording)
@@ -87,7 +87,7 @@ def _only_copies(recording: Recording, copied: Callable[[Recording], tuple[Mask,
     return bool((out == copied(recording)[0]).all())
 
 
-def _usual_u(recording: Recording, machine: Machine) -> float:
+def usual_u(recording: Recording, machine: Machine) -> float:
     """Stated noise of one observation, mm; 0 where none is known (which is refused later, by name)."""
     try:
         return float(np.median(noise_u(recording, machine)))
@@ -145,11 +145,11 @@ def _by_chance(value: Array, rows: Array, u: float) -> bool:
     mean = np.bincount(place, value) / count
     free = len(value) - len(count)
     scatter = float(np.sqrt(np.sum((value - mean[place]) ** 2) / free)) or u
-    chance = min(_step(value) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
+    chance = min(display_step(value) / (2.0 * np.sqrt(np.pi) * scatter), 1.0) if scatter > 0 else 1.0
     return bool(pdtrc(equal - 1, pairs * chance) > CHANCE)
 
 
-def _step(value: Array) -> float:
+def display_step(value: Array) -> float:
     """The largest decimal step of which all values (m,) are multiples, mm or rad; 0 for none above 1e-9."""
     steps = (m * 10.0**k for k in range(0, -10, -1) for m in (1.0, 0.5, 0.2))
     return next((s for s in steps if np.abs(value / s - np.round(value / s)).max() < 1e-3), 0.0)

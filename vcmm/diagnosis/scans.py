@@ -17,7 +17,14 @@ import numpy as np
 from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.run import Array, Run
-from vcmm.diagnosis.periods import aliases, coordinate, of_angle, shortest, supported
+from vcmm.diagnosis.periods import (
+    aliases,
+    coordinate,
+    of_angle,
+    shortest,
+    supported,
+    whole_fractions,
+)
 
 EACH_SIDE = 10  # rows that a change point needs on either side
 MOST_LINES = 300  # spectral lines per axis
@@ -42,12 +49,21 @@ def trials(effect: Effect, run: Run) -> Weighted:
         changes: dict[str, Any] = {}
         for part, _ in combination:
             changes.update(part)
-        if changes.get("harmonic", 1) > 1 and "period" in changes:
-            least = shortest(coordinate(effect, run), min(c["period"] for c, _ in lists[0]) / 2)
-            if not supported(coordinate(effect, run), changes["period"] / changes["harmonic"], least):
-                continue
+        wave = changes.get("harmonic", 1) > 1 and "period" in changes
+        if wave and not _shows(
+            effect, run, changes["period"] / changes["harmonic"], min(c["period"] for c, _ in lists[0])
+        ):
+            continue
         out.append((changes, float(sum(weight for _, weight in combination))))
     return out
+
+
+def _shows(effect: Effect, run: Run, period: float, finest: float) -> bool:
+    """Do the rows show a harmonic of a trial period, the shortest of which is `finest`?"""
+    q = coordinate(effect, run)
+    if q is not None and turns_round(effect):
+        return any(abs(p / period - 1.0) < 1e-6 for p in whole_fractions([period], q))
+    return supported(q, period, shortest(q, finest / 2))
 
 
 def _shapes(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
@@ -85,6 +101,8 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
     if spec.name == "period":
         q = coordinate(effect, run)
         lines = spectral_lines(_coordinate(effect, run))
+        if turns_round(effect) and q is not None:
+            return _even(spec.name, whole_fractions(lines or coarse, q))
         least = shortest(q, min([*coarse, *lines])) if q is not None else float("inf")
         coarse = [v for v in coarse if supported(q, v, least)]
         fine = [v for v in lines if supported(q, v, least) and _may_be(v, effect, spec, q)]
@@ -99,12 +117,17 @@ def _values(effect: Effect, spec: Field[Any], run: Run) -> Weighted:
     return _even(spec.name, filled(coarse) if alone else coarse)
 
 
+def turns_round(effect: Effect) -> bool:
+    """Is it an error of an axis that turns? Its periods are whole fractions of a turn, and none between them."""
+    return is_rotary(str(getattr(effect, "axis", "")))
+
+
 def _may_be(period: float, effect: Effect, spec: Field[Any], q: Array | None) -> bool:
     """Has the physics such a period, or does one of its usual ones look so at these places (n,)?
 
     On a lattice of step h a lead p is seen at |n/h - 1/p|: within half a line of the spectrum it is the lead that counts.
     """
-    if q is None or period <= spec.metadata["most"] or is_rotary(str(getattr(effect, "axis", ""))):
+    if q is None or period <= spec.metadata["most"]:
         return True
     half = 0.25 / float(np.ptp(q))
     seen = [1.0 / p for lead in spec.metadata["scan"] for p in aliases(q, lead)]

@@ -22,11 +22,13 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.constants import FALSE_ALARM, MISMATCH
 from vcmm.diagnosis.estimates import as_json
+from vcmm.diagnosis.given_twice import refuse_copies
 from vcmm.diagnosis.improve import departure
 from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.result import Answer, Diagnosis, diagnosis_json
 from vcmm.diagnosis.scans import is_change
+from vcmm.diagnosis.written_fit import with_written_fit
 from vcmm.evaluation.gaussian import whitener
 from vcmm.evaluation.sampling import Progress
 from vcmm.response.folds import Mask
@@ -82,7 +84,10 @@ def diagnose_several(
     extra_effects: Sequence[type[Effect]] = (),
     progress: Progress | None = None,
 ) -> Several:
-    """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`)."""
+    """Diagnose recordings of one machine together. Raises UsageError where they cannot be joined (see `joined`), or where one is
+    given twice.
+    """
+    refuse_copies(recordings, machine)
     whole = joined(recordings, machine)
 
     def asked(recording: Recording) -> Diagnosis:
@@ -102,6 +107,7 @@ def diagnose_several(
         together = asked(rest)
         found = together.found
     told = tuple(s for s in shared if s not in differing)
+    together = with_written_fit(together, recordings, machine)  # of the rows as they were given
     return Several(together, (*told, *own), alone, rest, whole.left_out)
 
 

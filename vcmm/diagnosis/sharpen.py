@@ -6,6 +6,9 @@ chosen terms but one, get an option at their own best values, every shape of the
 
 Such an option weighs as the cell of the grid that it stands in, times the share of the cell that the rows leave open:
 sqrt(2 pi) s / width, s from the curvature of the evidence (Laplace's approximation of the mean over the cell).
+
+Of a wave the highest lines of the spectrum are searched and not the highest alone: half a step off its best, the true line may
+stand below a side lobe that the grid happens to hit.
 """
 
 from __future__ import annotations
@@ -18,11 +21,14 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.evidence import Dictionary
+from vcmm.diagnosis.periods import coordinate
 from vcmm.diagnosis.refine import scanned
 from vcmm.diagnosis.select import Selection, Setting, Term, basis_of, conditional, family_scores, options_of
 from vcmm.evaluation.gaussian import Ints, without_span
 
 MOST = 6  # competitors that are looked at, given some terms
+LINES = 3  # of a spectrum whose best values are searched: the highest on the grid may be a side lobe
+APART = 0.75  # of 1 / range: two trial frequencies that are closer stand on one line
 Sharp = tuple[int, Option, float]  # family, option at its best, ln weight within the family
 
 
@@ -60,18 +66,39 @@ def _searched(found: Dictionary, j: int) -> bool:
 
 
 def _of_family(j: int, options: Array, r: Array, basis: Array, setting: Setting) -> list[Sharp]:
-    """The best option of every shape of a family, at its best values."""
+    """The best options of every shape of a family, at their best values: one, or of a spectrum the highest lines."""
     found = setting.found
-    best: dict[str, int] = {}
-    for k in options_of(found, j):
-        shape = type(found.options[k].effect).__name__
-        if scanned(found.options[k]) and (shape not in best or options[k] > options[best[shape]]):
-            best[shape] = k
+    shapes: dict[str, list[int]] = {}
+    for k in sorted(options_of(found, j), key=lambda k: -float(options[k])):
+        if scanned(found.options[k]):
+            shapes.setdefault(type(found.options[k].effect).__name__, []).append(k)
     out = []
-    for k in best.values():
+    for k in (k for own in shapes.values() for k in _lines(own, setting)):
         option = setting.refine(found.options[k], r, basis)
         out.append((j, option, float(found.weight[k]) + setting.refine.open_share(option, r, basis)))
     return out
+
+
+def _lines(own: Sequence[int], setting: Setting) -> list[int]:
+    """Of options in the order of their evidence the first, and of waves the first on LINES different lines."""
+    kept: list[int] = []
+    for k in own:
+        wave = _frequency(setting.found.options[k], setting)
+        others = [_frequency(setting.found.options[i], setting) for i in kept]
+        if not kept or (wave is not None and all(o is not None and abs(wave - o) > APART for o in others)):
+            kept.append(k)
+        if len(kept) == LINES or wave is None:
+            break
+    return kept
+
+
+def _frequency(option: Option, setting: Setting) -> float | None:
+    """Periods within the range of the places; None where the option has none to be searched."""
+    if option.effect is None or "period" not in scanned(option):
+        return None
+    q = coordinate(option.effect, setting.refine.problem.run)
+    period = float(getattr(option.effect, "period")) / int(getattr(option.effect, "harmonic", 1))  # noqa: B009
+    return None if q is None else float(np.ptp(q)) / period
 
 
 def _extended(setting: Setting, new: Sequence[Sharp]) -> Dictionary:

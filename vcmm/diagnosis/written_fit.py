@@ -1,9 +1,14 @@
-"""The fit that a diagnosis reports: of the machine that is written, against all rows as they are. `vcmm compare` gives the same."""
+"""The fit that a diagnosis reports: of the machine that is written, against all rows as they are, those of several recordings
+each with a nuisance of its own. `vcmm compare` gives the same.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+
+import numpy as np
 
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
@@ -24,16 +29,22 @@ def handed_over(d: Diagnosis, machine: Machine) -> Machine:
     return improved(machine, tuple((a.fitted, a.inputs) for a in written(d.answer)))
 
 
-def with_written_fit(d: Diagnosis, recording: Recording, machine: Machine) -> Diagnosis:
-    """The diagnosis with rms before and after of the rows of `recording`; nothing is written that makes them worse."""
-    before = left_by(recording, machine).rms
-    after = left_by(recording, handed_over(d, machine)).rms
+def rms_left(recordings: Sequence[Recording], machine: Machine) -> float:
+    """rms of all rows that a machine leaves, mm or rad."""
+    left = [left_by(r, machine).residual for r in recordings]
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+
+
+def with_written_fit(d: Diagnosis, recordings: Sequence[Recording], machine: Machine) -> Diagnosis:
+    """The diagnosis with rms before and after of the rows of recordings; nothing is written that makes them worse."""
+    before = rms_left(recordings, machine)
+    after = rms_left(recordings, handed_over(d, machine))
     if after > before and written(d.answer):
         kept = [id(a) for a in written(d.answer)]
         answer = tuple(replace(a, withheld=OWN_ROWS) if id(a) in kept else a for a in d.answer)
         verdict = {"explained": "unexplained", "partly explained": "unexplained"}.get(d.verdict, d.verdict)
         reasons = tuple(dict.fromkeys((*d.reasons, *doubts(answer))))
         return with_written_fit(
-            replace(d, answer=answer, verdict=verdict, reasons=reasons), recording, machine
+            replace(d, answer=answer, verdict=verdict, reasons=reasons), recordings, machine
         )
     return replace(d, fit=replace(d.fit, before=before, after=after))
