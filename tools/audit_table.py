@@ -82,7 +82,7 @@ def scenario_text(name: str, density: str) -> str:
     zone = "" if "size" in keys else '\nzone = "0.02 mm"'
     listed = ", ".join(f'"{d}"' for d in datums.split())
     given = f"\ndatums = [{listed}]" if datums else ""
-    return f'{MACHINE}{steps}[[part.characteristics]]\nname = "{name}"\n{keys}\nof = "{feature}"{given}{zone}\n[job]\ntrials = 10000\n'
+    return f'{MACHINE}{steps}[[part.characteristics]]\nname = "{name}"\n{keys}\nof = "{feature}"{given}{zone}\n[job]\ntrials = 100000\n'
 
 
 def rows_of(name: str, density: str, parts: int, folder: Path) -> tuple[Audited, ...]:

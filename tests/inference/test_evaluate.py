@@ -11,8 +11,8 @@ import pytest
 from tests.plate import edited
 from vcmm.api import measure
 from vcmm.cli import run
+from vcmm.evaluation import inversion
 from vcmm.files.scenario import load_scenario
-from vcmm.inference import job
 
 ROUND = """vcmm = "scenario/1"
 [machine]
@@ -48,8 +48,8 @@ trials = 2000
 
 @pytest.fixture(autouse=True)
 def fewer_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(job, "PARTS", 6000)
-    monkeypatch.setattr(job, "COUNTED", 800)
+    monkeypatch.setattr(inversion, "PARTS", (6000, 6000))
+    monkeypatch.setattr(inversion, "COUNTED", (800, 800))
 
 
 def corrected(folder: Path) -> Path:
@@ -161,9 +161,9 @@ def test_roundness_held_by_independent_counting(tmp_path: Path) -> None:
     """
     path = tmp_path / "round.toml"
     path.write_text(ROUND)
-    task = load_scenario(path).task()
-    known = job.known_of(task, load_scenario(path).settings, np.array([0.02]))
-    inverse, rng = known.inverses[0].inverse, np.random.default_rng(8)
+    loaded = load_scenario(path)
+    belts = inversion.inversion_of(loaded.task(), loaded.settings, (0,))
+    inverse, rng = belts.counted(0, 0.02, False).inverse, np.random.default_rng(8)
     turn = np.arange(24) * 2 * np.pi / 24
     columns = np.column_stack([np.ones(24), np.cos(turn), np.sin(turn)])
     left = np.eye(24) - columns @ np.linalg.pinv(columns)

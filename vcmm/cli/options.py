@@ -86,3 +86,16 @@ def put_shard(content: dict[str, Any], stem: str, json: bool, out: Path | None) 
     number, of = content["shard"]
     say(f"wrote {write_text((out or Path()) / f'{stem}.shard-{number}-of-{of}.json', json_text(content))}")
     return 0
+
+
+def keep_evidence(
+    path: Path, command: tuple[str, Path, dict[str, Any]], task: Any, content: dict[str, Any]
+) -> None:
+    """Write the evidence pack of a job. command: verb, scenario and options; content: its document, which names all files read."""
+    from vcmm.console.evidence import command_words, write_pack
+    from vcmm.console.terminal import say
+    from vcmm.evaluation.declared import declared_influences
+
+    files = [Path(one["file"]) for one in content["inputs"]]
+    write_pack(path, command_words(*command), content, files, declared_influences(task))
+    say(f"wrote {path}; vcmm rerun {path} runs it again")

@@ -125,12 +125,12 @@ def of_component(problem: Problem, component: str) -> Iterator[Array]:
     z = _scaled(q)
     for length in (FINE, 0.05, 0.12):
         centres = np.linspace(0.0, 1.0, round(1 / length) + 1)
-        yield _moved(problem, component, np.exp(-0.5 * ((z[:, None] - centres) / length) ** 2))
+        yield moved_by(problem, component, np.exp(-0.5 * ((z[:, None] - centres) / length) ** 2))
     edges = (np.arange(STEPS) + 0.5) / STEPS
-    yield _moved(problem, component, (z[:, None] > edges).astype(float))
+    yield moved_by(problem, component, (z[:, None] > edges).astype(float))
 
 
-def _moved(problem: Problem, component: str, shapes: Array) -> Array:
+def moved_by(problem: Problem, component: str, shapes: Array) -> Array:
     """Observations (m, k) by shapes (n, k) of a component, mm or rad."""
     six = np.zeros((problem.run.n, 6, shapes.shape[1]))
     six[:, COLUMN[component[1]]] = shapes

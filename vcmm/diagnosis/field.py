@@ -5,8 +5,11 @@ nearly a changed guide and nearly a table's gaps. The unknown deserves the same 
 kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
 smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have.
 
-    lead = evidence(field and S) - evidence(all names) - VERY_STRONG - mismatch
+    lead = evidence(field and S) - evidence(all names) + price(names not in S) - VERY_STRONG - mismatch
     p(names not in S) = 1 / (1 + exp(lead))
+
+price: what was free in choosing these names, the prior of their places and scanned values, and the threshold for each of
+them beyond the first: the unknown is one thing, and several names that together follow one smooth course are a coincidence.
 
 S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They stand. Where all do,
 the field is no rival: it is what is left.
@@ -37,6 +40,7 @@ from vcmm.diagnosis.kernels import (
     components_of,
     everywhere,
     of_components,
+    of_time,
     principal_turn,
     pulled,
     questions,
@@ -96,22 +100,23 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
     simple = _columns([t.option for t in selection.terms if is_simple(t)], setting)
     tried = _tried(problem, selection, white, null)
     weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
-    weighing = heapq.nlargest(
-        SHORT, weighing, key=lambda w: max([w.evidence(()), *(w.evidence(_without(every, i)) for i in every)])
-    )
-    if not weighing:
-        return None
 
     def worth(choice: tuple[_Weighing, Subset]) -> float:
         w, kept = choice
         return w.evidence(kept) - sum(pays[i] for i in kept)
+
+    few = [(), *(_without(every, i) for i in every)]
+    weighing = heapq.nlargest(SHORT, weighing, key=lambda w: max(worth((w, kept)) for kept in few))
+    if not weighing:
+        return None
 
     w, kept = max(itertools.product(weighing, _subsets(every)), key=worth)
     refused = tuple(i for i in every if i not in kept)
     says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
     sigma = selection.fit.sigma if selection.fit else 1.0
     what = proposal(w.asked.clearest, problem, w.rms(white), says)
-    return Field(w.evidence(kept) - price, what, refused, w.covariance(kept, sigma, setting))
+    chosen = sum(pays[i] for i in refused) - (threshold if refused else 0.0)
+    return Field(w.evidence(kept) + chosen - price, what, refused, w.covariance(kept, sigma, setting))
 
 
 def is_simple(term: Term) -> bool:
@@ -228,7 +233,9 @@ class _Weighing:
 
 
 def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[Asked]:
-    """What the residual follows most clearly, nothing named or all names but one."""
+    """What the residual follows most clearly, nothing named or all names but one; and every smooth course of time, in which a
+    finer bump that follows the scatter too stands before them by its score and not by its evidence.
+    """
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
     given = [[], *(o for o in others if o)]  # all but one of one is none
     found: list[Asked] = []
@@ -239,6 +246,7 @@ def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array)
         over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
         groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
         found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
+        found += [] if terms else questions(of_time(problem), rows)
     return found
 
 

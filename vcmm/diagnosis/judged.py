@@ -143,9 +143,10 @@ def _lost(first: Judged, second: Judged) -> bool:
 
 
 def _found(one: Judged) -> set[str]:
-    """Ids of the names that are more probable than not, with what repeats them exactly."""
-    pairs = zip(one.selection.terms, one.places)
-    return {t.family.id for t, p in pairs if p.with_aliases >= EVEN_ODDS}
+    """Ids of the names that are more probable than not, with what repeats them exactly; none that a field makes superfluous."""
+    refused = one.field.refused if one.field is not None and one.field.stands else ()
+    pairs = enumerate(zip(one.selection.terms, one.places))
+    return {t.family.id for i, (t, p) in pairs if i not in refused and p.with_aliases >= EVEN_ODDS}
 
 
 def _as_they_are(

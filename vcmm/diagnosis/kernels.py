@@ -20,6 +20,7 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.diagnosis.closeness import nearness, of_component
 from vcmm.diagnosis.constants import NOTHING, UNSEEN, VANISHED
+from vcmm.diagnosis.courses import stretching, wandering
 from vcmm.diagnosis.locate import modulators
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Term
@@ -29,7 +30,7 @@ from vcmm.evaluation.gaussian import Whitener, without_span
 @dataclass(frozen=True, eq=False)
 class Kernel:
     """Bumps (m, k) times a component of the sensitive direction, factor (m,). names: covariates; direction: "x", "y", "z" or
-    "normal"; component: of a free shape over its axis, or "".
+    "normal"; component: of a free shape over its axis, or ""; what: of a shape that no curve over the covariates draws, in words.
     """
 
     names: tuple[str, ...]
@@ -37,6 +38,7 @@ class Kernel:
     bumps: Array
     factor: Array
     component: str = ""
+    what: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +65,7 @@ class Pulled:
 
     def times(self, kernel: Kernel) -> Array:
         """The rows times the kernel's factor; once per direction."""
-        if kernel.component:
+        if kernel.component or kernel.what:
             return self.rows
         if kernel.direction not in self._turned:
             self._turned[kernel.direction] = self.rows * kernel.factor[:, None].astype(np.float32)
@@ -95,9 +97,18 @@ def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[
 
 def everywhere(problem: Problem) -> Iterator[list[Kernel]]:
     """Groups of kernels that differ by their direction only."""
-    factors = modulators(problem)
     for near in nearness(problem):
-        yield [Kernel(near.names, d, near.bumps, f) for d, f in factors.items()]
+        yield [Kernel(near.names, d, near.bumps, f) for d, f in modulators(problem).items()]
+    yield from of_time(problem)
+
+
+def of_time(problem: Problem) -> Iterator[list[Kernel]]:
+    """The smooth courses of time among them."""
+    for bumps in wandering(problem):
+        yield [Kernel(("time",), d, bumps, f) for d, f in modulators(problem).items()]
+    alone = np.ones(problem.m)
+    for course in stretching(problem):
+        yield [Kernel(course.names, "normal", course.columns, alone, what=course.what)]
 
 
 def questions(groups: Iterable[list[Kernel]], rows: Pulled) -> Iterator[Asked]:

@@ -179,6 +179,11 @@ def _one_number(family: Family) -> bool:
     return min(o.columns.shape[1] for o in family.options) == 1
 
 
+def _nothing_free(family: Family) -> bool:
+    """One number, and no lag, moment or period to be chosen: a curve that bends where it likes takes any error of a template."""
+    return min(o.freedom for o in family.options) == 1
+
+
 def worth(state: Selection, setting: Setting) -> float:
     """Nats of all terms together, each having paid the threshold."""
     return _value(state.terms, state.y, setting)
@@ -206,7 +211,7 @@ def _closed(state: Selection, setting: Setting, allowed: Callable[[Family], bool
     if not state.terms or _is_noise(state, setting):
         return None
     for _ in range(min(CLOSING, MOST_TERMS - len(state.terms))):
-        new = _best_addition(state, setting, lambda f: allowed(f) and _one_number(f), 0.0)
+        new = _best_addition(state, setting, lambda f: allowed(f) and _nothing_free(f), 0.0)
         if new is None:
             return None
         state = joint((*state.terms, new), setting)

@@ -18,6 +18,8 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
     said = result.truth.given(y, result.p, result.interval_kind, limits)
+    if said.counted is not None:
+        result = replace(result, coverage_shown=not said.short, why_not_shown=said.short)
     if result.extreme and not isinstance(
         result.truth, Predicted
     ):  # nothing is smaller than perfect, no length below zero
@@ -31,7 +33,7 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     half = result.half_width or half
     true = None
     if result.extreme and not isinstance(result.truth, Predicted):
-        true = TrueValue(said.estimate, said.interval, result.coverage_shown)
+        true = TrueValue(said.estimate, said.interval, result.coverage_shown, said.counted)
     law = result.truth.of(y) if isinstance(result.truth, Additive) else result.summary
     return replace(
         result, summary=law if isinstance(law, Summary) else None, value=y if result.extreme else said.estimate, interval=said.interval,

@@ -56,11 +56,14 @@ def common_causes(budget: Sequence[BudgetLine]) -> dict[str, tuple[float, tuple[
 
 @dataclass(frozen=True)
 class TrueValue:
-    """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it."""
+    """What is known of the true value beside the indicated one, mm. claimed: whether the interval was seen to hold it;
+    counted: in what share of drawn parts it did, and in what share of parts of another kind.
+    """
 
     estimate: float
     interval: tuple[float, float]
     claimed: bool
+    counted: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)

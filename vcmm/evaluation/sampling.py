@@ -162,21 +162,29 @@ def _place(values: Array) -> tuple[float, float]:
 
 def with_products(model: LinearModel, terms: Sequence[Term]) -> tuple[list[Term], Callable[[Array], Array]]:
     """Terms whose extra rows carry the departures that meet in products, and the evaluation that multiplies them."""
+    widened, multiplied = multiplying(model, terms)
+    return widened, model.values if multiplied is None else lambda block: model.values(multiplied(block))
+
+
+def multiplying(
+    model: LinearModel, terms: Sequence[Term]
+) -> tuple[list[Term], Callable[[Array], Array] | None]:
+    """The same, with what turns a block of trials into q (m, K); None where nothing meets."""
     pairs = [
         ((p.first, a), (p.second, b), gain) for p in model.products for a, b, gain in model.product_gains(p)
     ]
     carried = sorted({end for first, second, _ in pairs for end in (first, second)})
     if not carried:
-        return list(terms), model.values
+        return list(terms), None
     k, place = len(model.q0), {end: i for i, end in enumerate(carried)}
 
-    def values(block: Array) -> Array:
+    def multiplied(block: Array) -> Array:
         q = block[:, :k].copy()
         for first, second, gain in pairs:
             q += (block[:, k + place[first]] * block[:, k + place[second]])[:, None] * gain
-        return model.values(q)
+        return q
 
-    return [_widened(model, j, t, carried) for j, t in enumerate(terms)], values
+    return [_widened(model, j, t, carried) for j, t in enumerate(terms)], multiplied
 
 
 def _widened(model: LinearModel, j: int, term: Term, carried: Sequence[tuple[int, int]]) -> Term:

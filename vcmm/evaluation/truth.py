@@ -20,11 +20,16 @@ Limits = tuple[float, float]
 
 @dataclass(frozen=True)
 class Statement:
-    """About the true value: estimate, coverage interval, probability that it lies within the limits (None without)."""
+    """About the true value: estimate, coverage interval, probability that it lies within the limits (None without).
+
+    Belts (vcmm.evaluation.inversion) also say in what share of drawn parts the interval held the true value.
+    """
 
     estimate: float
     interval: tuple[float, float]
     p_conform: float | None
+    short: str = ""  # why its coverage may not be claimed, where that was counted
+    counted: tuple[float, float] | None = None  # of drawn parts, and of parts of another kind
 
 
 class Truth(Protocol):

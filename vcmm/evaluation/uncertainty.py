@@ -23,23 +23,23 @@ from vcmm.core.run import Array
 from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.budget import budget_line, form_line
 from vcmm.evaluation.certify import Check, check
-from vcmm.evaluation.extreme import Extreme
 from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.interval import Linear
+from vcmm.evaluation.inversion import Inversion, Inverted, inversion_of
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import Summary, Term, marginal
 from vcmm.evaluation.montecarlo import uncertainty as closed_form_u
 from vcmm.evaluation.part_forms import FORM, true_values, without_unknown
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress, Sampler
-from vcmm.evaluation.true_parts import invertible
 from vcmm.evaluation.truth import Additive, Predicted, Truth, holds
 from vcmm.evaluation.world import World
 from vcmm.gps import characteristics as gps
-from vcmm.gps.criteria import notes
+from vcmm.gps.criteria import chosen, notes
 from vcmm.measuring.settings import CORRECTED, Settings
 from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
 from vcmm.part.part import Characteristic
+from vcmm.response.influence import Influence
 
 NOTED = 1e-5  # mm or rad: below 10 nm the linear model is not worth a note
 PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share of the variance is sampled
@@ -101,7 +101,8 @@ class _Outcome:
     linear_error: float
     tangent: bool  # linear over its own spread: noise moves it up as often as down
     error: float = 0.0
-    inverse: Extreme | None = None
+    half: float | None = None  # U of an extreme value
+    inverse: Inversion | None = None
 
     @property
     def summary(self) -> Summary | None:
@@ -134,15 +135,17 @@ class _Evaluation:
         all_of_them = self.model.characteristics
         sampled = [i for i in range(len(all_of_them)) if not self._has_closed_form(i)]
         summaries = self.sampler.summaries(sampled) if sampled else {}
-        inverses = {i: self._inverse(i) for i in sampled}
-        curved = any((not self.smooth[i] or self._curved(i)) and inverses[i] is None for i in sampled)
-        alone = self.sampler.alone() if curved else np.zeros((len(self.terms), len(all_of_them)))
+        extreme = [i for i in sampled if not self.smooth[i] or self._curved(i)]
+        inverted = [i for i in extreme if self._invertible(i)]
+        inversion = inversion_of(self.model.task, self.settings, inverted) if inverted else None
+        alone = np.zeros((len(self.terms), len(all_of_them)))
+        if set(extreme) - set(inverted):
+            alone = self.sampler.alone()
         results = []
         for i, c in enumerate(all_of_them):
-            inverse = inverses.get(i)
-            if inverse is not None:
+            if inversion is not None and i in inverted:
                 self.sampler.progress(f"true values of {c.name}", i / len(all_of_them))
-                outcome = self._inverted(i, summaries[i], inverse)
+                outcome = self._inverted(i, summaries[i], inversion)
             else:
                 outcome = self._sampled(i, summaries[i], alone[:, i]) if i in summaries else self._closed(i)
             results.append(self._assembled(i, c, outcome))
@@ -211,36 +214,45 @@ class _Evaluation:
             tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=lines, linear_error=error, tangent=tangent, error=moved
         )  # fmt: skip
 
-    def _inverse(self, i: int) -> Extreme | None:
-        """What says of the true value of an extreme one; None where nothing is measured, or no family of parts is known."""
+    def _invertible(self, i: int) -> bool:
+        """Whether parts can be drawn for an extreme value: something is measured, on features whose forms are known by families."""
         c = self.model.characteristics[i]
-        if self.model.world.predicts or not invertible(self.model, c):
-            return None
-        terms = [
-            t
-            for t, f in zip(self.terms, self.model.influences)
-            if f.input.effect != FORM or c.type not in gps.FORM
-        ]
-        return Extreme(self.model.only(i), terms, self.settings, c.zone)
+        if self.model.world.predicts or not (gps.one_sided(c) or self._by_contact(c)):
+            return False  # of a distance or angle of nearly nothing the error depends on the value itself
+        named = gps.needs(c)
+        return not any(self.features[n].kind in ("mesh", "point") for n in named if n in self.features)
 
-    def _inverted(self, i: int, summary: Summary, inverse: Extreme) -> _Outcome:
-        exact = self.settings.engine == "exact"
-        u = inverse.u
-        u_i, form = inverse.contributions()
-        if any(np.isinf(np.max(t.law.u)) for t, share in zip(inverse.terms, u_i) if share > 0):
+    def _by_contact(self, c: Characteristic) -> bool:
+        """A size, distance or angle of elements by contact, well away from zero."""
+        return not chosen(c).gauss and gps.nominal(c, self.features) > NOTED
+
+    def _inverted(self, i: int, summary: Summary, inversion: Inversion) -> _Outcome:
+        exact, added, c = self.settings.engine == "exact", inversion.added, self.model.characteristics[i]
+        u, form = float(added.u[i]), float(added.by_form[i])
+        known = [j for j, f in enumerate(self.model.influences) if f.input.effect != FORM]
+        terms, u_i = [self.terms[j] for j in known], [float(x) for x in added.by_input[:, i]]
+        if any(np.isinf(np.max(t.law.u)) for t, share in zip(terms, u_i) if share > 0):
             u = np.inf  # the spread of a sample of infinite variance depends on the seed
-        between = form_line(inverse.parts.characteristic, form, u)
-        lines = (*self._lines(inverse.terms, u_i, u, False), *([between] if form > 1e-3 * inverse.u else []))
+        lines = self._lines(terms, u_i, u, False, [self.model.influences[j] for j in known])
+        between = [form_line(c, form, u)] if form > 1e-3 * float(added.u[i]) else []
         return _Outcome(
-            tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=lines, linear_error=float(self.check.linear_error[i]),
-            tangent=False, inverse=inverse,
+            tier=EXACT if exact else SAMPLED, u=u, law=summary, lines=(*lines, *between), linear_error=float(self.check.linear_error[i]),
+            tangent=False, half=float(added.half[i]), inverse=inversion,
         )  # fmt: skip
 
     def _lines(
-        self, terms: Sequence[Term], u_i: Sequence[float], u: float, linear: bool
+        self,
+        terms: Sequence[Term],
+        u_i: Sequence[float],
+        u: float,
+        linear: bool,
+        of: Sequence[Influence] = (),
     ) -> tuple[BudgetLine, ...]:
+        """of: the Influences of the terms, where they are not all."""
         world = self.model.world
-        rows = [budget_line(world, f, t, x, u, linear) for f, t, x in zip(self.model.influences, terms, u_i)]
+        rows = [
+            budget_line(world, f, t, x, u, linear) for f, t, x in zip(of or self.model.influences, terms, u_i)
+        ]
         return tuple(sorted(rows, key=lambda line: -line.u))
 
     def _shift(self, i: int) -> float:
@@ -264,7 +276,7 @@ class _Evaluation:
         why = "" if predicts else self._why_not_shown(i, c, outcome, additive)
         why = why or _why_not_linear(outcome, self.settings)
         truth: Truth = part if predicts else additive
-        truth = truth if outcome.inverse is None else outcome.inverse.inverse
+        truth = truth if outcome.inverse is None else Inverted(outcome.inverse, i, limit=why)
         result = CharacteristicResult(
             name=c.name, type=c.type, unit=gps.unit(c), nominal=nominal, value=nominal,
             mean=(law.centre if isinstance(law, Linear) else law.mean) - shift, bias=float(self.bias[i]), corrected=shift != 0,
@@ -274,14 +286,14 @@ class _Evaluation:
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
-            production=self.settings.production.get(c.name), truth=truth, half_width=None if outcome.inverse is None else outcome.inverse.expanded,
+            production=self.settings.production.get(c.name), truth=truth, half_width=outcome.half,
         )  # fmt: skip
         return at_indication(result, result.indicated, self.settings.rule)
 
     def _why_not_shown(self, i: int, c: Characteristic, outcome: _Outcome, truth: Additive) -> str:
         """Why the interval is not shown to hold the true value of a part that was measured; empty where it is."""
         if outcome.inverse is not None:
-            return outcome.inverse.shortfall()
+            return ""  # counted where the value is read
         if not outcome.tangent:
             return f"{c.type} is an extreme value: its spread says nothing of the true value"
         bias = float(self.bias[i]) - truth.shift
@@ -295,7 +307,7 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
     if outcome.tier == EXACT or not np.isfinite(outcome.linear_error):
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
-    half = (high - low) / 2 if outcome.inverse is None else outcome.inverse.expanded
+    half = (high - low) / 2 if outcome.half is None else outcome.half
     most = ERROR_SHARE * half if half > NOTHING else NOTED
     return "the linear model errs by more than a tenth of U" if outcome.linear_error > most else ""
 

@@ -51,11 +51,11 @@ FORM = {
     "roundness": ("circle", "sphere"),
     "cylindricity": ("cylinder",),
 }
+PLACED = ("parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry")
 SAME_PLANE = 1e-9  # mm
 SIZES = {"circle": 0, "sphere": 0, "cylinder": 0, "torus": 1}  # which of Fitted.sizes is the radius
 IMPLEMENTED = (
-    "size", "distance", "angle", *FORM,
-    "parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry", *POINTWISE,
+    "size", "distance", "angle", *FORM, *PLACED, *POINTWISE,
 )  # fmt: skip
 
 

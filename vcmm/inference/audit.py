@@ -8,20 +8,22 @@ times the noise of the machine), and on parts of another family, which the inver
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.evaluation.belts import Inverse, coverage
 from vcmm.evaluation.exact import draw_inputs, exact_values
+from vcmm.evaluation.form_family import OTHER
 from vcmm.evaluation.indication import at_indication
+from vcmm.evaluation.inversion import LEAST, LEAST_OTHER, Inversion, Inverted
+from vcmm.evaluation.pairs import Pairs, both, pairs
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
-from vcmm.inference.belts import Inverse, coverage
-from vcmm.inference.form_family import OTHER
-from vcmm.inference.job import LEAST, LEAST_OTHER, PreparedTask, known_of
-from vcmm.inference.pairs import Pairs, both, pairs
+from vcmm.evaluation.uncertainty import evaluate
+from vcmm.inference.job import PreparedTask
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
 from vcmm.measuring.task import Task
@@ -88,40 +90,38 @@ def audited(
     task: Task, settings: Settings, parts: int, progress: Progress | None = None
 ) -> tuple[Audited, ...]:
     report = progress or (lambda text, share: None)
-    known = known_of(task, settings, None, progress)
+    known = PreparedTask(task, evaluate(task, settings, progress))
+    extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, Inverted)]
     rows: dict[int, list[Audited]] = {i: [] for i in range(len(known.result.characteristics))}
-    additive = [i for i in rows if i not in known.inverses]
+    additive = [i for i in rows if i not in extreme]
     if additive:
         for i, row in _counted_exactly(known, additive, parts, report):
             rows[i].append(row)
-    if known.inverses:
-        for number, (kind, drawn) in enumerate(_kinds(known, parts, settings.seed)):
+    inversion = known.inversion
+    if inversion is not None:
+        for number, (kind, drawn) in enumerate(_kinds(inversion, parts, settings.seed)):
             report(f"parts of {kind}", number / (len(RATIOS) + 2))
-            for i in known.inverses:
-                rows[i].append(_counted(known, i, drawn, kind))
+            for i in extreme:
+                rows[i].append(_counted(known.result.characteristics[i], inversion, i, drawn, kind))
     return tuple(row for found in rows.values() for row in found)
 
 
-def _kinds(known: PreparedTask, parts: int, seed: int) -> Sequence[tuple[str, Pairs]]:
+def _kinds(inversion: Inversion, parts: int, seed: int) -> Iterator[tuple[str, Pairs]]:
     """Parts that were used neither for the belts nor for what they say of themselves."""
-    assert known.drawing is not None
-    fresh = seed + 1000
-
-    out = [(PRIOR, both(known.drawing, parts, fresh, most=known.most))]
-    out += [
-        (f"form {r:g} x noise", both(known.drawing, parts, fresh + 1 + k, ratio=r))
-        for k, r in enumerate(RATIOS)
-    ]
-    return [*out, (ANOTHER, pairs(known.drawing, parts, fresh + 9, OTHER, most=known.most))]
+    drawing, fresh = inversion.drawing, seed + 1000
+    yield PRIOR, both(drawing, parts, fresh)
+    for k, r in enumerate(RATIOS):
+        yield f"form {r:g} x noise", both(drawing, parts, fresh + 1 + k, ratio=r)
+    yield ANOTHER, pairs(drawing, parts, fresh + 9, OTHER)
 
 
-def _counted(known: PreparedTask, i: int, drawn: Pairs, kind: str) -> Audited:
-    result, one = known.result.characteristics[i], known.inverses[i]
-    p = result.p
+def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str) -> Audited:
+    """Measured by points, whose residuals tell the roughness of every part."""
+    p, one = result.p, inversion.counted(i, 0.0, True)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return Audited(
         name=result.name, unit=result.unit, kind=kind, target=p, attained=coverage(one.inverse, i, drawn, p),
-        parts=len(drawn.true), width=_width(one.inverse, i, drawn, p), claimed=one.claimed(p), least=least,
+        parts=len(drawn.true), width=_width(one.inverse, i, drawn, p), claimed=not one.shortfall(p), least=least,
         most=p + ABOVE if kind == PRIOR else 1.0,
     )  # fmt: skip
 

@@ -90,10 +90,12 @@ def _true_value(c: CharacteristicResult) -> dict[str, Any] | None:
     t = c.true_value
     if t is None:
         return None
+    counted = {"coverage_counted": {"family": t.counted[0], "other": t.counted[1]}} if t.counted else {}
     return {
         f"estimate_{c.unit}": t.estimate,
         f"interval_{c.unit}": list(t.interval),
         "coverage_claimed": t.claimed,
+        **counted,
     }
 
 

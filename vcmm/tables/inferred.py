@@ -21,22 +21,9 @@ def _of_result(column: Column[Any]) -> Column[Evaluated]:
     return replace(column, cell=cell)
 
 
-def _true(e: Evaluated) -> dict[str, Any] | None:
-    if e.true is None or e.counted is None:
-        return None
-    unit = e.unit
-    return {
-        f"estimate_{unit}": e.true.estimate,
-        f"interval_{unit}": list(e.true.interval),
-        "coverage_claimed": e.true.claimed,
-        "coverage_counted": {"family": e.counted[0], "other": e.counted[1]},
-    }
-
-
 DOCUMENT: tuple[Column[Evaluated], ...] = (
-    *(_of_result(c) for c in RESULTS if c.key != "true_value"),
+    *(_of_result(c) for c in RESULTS),
     entry("measured_{unit}", lambda e: e.measured),
-    entry("true_value", _true),
 )
 
 SHOWN: tuple[Column[Evaluated], ...] = (

@@ -1,0 +1,258 @@
+"""The true value of an extreme one, whoever asks: the belts of a task, what was counted of them, and what the machine adds.
+
+`uncertainty`, `evaluate` and `audit` read extreme values (form, orientation, location, run-out, profile, sizes by contact)
+with the same belts: they are drawn from the task alone, so the same indicated value has the same true value in all of them.
+Belts reach to parts some times rougher than what was indicated; they are drawn when first asked for, and kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from vcmm.core.run import Array
+from vcmm.evaluation.belts import Inverse, coverage, inverse_of, sorted_by_roughness
+from vcmm.evaluation.exact import draw_inputs
+from vcmm.evaluation.form_family import KNOWN, OTHER
+from vcmm.evaluation.linear import LinearModel
+from vcmm.evaluation.pairs import (
+    MOST,
+    Drawing,
+    Pairs,
+    both,
+    families,
+    machine_part,
+    of_input,
+    pairs,
+    prepared,
+    surfaces,
+    values,
+)
+from vcmm.evaluation.truth import Limits, Statement
+from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import POINTS, wanted
+from vcmm.measuring.settings import Settings
+from vcmm.measuring.task import Task
+from vcmm.part.part import Characteristic
+
+PARTS, BY_CONTACT = (6000, 24_000), (3000, 8000)  # drawn for the belts, between these as many as trials;
+# fewer where elements by contact are searched in every one of them
+COUNTED = 600, 2000  # drawn anew to count, between these as many as trials
+FIXED, FIXED_BLIND = (0.0, 20.0), (0.0, 6.0)  # form over noise, counted by themselves; of values alone
+FIXED_RATIOS = (0.0, 6.0, 20.0)
+LEAST, LEAST_OTHER = 0.93, 0.90  # least coverage for p = 95 % of parts of the family, and of another one
+REACH = 3.0  # parts are drawn with forms up to so many times what was indicated
+FAR, FORMED = 20.0, 1.0  # over the noise: how far off, or how rough, the parts are for which U is told
+ADDED, ADDED_BY_CONTACT = 2000, 300  # parts from which U is told
+BLIND = 0.1  # of the true value: parts far off that indicate less are not seen
+HIDDEN = (
+    "the points hardly meet some forms: a part of any true value could indicate as little; more points help"
+)
+TOO_FEW = (
+    "the coverage of the interval about the true value was counted and is too small: {:.0%} of drawn parts, {:.0%} of "
+    "parts of another kind; more points help"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CountedInverse:
+    """The inverse of one characteristic with what was counted of it: parts of the family, parts of another one."""
+
+    inverse: Inverse
+    counted: tuple[float, float]
+
+    def blind(self, p: float) -> bool:
+        """Whether some parts, however far off, indicate next to nothing: then no indication bounds the true value."""
+        return self.inverse.sight(p) < BLIND
+
+    def shortfall(self, p: float) -> str:
+        """Why the interval is not claimed; empty where it is."""
+        if self.blind(p):
+            return HIDDEN
+        return "" if self.held(p) else TOO_FEW.format(*self.counted)
+
+    def held(self, p: float) -> bool:
+        """Whether enough of the drawn parts of both kinds had their true value in the interval for p."""
+        return self.counted[0] >= p - (0.95 - LEAST) and self.counted[1] >= p - (0.95 - LEAST_OTHER)
+
+
+@dataclass(frozen=True, eq=False)
+class Added:
+    """What the machine adds to parts that are off or rough: (C,) u and half of where p lie; by Input (m, C), by the form (C,)."""
+
+    u: Array
+    half: Array
+    by_input: Array
+    by_form: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Inversion:
+    """Belts of all characteristics of a task, by how far they reach. numbers: the characteristics that are extreme."""
+
+    drawing: Drawing
+    settings: Settings
+    numbers: tuple[int, ...]
+    _drawn: dict[int, DrawnParts] = field(default_factory=dict, repr=False)
+    _made: dict[tuple[int, int, bool], CountedInverse] = field(default_factory=dict, repr=False)
+
+    @property
+    def characteristics(self) -> tuple[Characteristic, ...]:
+        return self.drawing.task.part.characteristics
+
+    def reach(self, i: int, y: float) -> int:
+        """How often the largest form is doubled so that it is well beyond an indicated value."""
+        if not gps.one_sided(self.characteristics[i]):
+            return 0
+        asked = REACH * y / min(*self.drawing.noise.values(), self.drawing.attitude) / MOST
+        return max(int(np.ceil(np.log2(asked))), 0) if asked > 1.0 else 0
+
+    def counted(self, i: int, y: float, seen: bool) -> CountedInverse:
+        """The belt of characteristic i for an indicated value, mm or rad. seen: the roughness of the part is known too."""
+        place = (i, self.reach(i, y), seen and sorted_by_roughness(self.characteristics[i]))
+        if place not in self._made:
+            drawn = self.drawn(place[1])
+            self._made[place] = _counted(self.characteristics[i], i, drawn, self.settings.p, place[2])
+        return self._made[place]
+
+    def drawn(self, reach: int = 0) -> DrawnParts:
+        """Parts drawn with forms up to MOST 2^reach times the noise."""
+        if reach not in self._drawn:
+            self._drawn[reach] = DrawnParts(self.drawing, self.settings, MOST * 2.0**reach)
+        return self._drawn[reach]
+
+    @cached_property
+    def added(self) -> Added:
+        return _added(self.drawing, self.settings)
+
+
+@dataclass(frozen=True, eq=False)
+class Inverted:
+    """The true value of characteristic i by its belt. rest: root mean square of the residuals, mm, None where no points are
+    known; limit: why coverage may not be claimed whatever was counted.
+    """
+
+    inversion: Inversion
+    i: int
+    rest: float | None = None
+    limit: str = ""
+
+    def given(self, y: float, p: float, kind: str, limits: Limits | None = None) -> Statement:
+        one = self.inversion.counted(self.i, y, self.rest is not None)
+        found, rest = np.array([y]), None if self.rest is None else np.array([self.rest])
+        low, high = (float(end[0]) for end in one.inverse.interval(p, found, rest))
+        within = (
+            None if limits is None else float(np.clip(one.inverse.within(*limits, y, self.rest), 0.0, 1.0))
+        )
+        high = np.inf if one.blind(p) else high
+        return Statement(
+            float(one.inverse.estimate(found, rest)[0]),
+            (low, high),
+            within,
+            one.shortfall(p) or self.limit,
+            one.counted,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnParts:
+    """Parts of every kind with forms up to `most` times the noise, drawn when they are asked for."""
+
+    drawing: Drawing
+    settings: Settings
+    most: float
+    _kept: dict[str, Sequence[Pairs]] = field(default_factory=dict, repr=False)
+
+    @property
+    def count(self) -> int:
+        return int(np.clip(self.settings.trials, *COUNTED))
+
+    @property
+    def known(self) -> Sequence[Pairs]:
+        """For the belts, one family after another."""
+        few, many = BY_CONTACT if in_contact(self.drawing.task) else PARTS
+        return self._of_families("known", int(np.clip(self.settings.trials, few, many)), self.settings.seed)
+
+    @property
+    def anew(self) -> Sequence[Pairs]:
+        """Of the same families, for counting."""
+        return self._of_families("anew", self.count, self.settings.seed + 1)
+
+    def _of_families(self, what: str, count: int, seed: int) -> Sequence[Pairs]:
+        if what not in self._kept:
+            self._kept[what] = families(self.drawing, count // len(KNOWN), seed, most=self.most)
+        return self._kept[what]
+
+    @property
+    def other(self) -> Pairs:
+        """Of another kind."""
+        if "other" not in self._kept:
+            one = pairs(self.drawing, self.count, self.settings.seed + 2, OTHER, most=self.most)
+            self._kept["other"] = [one]
+        return self._kept["other"][0]
+
+    def fixed(self, ratio: float) -> Pairs:
+        """Of which the form of all is so many times the noise."""
+        what = f"form {ratio:g}"
+        if what not in self._kept:
+            seed = self.settings.seed + 3 + FIXED_RATIOS.index(ratio)
+            self._kept[what] = [both(self.drawing, self.count, seed, ratio=ratio)]
+        return self._kept[what][0]
+
+
+def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inversion:
+    """What the extreme values of a task (characteristics number `numbers`) are read with."""
+    return Inversion(prepared(task, settings.seed), settings, tuple(numbers))
+
+
+def in_contact(task: Task) -> bool:
+    """Whether a characteristic asks for elements by contact, which take a hundred times as long as least squares."""
+    return any(set(asked) - {POINTS} for asked in wanted(task.part.characteristics).values())
+
+
+def _counted(c: Characteristic, i: int, drawn: DrawnParts, p: float, seen: bool) -> CountedInverse:
+    """seen: read with the roughness of every part, as points tell it; else blind, from the value alone."""
+    inverse = inverse_of(c, i, drawn.known)
+    blind = sorted_by_roughness(c) and not seen
+    at = FIXED_BLIND if blind else FIXED
+    anew = [*drawn.anew, *(drawn.fixed(ratio) for ratio in at)]
+    least = min(coverage(inverse, i, one, p, not blind) for one in anew)
+    return CountedInverse(inverse, (least, coverage(inverse, i, drawn.other, p, not blind)))
+
+
+def _added(drawing: Drawing, settings: Settings) -> Added:
+    """Of parts without form that are far off for orientation and location, of parts as rough as the noise for the others.
+
+    There the machine acts as on every part that is off by more; what indicated and true value differ by is the error.
+    """
+    count = ADDED_BY_CONTACT if in_contact(drawing.task) else ADDED
+    far, formed = (_of_parts(drawing, settings, count, *how) for how in ((0.0, FAR), (FORMED, 0.0)))
+    placed = [c.type in gps.PLACED for c in drawing.task.part.characteristics]
+    return Added(*(np.where(placed, a, b) for a, b in zip(far, formed)))
+
+
+def _of_parts(
+    drawing: Drawing, settings: Settings, count: int, form: float, off: float
+) -> tuple[Array, Array, Array, Array]:
+    model, place = drawing.measured, (settings.seed + 4, 0)
+    touched, surface = surfaces(drawing, count, place, (KNOWN[0], MOST, form), off)
+    true, still = values(drawing.surface, surface), values(model, touched)
+    error = values(model, touched + machine_part(model, *place, count)) - true
+    kept = np.isfinite(error).all(axis=1) & np.isfinite(still).all(axis=1)
+    low, high = np.quantile(error[kept], [(1 - settings.p) / 2, (1 + settings.p) / 2], axis=0)
+    alone = [
+        _alone(model, touched, still, moved)
+        for moved in (of_input(model, d) for d in draw_inputs(model, *place, count))
+    ]
+    by_form = (still - true)[kept].std(axis=0)
+    return error[kept].std(axis=0), (high - low) / 2, np.array(alone).reshape(-1, len(low)), by_form
+
+
+def _alone(model: LinearModel, touched: Array, still: Array, moved: Array) -> Array:
+    """Standard deviation (C,) of what one Input adds."""
+    if not moved.any():
+        return np.zeros(still.shape[1])
+    return np.asarray(np.nanstd(values(model, touched + moved) - still, axis=0))

@@ -1,0 +1,226 @@
+"""Parts drawn at random and measured by the machine as it is known: true and indicated values, side by side.
+
+Every part has forms of a family on all its features and, where location and orientation are toleranced, features that are
+shifted and tilted; sizes of forms and motions are spread evenly over the decades from far below the noise of the machine to
+far above what was found. The machine errs as its Inputs say; both sides are evaluated by the linear model of the task.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from zlib import crc32
+
+import numpy as np
+
+from vcmm.core.errors import ModelLimit
+from vcmm.core.run import Array
+from vcmm.evaluation.dense import surface_model
+from vcmm.evaluation.form_family import FAMILIES, KNOWN, left_over, motions
+from vcmm.evaluation.linear import LinearModel, build
+from vcmm.evaluation.montecarlo import simulate
+from vcmm.evaluation.sampling import multiplying
+from vcmm.gps import characteristics as gps
+from vcmm.measuring.task import Task
+from vcmm.response.trials import Draws
+
+BLOCK = 2000
+LOST = 0.02  # of the drawn parts may have no element by a criterion of contact: rarer than what the quantiles tell
+LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
+FORMLESS = 0.1  # share of parts without form
+APART = 0.5  # lognormal spread of the features of one part about the size of its forms: one process made them
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """true, indicated (N, C) mm or rad; rest (N, C): root mean square of the residuals of the features of each characteristic."""
+
+    true: Array
+    indicated: Array
+    rest: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What pairs are drawn from: the measured and the dense model, and per feature the noise left over by a fit."""
+
+    task: Task
+    measured: LinearModel
+    surface: LinearModel
+    noise: Mapping[str, float]
+    attitude: float  # mm: how far the machine moves a feature as a whole
+    left: Mapping[str, Array]
+    moved: frozenset[str]  # features whose place and direction are toleranced
+
+
+def prepared(task: Task, seed: int) -> Drawing:
+    """Models about the nominal part, and how large the noise of the machine is at each feature."""
+    plain = replace(task, form=np.zeros_like(task.form), forms={})
+    model = build(plain)
+    t = task.touches
+    left = {n: left_over(task.part.features[n], t.points[r], t.normals[r]) for n, r in t.rows.items()}
+    noise = machine_part(model, seed, 0, 400)
+    noise = noise - noise.mean(axis=0)
+    sizes = {n: max(float((noise[:, r] @ left[n]).std()), 1e-7) for n, r in t.rows.items()}
+    moved = {
+        n for c in task.part.characteristics if gps.one_sided(c) and c.type not in gps.FORM for n in c.of
+    }
+    return Drawing(
+        task=plain, measured=model, surface=surface_model(plain), noise=sizes, attitude=max(float(noise.std()), 1e-7),
+        left=left, moved=frozenset(moved),
+    )  # fmt: skip
+
+
+def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array:
+    """Displacements (count, n) of the touches along their normals by drawn machines, the known errors not among them.
+
+    Trials of the collapsed model whose quantities are the touches themselves: Inputs of normal law are drawn together.
+    """
+    n = model.task.touches.run.n
+    of_touches = replace(model, operator=np.eye(n), q0=np.zeros(n))
+    terms, multiplied = multiplying(of_touches, of_touches.terms())
+    carried = len(terms[0].gain) if terms else n
+    drawn = np.concatenate(list(simulate(np.zeros(carried), terms, seed=seed, trials=count, first=first)))
+    return drawn if multiplied is None else multiplied(drawn)
+
+
+def of_input(model: LinearModel, one: Draws) -> Array:
+    """Displacements (count, n) of the touches along their normals by the draws of one Input."""
+    codes = one.influence.codes
+    return np.asarray(np.einsum("mnk,nk->mn", one.departures[:, codes], model.along_normal(one.influence)))
+
+
+def families(
+    drawing: Drawing,
+    count: int,
+    seed: int,
+    names: Sequence[str] = KNOWN,
+    most: float = MOST,
+    ratio: float | None = None,
+) -> list[Pairs]:
+    """`count` parts of each family, measured by the same machines. most: largest form over noise; ratio: that of all parts."""
+    blocks: list[list[tuple[Array, Array, Array]]] = [[] for _ in names]
+    for at in range(0, count, BLOCK):
+        size = min(BLOCK, count - at)
+        noise = machine_part(drawing.measured, seed, at, size)
+        for name, found in zip(names, blocks):
+            found.append(_block(drawing, noise, (seed, at), (name, most, ratio)))
+    return [Pairs(*(np.concatenate(x) for x in zip(*found))) for found in blocks]
+
+
+def pairs(
+    drawing: Drawing, count: int, seed: int, family: str, most: float = MOST, ratio: float | None = None
+) -> Pairs:
+    """`count` parts of one family."""
+    return families(drawing, count, seed, (family,), most, ratio)[0]
+
+
+def both(drawing: Drawing, count: int, seed: int, most: float = MOST, ratio: float | None = None) -> Pairs:
+    """Parts of the families that the inverse knows, as many of each."""
+    drawn = families(drawing, count // len(KNOWN), seed, KNOWN, most, ratio)
+    return Pairs(*(np.concatenate([getattr(d, n) for d in drawn]) for n in ("true", "indicated", "rest")))
+
+
+def _block(
+    drawing: Drawing, noise: Array, place: tuple[int, int], how: tuple[str, float, float | None]
+) -> tuple[Array, Array, Array]:
+    touched, surface = surfaces(drawing, len(noise), place, how)
+    found = touched + noise
+    true = values(drawing.surface, surface)
+    indicated = values(drawing.measured, found)
+    kept = np.isfinite(true).all(axis=1) & np.isfinite(indicated).all(axis=1)
+    if kept.mean() < 1.0 - LOST:
+        raise ModelLimit(
+            f"{1.0 - kept.mean():.0%} of the drawn parts have no element by the criteria asked for; measure more points, or use criterion G"
+        )
+    return true[kept], indicated[kept], _rest(drawing, found[kept])
+
+
+def surfaces(
+    drawing: Drawing,
+    count: int,
+    place: tuple[int, int],
+    how: tuple[str, float, float | None],
+    off: float | None = None,
+) -> tuple[Array, Array]:
+    """Departures of `count` parts at the touches (count, n), and all over (count, N); mm along the outward normals.
+
+    place: seed, number of the first part; how: family, largest form over noise, the form of all (None: any); off: how far all are
+    out of place and direction (None: as their forms), over the noise.
+    """
+    own_stream = [*place, sorted(FAMILIES).index(how[0])]
+    ratio = _ratios(np.random.default_rng(own_stream), count, how[1], how[2])
+    touched = np.zeros((count, drawing.measured.task.touches.run.n))
+    surface = np.zeros((count, drawing.surface.task.touches.run.n))
+    for name in drawing.noise:
+        rng = np.random.default_rng([*own_stream, crc32(name.encode())])
+        own = ratio if how[2] is not None else ratio * np.exp(APART * rng.normal(size=(count, 1)))
+        of_feature = _departures(drawing, name, rng, own, how, off)
+        touched[:, drawing.measured.task.touches.rows[name]] = of_feature[0]
+        surface[:, drawing.surface.task.touches.rows[name]] = of_feature[1]
+    return touched, surface
+
+
+def values(model: LinearModel, displacements: Array) -> Array:
+    """Characteristics (m, C) after displacements (m, n); NaN for the few parts whose elements by contact are not found."""
+    try:
+        return model.values(model.q0 + displacements @ model.operator.T)
+    except ModelLimit:
+        if len(displacements) == 1:
+            return np.full((1, len(model.characteristics)), np.nan)
+        return np.concatenate([values(model, half) for half in np.array_split(displacements, 2)])
+
+
+def _departures(
+    drawing: Drawing,
+    name: str,
+    rng: np.random.Generator,
+    ratio: Array,
+    how: tuple[str, float, float | None],
+    off: float | None,
+) -> list[Array]:
+    """Departures of one feature at its touches and all over.
+
+    ratio (count, 1): form over noise of every part. Place and direction vary by themselves.
+    """
+    count, (family, most, fixed) = len(ratio), how
+    feature, models = drawing.task.part.features[name], (drawing.measured, drawing.surface)
+    sets = [m.task.touches.points[m.task.touches.rows[name]] for m in models]
+    normals = [m.task.touches.normals[m.task.touches.rows[name]] for m in models]
+    formed = feature.kind not in ("point", "mesh")
+    shapes = (
+        FAMILIES[family](rng, feature, sets, count) if formed else [np.zeros((count, len(p))) for p in sets]
+    )
+    drawn = [drawing.noise[name] * ratio * shape for shape in shapes]
+    if name in drawing.moved:
+        away = _ratios(rng, count, most, fixed if off is None else off)
+        way = rng.normal(size=(count, 6)) * drawing.attitude * away
+        way[:, 3:] *= 2.0 / max(float(np.ptp(sets[1], axis=0).max()), 1.0)
+        drawn = [d + way @ motions(feature, p, n)[:, :6].T for d, p, n in zip(drawn, sets, normals)]
+    return drawn
+
+
+def _ratios(rng: np.random.Generator, count: int, most: float, fixed: float | None) -> Array:
+    """(count, 1): evenly over the decades, some of nothing; or all the same."""
+    if fixed is not None:
+        return np.full((count, 1), fixed)
+    ratio = np.exp(rng.uniform(np.log(LEAST), np.log(most), (count, 1)))
+    return np.where(rng.uniform(size=(count, 1)) < FORMLESS, 0.0, ratio)
+
+
+def _rest(drawing: Drawing, found: Array) -> Array:
+    """(N, C) mm: what the fits of a characteristic's features leave, root mean square."""
+    rows = drawing.task.touches.rows
+    square = {n: ((found[:, r] @ drawing.left[n]) ** 2).mean(axis=1) for n, r in rows.items()}
+    columns = [
+        np.sqrt(np.mean([square[n] for n in gps.needs(c) if n in square], axis=0))
+        for c in drawing.task.part.characteristics
+    ]
+    return np.stack(columns, axis=1)
+
+
+def rest_of(drawing: Drawing, points: Array) -> Array:
+    """(C,) mm: the same of measured points (n, 3)."""
+    t = drawing.task.touches
+    found = ((points - t.points) * t.normals).sum(axis=1)
+    return _rest(drawing, found[None])[0]
