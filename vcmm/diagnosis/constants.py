@@ -39,6 +39,7 @@ EXACT = 0.01  # of a signal, a fifth of MISMATCH: who leaves no more says the sa
 SAME = 0.99  # of the energy of a signal, which leaves a tenth of it, twice MISMATCH: then a span holds it
 THIRD = 1 / 3  # of its evidence that a shape must leave a name, else the name was its shadow: chosen
 MOSTLY = 0.5  # of the energy: what is more than half of a thing gives it its name
+FORGIVEN = 0.1  # of what a term wins in the other folds, twice MISMATCH: fit and prediction both err by it
 SEEN = 7.0  # delta at which the right name stands first in 95 % of recordings (docs/exam.md)
 EXCITED = 2.0  # delta in the rows of a fold: at most two nats, less than STRONG: it says nothing
 LEAST_SPREAD = 1.0  # nats: the gain of a fold in simulated recordings is not believed to be better known
