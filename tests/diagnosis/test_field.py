@@ -180,9 +180,8 @@ def test_what_a_field_leaves_to_the_names():
     (most,) = weighed((answer,), Field(-VERY_STRONG, unknown, (0,), np.zeros((3, 0))))
     assert most.probability == pytest.approx(0.8 * 0.99331, abs=1e-4)
     assert weighed((answer,), None) == (answer,)
-    assert Field(1e4, unknown, (0,), np.zeros((3, 0))).share == pytest.approx(
-        1e-6, rel=1e-5
-    )  # no surer than that
+    surest = Field(1e4, unknown, (0,), np.zeros((3, 0))).share
+    assert surest == pytest.approx(1e-6 / (1 + 1e-6), rel=1e-9)  # odds of a million and no more
     assert weighed((answer, answer), Field(0.0, unknown, (1,), np.zeros((3, 0))))[0] == answer
 
 

@@ -70,8 +70,8 @@ def test_slit_axes_have_a_reversal_error(axis, diagnosed, tmp_path):
     source = data_file(f"data/recordings/iso230_2_linear_axis/slit_11358_axis{axis}_tidy.csv")
     found = diagnosed(slit_axis(source, tmp_path))
     doubtful = [a["effect"] for a in found["answer"] if a["doubtful"]]
-    # on axis 2 a profile of a third of the reversal is left beside both names: a field over X that has no name
-    assert (found["verdict"], doubtful) == ("explained" if axis == 1 else "partly explained", [])
+    # on axis 2 a profile of a third of the reversal may be left beside both names; it is within what chance leaves there
+    assert (found["verdict"], doubtful) == ("explained", [])
     reversal = max(found["answer"], key=lambda a: a["share"])
     assert {"backlash", "lost_motion"} & {reversal["effect"], *reversal["cannot_be_told_from"]}
     assert reversal["where"] == {"axis": "X"}

@@ -44,7 +44,8 @@ def account(one: Judged, known: Catalogue, searched: Problem, whole: Problem, se
     if searched is not whole and not _has_field(used):
         mistake, whole = mistake_on_all_rows(mistake, whole)
         named = on_all_rows(named, whole, seed)
-    given = delivered(named.problem, named.stage, named.selection.terms, found)
+    parts = one.parts if named.problem is used else None
+    given = delivered(named.problem, named.stage, named.selection.terms, found, parts)
     every = answers(named, given, mistake, seed)
     excess = "" if rest else scatter_excess(one.selection, stage.white, stage.noise, stage.sample)
     pulls = pulls_of(given, named.stage)

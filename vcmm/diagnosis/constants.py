@@ -59,4 +59,4 @@ SUREST = -log(UNSEEN)  # nats that a field or names may have over one another: o
 LOWEST = UNSEEN**2  # of a chance: beyond seven standard deviations the normal law itself is not believed
 RESOLVED = sqrt(2.0 * STRONG)  # delta s from which STRONG nats separate two names
 DEVIATIONS = NormalDist().inv_cdf(1.0 - FALSE_ALARM)  # of the mean square of noise in a null recording
-MAD = 1.0 / NormalDist().inv_cdf(0.75)  # standard deviations per median of |x|, normal law
+MAD = 1.0 / NormalDist().inv_cdf(0.75)  # standard deviations per median of the absolute value, normal law

@@ -44,11 +44,20 @@ class Delivered:
         return self.number.index(i) if i in self.number else None
 
 
-def delivered(problem: Problem, stage: Stage, terms: Sequence[Term], wanted: Sequence[int]) -> Delivered:
-    """The refit of the terms with the numbers `wanted`, less those that make rows worse."""
-    free = problem.without(replaced(problem, [terms[i] for i in wanted]))
+def delivered(
+    problem: Problem,
+    stage: Stage,
+    terms: Sequence[Term],
+    wanted: Sequence[int],
+    known: Sequence[Fold] | None = None,
+) -> Delivered:
+    """The refit of the terms with the numbers `wanted`, less those that make rows worse. known: the folds of the problem, if at
+    hand.
+    """
+    gone = replaced(problem, [terms[i] for i in wanted])
+    free = problem.without(gone)
     setting = setting_for(free, stage)
-    parts = folds(free, stage.u, stage.noise.rho)
+    parts = known if known is not None and not gone else folds(free, stage.u, stage.noise.rho)
     number, withheld = tuple(wanted), dict[int, str]()
     now = _refit(number, terms, setting)
     while number:
@@ -60,8 +69,8 @@ def delivered(problem: Problem, stage: Stage, terms: Sequence[Term], wanted: Seq
         best = min(
             range(len(rest)), key=lambda j: (len(_trouble(free, parts, tried[j])), rms_left(free, tried[j]))
         )
-        (gone,) = set(number) - set(rest[best])
-        withheld[gone] = found[0]
+        (worst,) = set(number) - set(rest[best])
+        withheld[worst] = found[0]
         number, now = rest[best], tried[best]
     return Delivered(free, now, parts, number, withheld)
 

@@ -28,7 +28,6 @@ from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
 from vcmm.diagnosis.select import Selection, Setting, Term, basis_of, joint
 from vcmm.diagnosis.shortfall import failing_fold, of_fold
-from vcmm.diagnosis.two_searches import best_road
 
 FIELD = "field"  # a covariance beside those of the machine's Inputs
 
@@ -54,7 +53,7 @@ class Judged:
 
 
 def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> Judged:
-    """The better of the two roads, what its terms are worth, and a field that may stand for them.
+    """The terms that hold, what they are worth, and a field that may stand for them.
 
     in_field: a field stands beside the calibration already. No further shape without physics is weighed, and a fold, in which
     the field is as free again, refuses no term here; what makes rows worse is not handed over all the same.
@@ -64,7 +63,8 @@ def judged(chosen: Chosen, stage: Stage, seed: int, in_field: bool = False) -> J
     parts = folds(used, stage.u, stage.noise.rho)
     held_by = _as_they_are if in_field else partial(that_hold, generic=stage.generic)
     shapes = None if in_field else stage.generic
-    selection, failed = best_road(used, parts, selection, setting, held_by)
+    searched, selection = selection, held_by(used, parts, selection, setting)
+    failed = len(selection.terms) < len(searched.terms)
     selection = of_the_machine(selection, _standings(used, parts, selection, setting, shapes), setting)
     places = _standings(used, parts, selection, setting, shapes)
     field = rival_field(used, selection, setting, stage.sample) if selection.terms else None

@@ -83,7 +83,7 @@ def staged(
 def _largest(given: Scorer, sample: Array) -> Array:
     if not given.found.families:
         return np.zeros(sample.shape[1])
-    return np.asarray(given.scores(sample).max(axis=0))
+    return given.largest(sample)
 
 
 def setting_of(problem: Problem, stage: Stage) -> Setting:

@@ -21,7 +21,6 @@ from vcmm.diagnosis.constants import CLOSING, DEVIATIONS, MISMATCH, MOST_TERMS, 
 from vcmm.diagnosis.evidence import Dictionary, scorer
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import RANK, SCALES, Posterior, Whitener, best_width, posterior, without_span
 
 
@@ -153,30 +152,7 @@ def cleaned(setting: Setting) -> Setting:
 
 def select(setting: Setting) -> Selection:
     """The terms that the recording calls for."""
-    return best_subset(_forward(joint((), setting), setting, _any), setting)
-
-
-def select_simply(setting: Setting) -> Selection:
-    """The same, one number per name first: a curve with many numbers stands for several simple errors at once and is
-    picked before any of them; none of them alone then beats it, although together they explain as much.
-
-    Here a curve may come beside a simple name that it holds, and take over where the name no longer pays; it does not
-    push it out. See vcmm.diagnosis.two_searches for what becomes of it.
-    """
-    every = replace(setting, start=setting.raw)  # not cleaned about what another road found
-    simple = _forward(joint((), every), every, _one_number)
-    if not simple.terms:
-        return simple
-    own = replace(setting, start=simple.y)
-    return best_subset(_forward(joint(simple.terms, own), own, _any, keep=True), own)
-
-
-def _any(family: Family) -> bool:
-    return True
-
-
-def _one_number(family: Family) -> bool:
-    return min(o.columns.shape[1] for o in family.options) == 1
+    return best_subset(_forward(joint((), setting), setting), setting)
 
 
 def _nothing_free(family: Family) -> bool:
@@ -189,16 +165,14 @@ def worth(state: Selection, setting: Setting) -> float:
     return _value(state.terms, state.y, setting)
 
 
-def _forward(
-    state: Selection, setting: Setting, allowed: Callable[[Family], bool], keep: bool = False
-) -> Selection:
-    """Terms added and pruned until the threshold stops it. keep: no term gives way to a name that holds it."""
+def _forward(state: Selection, setting: Setting) -> Selection:
+    """Terms added and pruned until the threshold stops it."""
     seen: set[tuple[str, ...]] = set()
     while len(state.terms) < MOST_TERMS and len(setting.found.families):
-        new = _best_addition(state, setting, allowed)
+        new = _best_addition(state, setting)
         if new is None:
-            return _closed(state, setting, allowed) or state
-        state = _pruned(joint((*state.terms, new), setting), setting, allowed, keep)
+            return _closed(state, setting) or state
+        state = _pruned(joint((*state.terms, new), setting), setting)
         key = tuple(sorted(t.family.id for t in state.terms))
         if key in seen:
             break
@@ -206,12 +180,12 @@ def _forward(
     return state
 
 
-def _closed(state: Selection, setting: Setting, allowed: Callable[[Family], bool]) -> Selection | None:
+def _closed(state: Selection, setting: Setting) -> Selection | None:
     """`state` with the few names of one number that leave the stated noise and nothing beyond; None where none do."""
     if not state.terms or _is_noise(state, setting):
         return None
     for _ in range(min(CLOSING, MOST_TERMS - len(state.terms))):
-        new = _best_addition(state, setting, lambda f: allowed(f) and _nothing_free(f), 0.0)
+        new = _best_addition(state, setting, _nothing_free, 0.0)
         if new is None:
             return None
         state = joint((*state.terms, new), setting)
@@ -227,14 +201,17 @@ def _is_noise(state: Selection, setting: Setting) -> bool:
 
 
 def _best_addition(
-    state: Selection, setting: Setting, allowed: Callable[[Family], bool], allowance: float | None = None
+    state: Selection,
+    setting: Setting,
+    allowed: Callable[[Family], bool] | None = None,
+    allowance: float | None = None,
 ) -> Term | None:
     """The name of highest evidence above the threshold and the allowance for templates (by default the mismatch)."""
     options = conditional(state.terms, state, setting)
     scores = family_scores(setting.found, options)
     taken = {t.family.id for t in state.terms}
     for i, family in enumerate(setting.found.families):
-        if family.id in taken or not allowed(family):
+        if family.id in taken or (allowed is not None and not allowed(family)):
             scores[i] = -np.inf
     best = int(np.argmax(scores))
     if scores[best] <= setting.threshold + (mismatch(state) if allowance is None else allowance):
@@ -324,21 +301,17 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
 
 
-def _pruned(
-    state: Selection, setting: Setting, allowed: Callable[[Family], bool], keep: bool = False
-) -> Selection:
+def _pruned(state: Selection, setting: Setting) -> Selection:
     """Backward elimination and swaps until nothing changes: an early wrong pick does not survive."""
     for _ in range(2 * MOST_TERMS):
-        change = _one_change(state, setting, allowed, keep)
+        change = _one_change(state, setting)
         if change is None:
             return state
         state = joint(change, setting)
     return state
 
 
-def _one_change(
-    state: Selection, setting: Setting, allowed: Callable[[Family], bool], keep: bool
-) -> tuple[Term, ...] | None:
+def _one_change(state: Selection, setting: Setting) -> tuple[Term, ...] | None:
     if len(state.terms) < 2:
         return None
     for i in range(len(state.terms)):
@@ -347,8 +320,7 @@ def _one_change(
         scores = family_scores(setting.found, options)
         taken = {t.family.id for t in others}
         for j, family in enumerate(setting.found.families):
-            larger = keep and generalises(family.name, state.terms[i].family.name)
-            if family.id in taken or not allowed(family) or larger:
+            if family.id in taken:
                 scores[j] = -np.inf
         best = int(np.argmax(scores))
         if scores[best] <= setting.threshold:

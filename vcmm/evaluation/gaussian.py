@@ -192,20 +192,20 @@ def log_evidence(groups: ColumnBlocks, r: Array, dof: int, scales: Sequence[floa
     ln BF = -1/2 ln|I + s^2 G| - dof/2 ln(1 - q/R), q = b^T (G + s^-2)^-1 b, b = X^T r, R = r^T r, averaged over the
     prior widths s; the noise scale is integrated out with the Jeffreys prior.
     """
-    squared = (groups.column.T @ r) ** 2
+    squared = (
+        groups.column.T @ r
+    ) ** 2  # in the precision of both: float32 where thousands of nulls are compared
     total = np.maximum((r * r).sum(axis=0), 1e-300)
-    out: Array | None = None
-    for s in scales:
-        one = _at_width(groups, squared, total, dof, s)
-        out = one if out is None else np.logaddexp(out, one)
-    return np.asarray(out) - np.log(len(scales))
+    each = [_at_width(groups, squared, total, dof, s) for s in scales]
+    top = np.max(each, axis=0)
+    return np.asarray(top + np.log(np.mean([np.exp(one - top) for one in each], axis=0)))
 
 
 def _at_width(groups: ColumnBlocks, squared: Array, total: Array, dof: int, s: float) -> Array:
     gain = s**2 / (1 + s**2 * groups.size)
     q = group_sums(groups.start, gain, squared)
-    volume = np.add.reduceat(np.log1p(s**2 * groups.size), groups.start)
-    share = np.minimum(q / total, 1 - 1e-12)
+    volume = np.add.reduceat(np.log1p(s**2 * groups.size), groups.start).astype(q.dtype)
+    share = np.minimum(q / total, 1 - max(1e-12, np.finfo(q.dtype).eps))
     return np.asarray(-0.5 * volume[:, None] - 0.5 * dof * np.log1p(-share))
 
 
@@ -214,7 +214,7 @@ def group_sums(start: Ints, weight: Array, x: Array) -> Array:
     from scipy.sparse import csr_array
 
     k = len(weight)
-    matrix = csr_array((weight, np.arange(k), np.append(start, k)), shape=(len(start), k))
+    matrix = csr_array((weight.astype(x.dtype), np.arange(k), np.append(start, k)), shape=(len(start), k))
     return np.asarray(matrix @ x)
 
 

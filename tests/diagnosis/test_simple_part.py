@@ -1,4 +1,4 @@
-"""One number per name first: a scaled plate out of square is no bundle of curves, and a curve says what is most of it."""
+"""A scaled plate out of square is no bundle of curves, and a curve says what is most of it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,7 @@ from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.laws import Normal
 from vcmm.core.machine import Machine
 from vcmm.core.run import Run
-from vcmm.diagnosis.candidates import Family, Option
-from vcmm.diagnosis.evidence import dictionary
 from vcmm.diagnosis.job import diagnose
-from vcmm.diagnosis.select import Setting, select
-from vcmm.diagnosis.two_searches import best_road, names
-from vcmm.evaluation.gaussian import whitener
 from vcmm.response.recording import Recording
 
 AXES = {a: Axis(a, (-400.0, 400.0)) for a in "XYZ"}
@@ -51,30 +46,3 @@ def test_scales_and_squareness_are_read_off(bend):
     if not bend:
         assert set(answer) == {("scale_factor", "X"), ("scale_factor", "Y"), ("squareness", "C0Y")}
         assert found.verdict == "explained"
-
-
-def family(name: str, columns: np.ndarray) -> Family:
-    k = columns.shape[1]
-    return Family(name, {}, (Option(None, columns, np.ones(k), tuple(map(str, range(k))), 0.0),), 0.0)
-
-
-def test_two_simple_names_are_not_given_up_for_one_curve_with_many_numbers():
-    """Two names of one number, delta 10 each, and a curve of twelve that holds both, in noise of 1.
-
-    Alone either name explains half of an energy of 200, the curve all of it, so the straight road takes the curve and then
-    needs nothing else. Together the two explain as much with ten numbers fewer: worth about 10 x 1/2 ln(1 + 1 x 100) = 23 nats.
-    """
-    rng = np.random.default_rng(3)
-    q = np.linalg.qr(rng.standard_normal((300, 12)))[0]
-    noise = rng.standard_normal(300)
-    y = 10 * q[:, 0] + 10 * q[:, 1] + noise - q @ (q.T @ noise)
-    none = np.zeros((300, 0))
-    white = whitener(np.ones(300), none, none)
-    families = [family("play", 10 * q[:, [0]]), family("lobes", 10 * q[:, [1]]), family("form", 10 * q)]
-    found = dictionary(families, white)
-    setting = Setting(found, white, y, np.inf, 3.0, lambda option, r, basis: option)
-    straight = select(setting)
-    assert names(straight) == {"form"}
-    best, short = best_road(None, [], straight, setting, lambda problem, parts, s, setting: s)
-    assert names(best) == {"play", "lobes"}
-    assert not short
