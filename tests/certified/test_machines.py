@@ -168,3 +168,11 @@ def test_the_page_shows_what_the_scenario_gives() -> None:
     found = uncertainty(load_scenario(path("certificate")), trials=20_000).characteristics
     shown = (Path(__file__).parents[2] / "docs" / "certificate.md").read_text(encoding="utf-8")
     assert ", ".join(f"{c.expanded * 1e3:.2f}" for c in found) + " µm" in shown
+
+
+def test_the_machine_of_a_scenario_is_tested(capsys: pytest.CaptureFixture[str]) -> None:
+    from vcmm.library import path as shipped
+
+    assert run(["test", str(shipped("certificate")), "--iso", "10360-2", "--trials", "100", "--json"]) == 0
+    figures = {f["name"]: f for f in json.loads(capsys.readouterr().out)["figures"]}
+    assert figures["R0"]["limit_um"] == pytest.approx(1.5)

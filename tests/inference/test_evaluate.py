@@ -132,7 +132,18 @@ def test_values_and_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str
             "characteristic,value_deg\nbore diameter,30\n",
             '"bore diameter" is a length: name the column value_mm',
         ),
-        ("characteristic,value_um\nbore diameter,30\n", "for a deviation from nominal"),
+        (
+            "characteristic,value_um\nbore diameter,30\n",
+            "it would fit if it were in metres: name the column value_m",
+        ),
+        (
+            "characteristic,value_mm\nbore diameter,1.1811\n",
+            "it would fit if it were in inches: name the column value_in",
+        ),
+        (
+            "characteristic,value_in\nbore diameter,30\n",
+            "it would fit if it were in mm, not inches: name the column value_mm",
+        ),
         ("characteristic,value_mm\nbore square to top,-0.001\n", "perpendicularity is never negative"),
     ],
 )
@@ -146,6 +157,15 @@ def test_values_that_cannot_be_meant(
     assert out == ""
     assert message in err
     assert "values.csv:2" in err
+
+
+def test_an_undecided_characteristic_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario, values = corrected(tmp_path), tmp_path / "values.csv"
+    values.write_text("characteristic,deviation_um\nbore diameter,0.4\n")  # the lower limit, its bias on it
+    assert run(["evaluate", str(scenario), "--values", str(values), "--out", str(tmp_path / "out")]) == 0
+    why = "bore diameter is undecided: it conforms with a probability of"
+    assert why in " ".join(capsys.readouterr().err.split())
+    assert why in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_command_line_says_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -24,7 +24,7 @@ def test_command(
     Parameters
     ----------
     file
-        Machine file (machine/1): predict. Recording file (recording/1): evaluate what was recorded (230-2).
+        Machine file (machine/1), or a scenario with its machine: predict. Recording file (recording/1): evaluate what was recorded (230-2).
     iso
         The test: 230-2, 230-4, 230-6 or 10360-2.
     limit
@@ -40,7 +40,8 @@ def test_command(
     from vcmm.calibrating.limits import limits_of
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import show_table
-    from vcmm.files.machine import load_machine
+    from vcmm.files.machine import machine_from
+    from vcmm.files.machine_tables import machine_table
     from vcmm.files.toml import read_toml
     from vcmm.tables.calibrated import FIGURES
     from vcmm.tables.calibrated import figures as figures_table
@@ -52,7 +53,7 @@ def test_command(
     if str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
         figures = _recorded(file, iso, limits, warnings)
     else:
-        machine = load_machine(file)
+        machine = machine_from(*machine_table(file))
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
         figures = predicted(machine, iso, limits, seed, trials)

@@ -46,7 +46,6 @@ PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share o
 CURVATURE = (
     0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
 )
-NOTHING = 1e-6  # mm or rad: of a U below a nanometre, where nothing uncertain acts, no share is told
 ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
 SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
@@ -308,7 +307,7 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
     half = (high - low) / 2 if outcome.half is None else outcome.half
-    most = ERROR_SHARE * half if half > NOTHING else NOTED
+    most = max(ERROR_SHARE * half, NOTED)
     return "the linear model errs by more than a tenth of U" if outcome.linear_error > most else ""
 
 

@@ -6,10 +6,9 @@ from pathlib import Path
 
 from vcmm.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.files.machine_tables import CertificateTable, MachineFile
+from vcmm.files.machine_tables import CertificateTable, MachineFile, machine_table
 from vcmm.files.problems import TableProblems
 from vcmm.files.schema import read_model
-from vcmm.files.toml import read_toml
 
 
 def certificate_from(table: CertificateTable) -> MachineCertificate:
@@ -52,7 +51,7 @@ def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tu
 
 
 def stated_certificate(path: str | Path) -> MachineCertificate | None:
-    """The certificate that a machine file states, whether or not its errors come from it."""
-    document = read_toml(path)
-    model = read_model(MachineFile, document.data, document, ())
+    """The certificate that a machine file, or the machine of a scenario, states, whether or not its errors come from it."""
+    document, table, at = machine_table(path)
+    model = read_model(MachineFile, {"vcmm": "machine/1", **table}, document, at)
     return None if model.certificate is None else certificate_from(model.certificate)

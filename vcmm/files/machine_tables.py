@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field
 
+from vcmm.core.errors import DataError
 from vcmm.files.schema import (
     AngleSpread,
     AxisAcceleration,
@@ -22,6 +24,7 @@ from vcmm.files.schema import (
     Table,
     Travel,
 )
+from vcmm.files.toml import Document, Location, check_version, read_toml
 
 
 class Dynamics(Table):
@@ -101,3 +104,19 @@ class MachineFile(Table):
     load_limit: Mass | None = None
     large_errors: bool = False
     certificate: CertificateTable | None = None
+
+
+def machine_table(path: str | Path) -> tuple[Document, dict[str, Any], Location]:
+    """The table of a machine file, or of the machine of a scenario, which may name a file."""
+    document = read_toml(path)
+    stated = document.data.get("machine")
+    if not str(document.data.get("vcmm", "")).startswith("scenario/"):
+        check_version(document, "machine")
+        return document, document.data, ()
+    if isinstance(stated, str):
+        return machine_table(document.path.parent / stated)
+    if not isinstance(stated, dict):
+        raise DataError(
+            f"{document.path}: the scenario states no machine; add [machine], or name a machine file"
+        )
+    return document, stated, ("machine",)
