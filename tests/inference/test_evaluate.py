@@ -195,6 +195,28 @@ def test_roundness_held_by_independent_counting(tmp_path: Path) -> None:
         assert held >= 0.92, (amplitude, held)  # 93 % less the scatter of 1500 parts, 0.7 %
 
 
+def test_a_form_is_stated_with_its_filter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Noise of 1 um at 120 points: about 5 um of roundness; of its waves up to 15 UPR about half."""
+    plain, smooth = tmp_path / "plain.toml", tmp_path / "smooth.toml"
+    text = ROUND.replace("n = 24", "n = 120")
+    plain.write_text(text)
+    smooth.write_text(text.replace('type = "roundness"', 'type = "roundness"\nfilter = "gaussian"\nupr = 15'))
+    values = tmp_path / "values.csv"
+    values.write_text("characteristic,value_um\nround,6\n")
+    found = {}
+    for path in (plain, smooth):
+        _, told = document(capsys, "evaluate", str(path), "--values", str(values))
+        found[path] = told["characteristics"][0]
+    assert found[plain]["filter"] is None
+    assert found[smooth]["filter"] == "gaussian filter ISO 16610-21, 15 UPR, tip radius 1 mm"
+    assert 4e-3 < found[plain]["mean_mm"] < 6e-3
+    assert 1.5e-3 < found[smooth]["mean_mm"] < 3.2e-3
+    assert found[smooth]["true_value"]["interval_mm"][0] > found[plain]["true_value"]["interval_mm"][0]
+    smooth.write_text(text.replace('type = "roundness"', 'type = "roundness"\nfilter = "gaussian"\nupr = 50'))
+    assert run(["uncertainty", str(smooth)]) == 2
+    assert "needs 350 points, 7 per wave" in " ".join(capsys.readouterr().err.split())
+
+
 def test_audit_counts_and_its_exit_code_follows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, found = document(capsys, "audit", str(corrected(tmp_path)), "--parts", "400")
     rows = found["audit"]

@@ -114,10 +114,10 @@ def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.console.terminal import say, show_table
     from vcmm.evaluation.result import common_causes
-    from vcmm.tables.evaluated import computed, largest, results, undecided_because
+    from vcmm.tables.evaluated import computed, largest, results, stated_with, undecided_because
 
     show_table(results(result))
-    for sentence in undecided_because(result.characteristics):
+    for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
         say(sentence)
     for table in (largest(result.characteristics), computed(result)):
         show_table(table)

@@ -44,6 +44,7 @@ from vcmm.files.schema import (
 )
 from vcmm.files.toml import Document, Location
 from vcmm.gps import characteristics as gps
+from vcmm.part.characteristic import Filter
 from vcmm.part.form import Lobes
 from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh, members
 
@@ -135,6 +136,9 @@ class CharacteristicTable(Table):
     reciprocity: bool = False
     projected: str | None = Field(default=None, examples=['"20 mm"'])
     zones: str = Field(default="CZ", examples=['"CZ"'])
+    filter: str = Field(default="", examples=['"gaussian"'])
+    upr: float | None = Field(default=None, gt=0, allow_inf_nan=False, examples=["50"])
+    cutoff: str | None = Field(default=None, examples=['"0.8 mm"'])
 
 
 class GeneralTable(Table):
@@ -373,6 +377,9 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         zone = read("zone", lambda: general_of(t, drawing.features, drawing.general)[1])
     along = read("projected", lambda: t.projected and quantity(t.projected, "length", "projected", "20 mm"))
     sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.own_limits))
+    cutoff = read("cutoff", lambda: t.cutoff and quantity(t.cutoff, "length", "cutoff", "0.8 mm"))
+    if not t.filter and (t.upr is not None or t.cutoff):
+        found.append(("filter", 'upr and cutoff are of a filter; add filter = "gaussian" or "spline"'))
     found += _compared_with_itself(t)
     if found:
         raise TableProblems(found)
@@ -381,6 +388,7 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         datums=tuple(d if isinstance(d, str) else tuple(d) for d in t.datums),  # type: ignore[misc]
         criterion=t.criterion, limits=limits, zone=zone, datum_criterion=t.datum_criterion,
         projected=along or None, zones=t.zones, material=t.material, size_limits=sizes,
+        filter=Filter(t.filter, t.upr, cutoff or None) if t.filter else None,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from vcmm.tables.evaluated import (
     computed,
     more_than_rounding,
     results,
+    stated_with,
     undecided_because,
 )
 from vcmm.tables.quantities import SMALL_SCALE
@@ -25,7 +26,7 @@ from vcmm.tables.table import SMALL, ResultTable, html, on_page
 
 def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     """One self-contained HTML file."""
-    why = undecided_because(result.characteristics)
+    why = [*stated_with(result.characteristics), *undecided_because(result.characteristics)]
     blocks = [
         r.heading("Results"),
         html(results(result)),

@@ -57,6 +57,11 @@ def decided(c: CharacteristicResult) -> str | None:
     return None if c.decision is None else c.decision.text
 
 
+def stated_with(results: Iterable[CharacteristicResult]) -> list[str]:
+    """Filter, cut-off and tip of every form that is stated with them."""
+    return [f"{c.name} is stated with {c.filtered}" for c in results if c.filtered]
+
+
 def undecided_because(results: Iterable[CharacteristicResult]) -> list[str]:
     """Why nothing is decided, one sentence per characteristic that is undecided."""
     out = []
@@ -131,6 +136,7 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
     Column("interval from nominal", lambda c: from_nominal(c.interval, c), SPAN),
     entry("interval_kind", lambda c: c.interval_kind),
     entry("true_value", lambda c: _true_value(c)),
+    entry("filter", lambda c: c.filtered or None),
     entry("why_not_shown", lambda c: c.why_not_shown or None),
     entry("coverage_shown", lambda c: c.coverage_shown),
     entry("tolerance_{unit}", lambda c: None if c.tolerance is None else list(c.tolerance)),
