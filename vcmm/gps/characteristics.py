@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -98,6 +99,7 @@ def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> 
     criteria.check_kinds(c, features)
     if c.filter is not None:
         check_filter(c, features[c.of[0]])
+        c = replace(c, filter=None)  # the drawing has no profile to filter
     features, _ = with_common(c, features)
     if c.type in POINTWISE:
         check_pointwise(c, features[c.of[0]], [features[d] for d in c.datums])
