@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.errors import DataError, UsageError, choose_from
 from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.result import UncertaintyResult
@@ -16,6 +16,7 @@ from vcmm.evaluation.virtual_measurement import Measurement, measure_task
 from vcmm.measuring.scenario import Scenario
 
 if TYPE_CHECKING:
+    from vcmm.inference.given import GivenPoints
     from vcmm.inference.job import EvaluatedPart
     from vcmm.machining.placement import PlacedCut
     from vcmm.machining.scenario import CutScenario
@@ -76,10 +77,36 @@ def evaluate(
     if points is None:
         assert values is not None
         return evaluate_values(scenario, read_measured_values(values), settings=settings, progress=progress)
+    from vcmm.exchange.qif import is_qif
+
+    given = read_measured_points(points) if not is_qif(points) else ()
+    if is_qif(points):
+        given, tip_centres = _of_qif(scenario, points)
     return evaluate_points(
-        scenario, read_measured_points(points), in_machine=frame == "machine", tip_centres=tip_centres,
-        settings=settings, progress=progress,
-    )  # fmt: skip
+        scenario,
+        given,
+        in_machine=frame == "machine",
+        tip_centres=tip_centres,
+        settings=settings,
+        progress=progress,
+    )
+
+
+def _of_qif(scenario: Scenario, path: str | Path) -> tuple[tuple[GivenPoints, ...], bool]:
+    """Points of a QIF file, and whether they are centres of the tip. DataError where the tip is not that of the plan."""
+    from vcmm.exchange.qif_points import TIP, read_qif_points
+
+    found = read_qif_points(path)
+    if found.tip_radius is None:
+        return found.parts, False
+    other = [n for n, s in scenario.plan.styli.items() if abs(s.tip_radius - found.tip_radius) > TIP]
+    if other:
+        raise DataError(
+            f"{path}: its points are centres of a tip of radius {found.tip_radius:.9g} mm, and the stylus "
+            f'"{other[0]}" of the plan has {scenario.plan.styli[other[0]].tip_radius:.9g} mm; write '
+            f'tip_diameter = "{2 * found.tip_radius:.12g} mm"'
+        )
+    return found.parts, True
 
 
 @overload

@@ -7,6 +7,7 @@ import numpy as np
 from benchmarks.exam.case import Concealed, Maker, unit_axis
 from benchmarks.exam.concealed_axis import UM, pick
 from benchmarks.exam.design import Design
+from benchmarks.exam.foreign_time import TIME
 from benchmarks.exam.kinema import Array
 from benchmarks.exam.machines import Machine
 from benchmarks.exam.observe import Hidden
@@ -95,7 +96,7 @@ def threshold(d: Design, m: Machine, rng: Rng) -> Concealed:
 
 FOREIGN: dict[str, Maker] = {
     f.__name__: f for f in (chirp, dust, stairs, radial, daily, hot_speed, parity, crossing, threshold)
-}
+} | TIME
 
 
 def mistake(d: Design, m: Machine, rng: Rng, what: str) -> Concealed:

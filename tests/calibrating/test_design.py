@@ -27,7 +27,9 @@ def plane_machine():
 def plan():
     machine = plane_machine()
     minutes = {"plate": 30.0}
-    made = [PlannedSetup(r.name, r, minutes.get(r.name.split()[0], 15.0)) for r in laser_and_plates(machine)]
+    made = [
+        PlannedSetup(r.name, (r,), minutes.get(r.name.split()[0], 15.0)) for r in laser_and_plates(machine)
+    ]
     return plan_of(made, machine)
 
 
@@ -69,7 +71,7 @@ def test_a_plan_file(tmp_path):
     path.write_text(head + good)
     made, machine, budget = load_design(path)
     assert budget == 30.0
-    assert made[0][1].run.q("X").tolist() == [0, 150, 300, 450, 600, 600, 450, 300, 150, 0]
+    assert made[0][1][0].run.q("X").tolist() == [0, 150, 300, 450, 600, 600, 450, 300, 150, 0]
     assert machine.axes["X"].travel == (0.0, 600.0)
     path.write_text(head + good.replace("n = 5\n", ""))
     with pytest.raises(DataError, match='the set-up "a" with "laser linear" needs n'):

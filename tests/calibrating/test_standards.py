@@ -9,8 +9,9 @@ import pytest
 
 from tests.calibrating.drawn import bare
 from vcmm.calibrating.acceptance import predicted
+from vcmm.calibrating.deviations import RecordedTest
 from vcmm.calibrating.limits import limits_of
-from vcmm.calibrating.recorded import recorded_positioning
+from vcmm.calibrating.recorded_lines import recorded_positioning
 from vcmm.calibrating.standards import circular, lengths, positioning
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
@@ -91,6 +92,9 @@ def test_predicted_figures_of_a_simple_machine():
         20e-6 * 600 * 500 / np.sqrt(600**2 + 500**2 + 400**2) * 1e3, rel=1e-6
     )
     assert found["Ed"].value_um == pytest.approx(found["E PPP"].value_um, rel=1e-6)
+    # on the face XY: 20e-6 * 600 * 500 / 781.0 = 7.682 um; on XZ and YZ nothing
+    assert found["Ef"].value_um == pytest.approx(20e-6 * 600 * 500 / np.hypot(600, 500) * 1e3, rel=1e-6)
+    assert found["E P0N"].value_um == pytest.approx(0.0, abs=1e-6)
     # ISO 10360-2: the same diagonal and limit 7 um passes for sure, 6.5 um fails
     assert figures(square, "10360-2", ["E0 = 7 um"])["E0"].p_pass == 1.0
     assert figures(square, "10360-2", ["E0 = 5 um + L/585"])["E0"].p_pass == 0.0
@@ -117,7 +121,12 @@ def laser_record():
 def test_a_recorded_test_by_hand():
     # B = 2 um, M = 4 um, E = 6 um; a laser with u(scale) = 1 um/m: u(M) = 0.4 m * 1 um/m = 0.4 um, u(B) = 0
     laser = InstrumentCertificate.of(find("laser linear"), {"scale": "1 um/m"})
-    found = {f.name: f for f in recorded_positioning(laser_record(), bare(), laser, limits_of(["E = 7 um"]))}
+    found = {
+        f.name: f
+        for f in recorded_positioning([RecordedTest(laser_record(), bare(), laser)], limits_of(["E = 7 um"]))[
+            0
+        ]
+    }
     assert found["B X"].value_um == pytest.approx(2.0, abs=1e-9)
     assert found["M X"].value_um == pytest.approx(4.0, abs=1e-9)
     assert found["E X"].value_um == pytest.approx(6.0, abs=1e-9)
@@ -130,12 +139,10 @@ def test_exchanged_direction_labels_are_refused():
     one = laser_record()
     turned = replace(one, run=one.run.with_columns({"sense_X": -one.run.column("sense_X")}))
     with pytest.raises(UsageError, match="labels up and down are exchanged"):
-        recorded_positioning(turned, bare())
+        recorded_positioning([RecordedTest(turned, bare())])
+    one = line(bare(), "X", np.linspace(0, 400, 5), {"Y": 250.0, "Z": -200.0}, np.zeros(3), "X", 1e-6)
     with pytest.raises(UsageError, match="direction of approach is missing"):
-        recorded_positioning(
-            line(bare(), "X", np.linspace(0, 400, 5), {"Y": 250.0, "Z": -200.0}, np.zeros(3), "X", 1e-6),
-            bare(),
-        )
+        recorded_positioning([RecordedTest(one, bare())])
 
 
 @pytest.mark.parametrize("text", ["A", "A = 8", "A = 8 kg", "E0 = 1 um + L/0"])

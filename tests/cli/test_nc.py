@@ -64,10 +64,9 @@ def test_the_document(files: tuple[Path, Path], capsys: pytest.CaptureFixture[st
 def test_a_guess_is_told(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]):
     program, _ = files
     assert run(["nc", str(program), "--json"]) == 0
-    warnings = json.loads(capsys.readouterr().out)["warnings"]
-    assert "guessed" in warnings[0]["text"]
-    assert warnings[1]["line"] == 5
-    assert "tool 1 is not known" in warnings[1]["text"]
+    document = json.loads(capsys.readouterr().out)
+    assert "guessed" in document["warnings"][0]["text"]
+    assert document["assumed"] == [{"line": 5, "what": "tool 1", "value": "a tool without length"}]
 
 
 def test_tables(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]):

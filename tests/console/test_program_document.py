@@ -64,3 +64,15 @@ def test_a_second_reading_starts_anew():
         file.take(moves[:2])
         file.file.seek(0)
         assert len(json.loads(f"[{file.file.read()}]")) == 2 == file.builder.total().counts["rapid"] + 1
+
+
+def test_a_led_move_keeps_its_tool_axis_also_where_no_rotary_axis_turns():
+    """G43.5: the direction is in the block, the angles are those of a machine that is not known; a machine without A has no A."""
+    text = "G21 G90\nT1 M6\nG43.5 H1 G0 Z10.\nG1 X1. I0 J0 K1. F100\nX2. I3. J0 K4.\nM30\n"
+    last = interpret(text, "fanuc", Setup(strict=False)).moves[-1]
+    written = json.loads(move_text(last, "XYZBC"))
+    assert written["tool_axis_start"] == [0.0, 0.0, 1.0]
+    assert written["tool_axis_end"] == [0.6, 0.0, 0.8]
+    assert written["led"]
+    assert written["rotary_start_rad"] == {"B": 0.0, "C": 0.0}
+    assert written["rotary_end_rad"] is None

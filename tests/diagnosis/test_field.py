@@ -12,9 +12,10 @@ from tests.diagnosis import generator as make
 from vcmm.diagnosis import kernels
 from vcmm.diagnosis.candidates import Family, Option, catalogue
 from vcmm.diagnosis.closeness import nearness, of_component
+from vcmm.diagnosis.constants import VERY_STRONG
 from vcmm.diagnosis.engine import diagnose_recording
 from vcmm.diagnosis.evidence import dictionary
-from vcmm.diagnosis.field import UNNAMED, Field, rival_field, weighed
+from vcmm.diagnosis.field import Field, rival_field, weighed
 from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.null import Noise, clipped, draws
 from vcmm.diagnosis.problem import make_problem
@@ -176,7 +177,7 @@ def test_what_a_field_leaves_to_the_names():
     answer = Answer("clamping", {}, {}, 0.8, 1.0, (), 12.0, rival_probability=0.2)
     (half,) = weighed((answer,), Field(0.0, unknown, (0,), np.zeros((3, 0))))
     assert (half.probability, half.rival_probability) == pytest.approx((0.4, 0.1))
-    (most,) = weighed((answer,), Field(-UNNAMED, unknown, (0,), np.zeros((3, 0))))
+    (most,) = weighed((answer,), Field(-VERY_STRONG, unknown, (0,), np.zeros((3, 0))))
     assert most.probability == pytest.approx(0.8 * 0.99331, abs=1e-4)
     assert weighed((answer,), None) == (answer,)
     assert Field(1e4, unknown, (0,), np.zeros((3, 0))).share == pytest.approx(

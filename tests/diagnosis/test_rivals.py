@@ -211,5 +211,5 @@ def test_a_mean_that_speed_and_place_make_together_is_no_scatter(monkeypatch):
     white = problem.whitener()
     raw = white.apply(problem.residual)
     assert audit(problem, white, raw, 1).growth == 0.0
-    monkeypatch.setattr(audits, "SURE", np.inf)  # without the product: a scatter that depends on speed
+    monkeypatch.setattr(audits, "VERY_STRONG", np.inf)  # without the product: a scatter that depends on speed
     assert audit(problem, white, raw, 1).growth > 0.0

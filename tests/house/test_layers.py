@@ -38,6 +38,8 @@ ROOMS = (
     "instruments",
     "evaluation",
     "inference",
+    "exchange",
+    "routes",
     "placing",
     "machining",
     "files",

@@ -96,7 +96,7 @@ BAD = [  # dialect, program, line, column, words of the message
     (L, "G21 F100\nG92\nM2", 2, 1, "at least one axis"),
     (L, "G21 F100\nG33 Z-5 K1\nM2", 2, 1, "turning spindle"),
     (L, "G21 F100\nG64 P-1\nM2", 2, 5, "negative"),
-    (L, "G21\n@3 ^4\nM2", 2, 1, "cannot be understood"),
+    (L, "G21\n@3 ^4\nM2", 2, 1, "without a motion code"),
     (L, "", 1, 1, "empty"),
 ]  # fmt: skip
 

@@ -7,7 +7,7 @@ import pytest
 from vcmm.core.errors import DataError
 from vcmm.nc.interpret import interpret, read_for
 from vcmm.nc.levels import Assumed, SetupEntry, demand
-from vcmm.nc.setup import Setup
+from vcmm.nc.setup import Setup, Tool
 
 SURVEY = Setup(strict=False)
 CUT = "G21 G90 G17 F100.\nT3 M6\nG0 X0. Y0.\nG41 D3 G1 X10.\nY10.\nG40 X30.\nG41 D3 X40.\nG40 Y0.\nM30\n"
@@ -60,3 +60,35 @@ def test_a_job_that_needs_every_number_reads_strictly_and_names_them_all():
     with pytest.raises(DataError, match="stands twice"):  # what is wrong in itself is refused as it is
         read_for("cut", "G21\nG0 X1. X2.\nM30", "fanuc", Setup())
     assert len(read_for("cut", "G21\nG0 X1.\nM30", "fanuc", Setup()).moves) == 1
+
+
+TOOLED = {
+    "fanuc": "G21 G90\nT1 M6\nG43 H1 G0 Z5.\nM30\n", "haas": "G21 G90\nT1 M6\nG43 H1 G0 Z5.\nM30\n",
+    "linuxcnc": "G21 G90\nT1 M6\nG43 H1 G0 Z5.\nM2\n", "sinumerik": "T1 D1\nM6\nG0 Z5\nM30\n",
+    "heidenhain": "BEGIN PGM E MM\nTOOL CALL 1 Z S1000\nL Z+5 FMAX\nEND PGM E MM\n", "fanuc-lathe": "G21 T0101\nG0 Z5.\nM30\n",
+    "okuma": "G21 G15 H1\nT1 M6\nG56 HA G0 Z5\nM2\n", "mach3": "G21 G90\nT1 M6\nG43 H1 G0 Z5\nM30\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("dialect", TOOLED)
+def test_a_tool_that_is_not_known_is_told_and_refused_in_one_way_in_every_language(dialect: str):
+    """Survey: assumed, with and without a tool table; strict: refused where the table lacks it, a remark where there is none."""
+    text, table = TOOLED[dialect], {9: Tool(9, 80.0, 10.0)}
+    for tools in ({}, table):
+        told = interpret(text, dialect, Setup(strict=False, tools=tools)).assumed
+        assert [(a.what, a.value) for a in told] == [("tool 1", "a tool without length")]
+    with pytest.raises(
+        DataError, match=r"tool 1 \(.*1\) is not in the set-up file, which has 9; add \[tools.1\]"
+    ):
+        interpret(text, dialect, Setup(tools=table))
+    bare = interpret(text, dialect, Setup())
+    assert "the length of tool 1 is not known" in bare.warnings[0].text
+    assert not bare.assumed
+
+
+def test_the_unit_that_nothing_states_is_told_on_both_levels():
+    text = "G0 X1.\nM30\n"
+    assert interpret(text, "fanuc", Setup()).warnings[-1].text == "the unit, for want of G20 and G21: mm"
+    assert (
+        interpret(text, "fanuc", Setup(strict=False)).assumed[-1].what == "the unit, for want of G20 and G21"
+    )

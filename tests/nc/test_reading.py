@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from vcmm.core.errors import DataError
+from vcmm.nc.reading import read_bytes
+
 
 @pytest.mark.parametrize(
     ("text", "dialect", "doubt"),
@@ -24,3 +27,13 @@ def test_the_dialect_is_guessed_and_doubt_is_told(text: str, dialect: str, doubt
     found, why = guess(text, Path("part.nc"))
     assert found == dialect
     assert ("--dialect" in why) == doubt
+
+
+def test_the_leader_of_a_tape_is_passed_over(tmp_path: Path):
+    """NUL bytes before the first and behind the last block; one between is no text."""
+    file = tmp_path / "dnc.nc"
+    file.write_bytes(b"\0\0\0%\r\nG0 X1.\r\n%\r\n\0\0")
+    assert read_bytes(file) == "%\r\nG0 X1.\r\n%\r\n"
+    file.write_bytes(b"%\nG0 \0X1.\n")
+    with pytest.raises(DataError, match=r"dnc.nc:2:4: a NUL byte"):
+        read_bytes(file)

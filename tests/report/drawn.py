@@ -21,8 +21,8 @@ def the_svg(markup: str) -> ET.Element:
     return only
 
 
-def display_of(markup: str) -> dict[str, Any]:
-    """The JSON display list of a scene."""
+def figure_in(markup: str) -> dict[str, Any]:
+    """The figure of a scene, as plotly gets it."""
     found = re.search(r"data-scene>(.*?)</script>", markup, re.S)
     assert found
     return dict(json.loads(found.group(1)))

@@ -1,4 +1,4 @@
 """From the readings of instruments to a machine file with honest covariance.
 
-Imports core, effects, charts, response, certified, instruments, files, diagnosis.
+Imports core, effects, charts, measuring, response, certified, instruments, evaluation, files, diagnosis.
 """

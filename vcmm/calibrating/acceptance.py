@@ -13,18 +13,29 @@ import numpy as np
 
 from vcmm.calibrating import standards
 from vcmm.calibrating.known import known_ranges
-from vcmm.certified.lines import RAM, REPEATS, corners, length_run, ram_lines, seven_lines, travels
+from vcmm.certified.lines import (
+    RAM,
+    REPEATS,
+    corners,
+    face_diagonals,
+    length_run,
+    ram_lines,
+    seven_lines,
+    travels,
+)
 from vcmm.certified.machines import half_sphere
 from vcmm.core.errors import UsageError, choose_from
+from vcmm.core.inputs import EVERY
 from vcmm.core.laws import MultivariateSamples
 from vcmm.core.machine import Machine
-from vcmm.core.run import Array, Run
+from vcmm.core.run import T0_DEG_C, Array, Run
 from vcmm.effects import has_role
+from vcmm.measuring.plan import probe_angles
 from vcmm.response.influence import influences
 from vcmm.response.volumetric import with_defaults
 
 TRIALS = 1000
-TESTS = ("230-2", "230-4", "230-6", "10360-2")
+TESTS = ("230-2", "230-4", "230-6", "230-7", "10360-2")
 RUNS = 5
 FORM, SIZE = "P_Form_Sph_1x25", "P_Size_Sph_1x25"
 Limit = Callable[[float], float]  # length mm -> mm
@@ -48,7 +59,7 @@ def predicted(
     seed: int = 0,
     trials: int = TRIALS,
 ) -> list[Figure]:
-    """Figures of a test ("230-2", "230-4", "230-6", "10360-2"). Raises UsageError for another one."""
+    """Figures of a test ("230-2", "230-4", "230-6", "10360-2"; "230-7" is `predicted_spindle`). Raises UsageError for another one."""
     makers: Mapping[str, Callable[..., list[Figure]]] = {
         "230-2": _positioning, "230-4": _circles, "230-6": _diagonals, "10360-2": _lengths,
     }  # fmt: skip
@@ -59,7 +70,7 @@ def predicted(
 
 def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int) -> Array:
     """(trials, n, 3) mm actual - nominal of drawn machines, scatter along nx ny nz included; workpiece axes."""
-    run = machine.prepare(with_defaults(machine, run))
+    run = machine.prepare(_touched(machine, with_defaults(machine, run)))
     total = np.broadcast_to(machine.indication_error(run), (trials, run.n, 3)).copy()
     for found in influences(machine, run, machine.inputs):
         law, factor = found.input.spread(found.response.shape[2])
@@ -73,6 +84,24 @@ def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int
             rows = found.codes == copy
             total[:, rows] += np.einsum("nik,tk->tni", moved[rows], raw[:, copy])
     return -total
+
+
+def _touched(machine: Machine, run: Run) -> Run:
+    """Columns and label that probe and stylus need: touched along nx ny nz with a stylus along its offset (down without one).
+
+    Where effects name one stylus, the test is made with it; what else they need is that of a machine at rest at 20 degC.
+    """
+    reading = [e for e in machine.effects if e.link == "reading"]
+    named = {str(getattr(e, "stylus", "")) for e in reading} - {"", EVERY}
+    size = np.linalg.norm(run.offset, axis=1)
+    direction = np.where(size[:, None] > 0, run.offset / np.maximum(size, 1e-12)[:, None], [[0.0, 0.0, -1.0]])
+    columns = probe_angles(direction, size, run.normal) if reading and "nx" in run.columns else {}
+    for name in {c for e in reading for c in e.required()} - set(columns) - set(run.columns):
+        columns[name] = np.full(run.n, T0_DEG_C if name.startswith("temp_") else 0.0)
+    run = run.with_columns(columns)
+    return (
+        replace(run, labels={**run.labels, "stylus": np.full(run.n, named.pop())}) if len(named) == 1 else run
+    )
 
 
 def summary(name: str, drawn: Array, limit: float | None = None) -> Figure:
@@ -187,16 +216,18 @@ def _circles(
 def _diagonals(
     machine: Machine, limits: Mapping[str, Limit], rng: np.random.Generator, trials: int
 ) -> list[Figure]:
-    out, largest = [], np.zeros(trials)
-    for name, start, end in corners(machine):
+    """Body diagonals (Ed the largest E), then face diagonals in the middle planes (Ef)."""
+    out, largest = [], {"Ed": np.zeros(trials), "Ef": np.zeros(trials)}
+    for name, start, end in [*corners(machine), *face_diagonals(machine)]:
         way = (end - start) / np.linalg.norm(end - start)
         run, n = _both_ways(machine, start, end, dict(zip("XYZ", np.sign(way))))
         errors = tip_errors(machine, run, rng, trials) @ way
         figures = standards.diagonal(*_split(errors, n))
         length = float(np.linalg.norm(end - start))
         out += [summary(f"{f} {name}", d, _limit(limits, f, name, length)) for f, d in figures.items()]
-        largest = np.maximum(largest, figures["E"])
-    return [*out, summary("Ed", largest, _limit(limits, "Ed", "", 0.0))]
+        which = "Ef" if "0" in name else "Ed"
+        largest[which] = np.maximum(largest[which], figures["E"])
+    return [*out, *(summary(n, d, _limit(limits, n, "", 0.0)) for n, d in largest.items())]
 
 
 def _lengths(

@@ -10,8 +10,8 @@ from vcmm.calibrating.evidence import Reduced, with_others
 from vcmm.calibrating.identified import broad_factor
 from vcmm.calibrating.model import ErrorModel
 from vcmm.calibrating.readings import Readings
-from vcmm.calibrating.recorded import check_senses
-from vcmm.calibrating.solve import Before, columns_of, conditioned, project
+from vcmm.calibrating.recorded_lines import check_senses
+from vcmm.calibrating.solve import Before, Whitened, columns_of, conditioned_factor, project
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.response.recording import Recording
@@ -84,13 +84,12 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
     for part, one in zip(parts, white):
         if len(parts) < 2 or not part.stated:
             continue
-        mean, covariance = conditioned(Reduced(a - one.gram, b - one.x.T @ one.y, model), factor)
-        known = one.x @ covariance @ one.x.T
-        alone = one.x @ factor @ factor.T @ one.x.T
+        mean, known = conditioned_factor(Reduced(a - one.gram, b - one.x.T @ one.y, model), factor)
+        nothing = np.zeros(len(mean))
         gains, misfits = {}, {}
         for times in (1.0, *FACTORS):
-            told, misfits[times] = _log_likelihood(one.y, one.x @ mean, known, times)
-            gains[times] = told - _log_likelihood(one.y, np.zeros(part.m), alone, times)[0]
+            told, misfits[times] = _log_likelihood(one, mean, known, times)
+            gains[times] = told - _log_likelihood(one, nothing, factor, times)[0]
         times = max(FACTORS, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:
             raise UsageError(
@@ -99,10 +98,17 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
             )
 
 
-def _log_likelihood(y: Array, predicted: Array, known: Array, times: float) -> tuple[float, float]:
-    """(ln likelihood, chi-squared) of whitened readings y (m,) that should have been `times` y; known (m, m): covariance of the prediction."""
-    spread = known + times**2 * np.eye(len(y))
-    away = times * y - predicted
-    log_det = float(np.linalg.slogdet(spread)[1])
-    misfit = float(away @ np.linalg.solve(spread, away))
-    return -misfit / 2 - log_det / 2 + len(y) * float(np.log(abs(times))), misfit
+def _log_likelihood(one: Whitened, mean: Array, factor: Array, times: float) -> tuple[float, float]:
+    """(ln likelihood, chi-squared) of whitened readings that should have been `times` theirs; mean, factor @ factor.T: of theta.
+
+    Their covariance is times^2 1 + (x factor)(x factor)'; its inverse and determinant by Woodbury, so that no matrix is as large as the
+    readings are many.
+    """
+    away = times * one.y - one.x @ mean
+    seen = factor.T @ (one.x.T @ away)
+    inner = factor.T @ one.gram @ factor
+    inner[np.diag_indices_from(inner)] += times**2
+    m, r = len(away), len(inner)
+    misfit = float(away @ away - seen @ np.linalg.solve(inner, seen)) / times**2
+    log_det = float(np.linalg.slogdet(inner)[1]) + (m - r) * float(np.log(times**2))
+    return -misfit / 2 - log_det / 2 + m * float(np.log(abs(times))), misfit

@@ -13,15 +13,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from vcmm.calibrating.evidence import Reduced
 from vcmm.calibrating.identified import Identified, identified
+from vcmm.calibrating.job import ranges_of, spans_of
 from vcmm.calibrating.model import ErrorModel, error_model
 from vcmm.calibrating.prior import prior, scaled, usual
 from vcmm.calibrating.readings import error_columns, readings
 from vcmm.calibrating.solve import Before, columns_of, project
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
@@ -39,10 +42,10 @@ GAIN = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class PlannedSetup:
-    """One set-up: its recording, not read yet, its instrument, and how long it takes."""
+    """One set-up: its recordings, not read yet, its instrument, and how long it takes."""
 
     name: str
-    recording: Recording
+    recordings: tuple[Recording, ...]
     minutes: float
     certificate: InstrumentCertificate | None = None
 
@@ -64,13 +67,23 @@ class SetupPlan:
             a = a + self.information[i]
         return Reduced(a, np.zeros(self.model.size), self.model)
 
+    @cached_property
+    def told(self) -> tuple[Array, ...]:
+        """Information of every set-up on the numbers behind the prior, of unit variance."""
+        return tuple(self.factor.T @ a @ self.factor for a in self.information)
+
+    @cached_property
+    def weight(self) -> Array:
+        """Mean square of the tip error over the volume per unit variance of these numbers: a quadratic form."""
+        seen = self.field @ self.factor
+        return np.asarray(seen.T @ seen / (len(seen) / 3))
+
     def volume(self, chosen: Sequence[int]) -> float:
         """Root mean variance of the tip error over the volume, mm."""
-        a = self.reduced(chosen).a
-        inner = self.factor.T @ a @ self.factor
-        inner[np.diag_indices_from(inner)] += 1.0
-        half = np.linalg.solve(np.linalg.cholesky(inner), (self.field @ self.factor).T)
-        return float(np.sqrt((half**2).sum() / (len(self.field) / 3)))
+        inner = np.eye(len(self.weight))
+        for i in chosen:
+            inner += self.told[i]
+        return float(np.sqrt(np.trace(np.linalg.solve(inner, self.weight))))
 
     def time(self, chosen: Sequence[int]) -> float:
         return float(self.minutes[list(chosen)].sum())
@@ -87,16 +100,18 @@ class Proposal:
 
 
 def plan_of(setups: Sequence[PlannedSetup], machine: Machine) -> SetupPlan:
-    """The information of every set-up, by the travels of the machine. Raises UsageError for a plan without set-ups."""
+    """The information of every set-up, by the travels of the machine; of rotary axes that turn in one too. Raises UsageError for a plan without set-ups."""
     if not setups:
         raise UsageError("the plan has no set-ups; add [[setups]] with name, instrument and minutes")
     ranges = {a: x.travel for a, x in machine.axes.items() if a in "XYZ"}
+    moved = ranges_of(spans_of([r for s in setups for r in s.recordings]), machine)
+    ranges |= {a: r for a, r in moved.items() if is_rotary(a)}
     model = error_model(ranges, NODES)
     information = []
     for setup in setups:
-        part = readings(setup.recording, machine, model, setup.certificate)
-        columns, names = columns_of([part], Before.nothing(model))
-        gram = project(part, columns[0], 1 / part.u**2).gram
+        parts = [readings(r, machine, model, setup.certificate) for r in setup.recordings]
+        columns, names = columns_of(parts, Before.nothing(model))
+        gram = np.sum([project(p, c, 1 / p.u**2).gram for p, c in zip(parts, columns)], axis=0)
         information.append(_without_own(gram, len(names)))
     lengths = {c.component: 0.35 * c.travel for c in model.curves}
     factor = scaled(prior(model, lengths), usual(model))

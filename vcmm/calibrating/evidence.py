@@ -20,7 +20,7 @@ from itertools import pairwise
 import numpy as np
 
 from vcmm.calibrating.model import Curve, ErrorModel
-from vcmm.calibrating.prior import ANGLE, SPREAD, line_factor, unit_factor, usual
+from vcmm.calibrating.prior import SPREAD, line_factor, unit_factor, usual, widest_pairs
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 
@@ -124,9 +124,8 @@ def log_evidence(told: Reduced, lengths: Mapping[str, float], sizes: Array) -> f
     for curve, one, (low, high) in zip(told.model.curves, factors, pairwise(spans)):
         factor[told.model.slices[curve.component], low:high] = curve.free @ one
     rest = np.arange(size - (factor.shape[1] - spans[-1]), size)
-    factor[rest, np.arange(spans[-1], factor.shape[1])] = [ANGLE] * len(told.model.pairs) + [1.0] * (
-        size - told.model.size
-    )
+    ones = np.ones(size - told.model.size)
+    factor[rest, np.arange(spans[-1], factor.shape[1])] = [*widest_pairs(told.model), *ones]
     return _evidence(factor.T @ told.a @ factor, factor.T @ told.b)[0]
 
 
@@ -158,7 +157,9 @@ class JointPosterior:
             precision[part, part] += site.precision
             self.b[part] += site.shift
         rest = np.arange(spans[-1], len(precision))
-        precision[rest, rest] += np.where(np.arange(others) < len(model.pairs), ANGLE, 1.0) ** -2.0
+        far = np.ones(others)
+        far[: len(model.pairs)] = widest_pairs(model)
+        precision[rest, rest] += far**-2.0
         scale = 1 / np.sqrt(np.diag(precision))
         self.inverse = np.linalg.inv(precision * np.outer(scale, scale)) * np.outer(scale, scale)
 
@@ -259,7 +260,7 @@ class OneCurve:
                 here = value if at == 0 else self.value(length, near)[0]
                 tried.append((here + at**2 / 2 + np.log(weight * spread), length, near))
         top = max(t[0] for t in tried)
-        if not np.isfinite(top):
+        if not np.isfinite(top) or top - FAINT >= top:
             raise ModelLimit(
                 f"these readings cannot tell {self.curve.component} from the other errors: its evidence, exp({top:.3g}), has lost "
                 "all its digits; record more positions, or name the errors to look for with --errors"

@@ -15,14 +15,18 @@ import numpy as np
 
 from vcmm.calibrating.evidence import Reduced, with_others
 from vcmm.calibrating.model import Curve, ErrorModel
-from vcmm.calibrating.prior import ANGLE, BROAD, prior, scaled, usual
+from vcmm.calibrating.prior import BROAD, FAR, prior, scaled, usual
 from vcmm.calibrating.solve import conditioned
+from vcmm.core.axes import axis_of, is_location, is_rotary, unit_vector
 from vcmm.core.run import Array
 
 WORSE = 0.2  # u after over u before: below, an error is identified
-SQUARE = 1e-5  # rad: usual squareness
 OPEN = 0.25  # variance after over before, of a combination that is not identified
 SHAPES, ANGLE_SHAPE = ("slope", "bow", "S shape"), "angle"
+HARMONICS, LEFT = (
+    ("once-per-turn", "twice-per-turn"),
+    0.1,
+)  # rms of a wave that the convention nearly takes away
 SHOWN = 0.12  # share of a member of a combination, of its largest
 MOST = 12
 
@@ -74,7 +78,7 @@ def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
     lengths = {c.component: share * float(c.nodes[-1] - c.nodes[0]) for c in model.curves}
     out = scaled(prior(model, lengths), BROAD * usual(model))
     for pair in model.pairs:
-        out[model.slices[pair]] *= BROAD * SQUARE / ANGLE
+        out[model.slices[pair]] *= BROAD / FAR
     return out
 
 
@@ -131,6 +135,8 @@ def _shapes(model: ErrorModel, names: Sequence[str]) -> tuple[Array, list[tuple[
 
 
 def _curve_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
+    if curve.rotary:
+        return _turning_shapes(curve)
     x = (curve.nodes - curve.nodes.mean()) / (curve.nodes[-1] - curve.nodes[0]) * 2
     powers = np.linalg.qr(np.vander(x, 4, increasing=True))[0][:, 1:]
     powers = powers * np.sqrt(len(x)) * np.sign(powers[-1])
@@ -138,6 +144,19 @@ def _curve_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
         return ["level", *SHAPES[:2]], [np.ones(len(x)), powers[:, 0], powers[:, 1]]
     first = 1 if curve.straightness else 0
     return list(SHAPES[first:]), [powers[:, i] for i in range(first, 3)]
+
+
+def _turning_shapes(curve: Curve) -> tuple[list[str], list[Array]]:
+    """Cosine and sine of the first harmonics, as far as the convention leaves them."""
+    names, columns = [], []
+    for order, word in enumerate(HARMONICS, start=1):
+        for part, wave in (("cosine", np.cos), ("sine", np.sin)):
+            column = curve.projector @ wave(order * curve.nodes)
+            size = float(np.sqrt((column**2).mean()))
+            if size > LEFT:
+                names.append(f"{word} {part}")
+                columns.append(column / size)
+    return names, columns
 
 
 def _sparse(free: Array) -> list[Array]:
@@ -189,12 +208,7 @@ def _alone(name: str, members: Sequence[tuple[str, str, float]]) -> str:
 
 
 def _several(members: Sequence[tuple[str, str, float]]) -> str:
-    parts = [
-        f"{_amount(name, value)} of squareness {name}"
-        if shape == ANGLE_SHAPE
-        else f"{_amount(name, value)} of the {shape} of {name}"
-        for name, shape, value in members
-    ]
+    parts = [_member(*one) for one in members]
     more = "" if len(parts) <= 6 else f" and {len(parts) - 6} more"
     names = dict.fromkeys(name for name, _, _ in members)
     return (
@@ -203,17 +217,30 @@ def _several(members: Sequence[tuple[str, str, float]]) -> str:
     )
 
 
+def _member(name: str, shape: str, value: float) -> str:
+    """One member of a combination in words."""
+    if shape != ANGLE_SHAPE:
+        return f"{_amount(name, value)} of the {shape} of {name}"
+    if is_location(name):
+        return f"{_amount(name, value)} of location {name}"
+    return f"{_amount(name, value)} of squareness {name}"
+
+
 def _amount(name: str, value: float) -> str:
     return f"{value * 1e6:+.2g} urad" if is_angle(name) else f"{value * 1e3:+.2g} um"
 
 
 def is_angle(name: str) -> bool:
-    """Is an error in rad: EAX, C0Y? (BX, a lost motion, is in mm.)"""
-    return len(name) == 3 and (name[1] in "ABC" or name[1] == "0")
+    """Is an error in rad: EAX, C0Y, A0C? (BX, a lost motion, and X0C, an offset, are in mm.)"""
+    if name[1] == "0":
+        return name[0] in "ABC"
+    return name[0] == "E" and name[1] in "ABC"
 
 
 def hint(name: str) -> str:
     """What measurement determines an error, as an instruction."""
+    if is_rotary(axis_of(name)):
+        return _rotary_hint(name, axis_of(name))
     axis = name[-1]
     if name[0] == "B" and len(name) == 2:
         return f"approach places along {axis} from both sides, with the column sense_{axis}"
@@ -227,3 +254,14 @@ def hint(name: str) -> str:
     if "ABC".index(name[1]) == "XYZ".index(axis):
         return f"measure the roll of {axis}: a level, or straightness of {axis} along two lines apart in the third axis"
     return f"measure the angle along {axis}: laser angle or autocollimator, or lengths along two lines apart"
+
+
+def _rotary_hint(name: str, axis: str) -> str:
+    """The same for errors of a rotary axis."""
+    along = "XYZ"[int(unit_vector(axis).argmax())]
+    across = " and ".join(c for c in "XYZ" if c != along)
+    if (name[1] == "0" and name[0] in "XYZ") or (name[0] == "E" and name[1] in "XYZ"):
+        return f"R-test: a ball held while {axis} turns, read in X, Y and Z (a shifted head is one with the place of the nest)"
+    if name[0] == "E" and "ABC".index(name[1]) == "XYZ".index(along):
+        return f"measure the angle of {axis}: an indexing table with autocollimator or encoder, or an R-test with the ball off the axis"
+    return f"R-test with the ball at two heights along {along}, or off the axis, so that tilts about {across} show"

@@ -14,7 +14,8 @@ from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ra
 from vcmm.calibrating.model import ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
-from vcmm.calibrating.solve import Before, ErrorPosterior, solve
+from vcmm.calibrating.rotary import average_line
+from vcmm.calibrating.solve import Before, ErrorPosterior, columns_of, project, reduced, solve
 from vcmm.core.axes import is_rotary
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
@@ -32,6 +33,9 @@ REST, STILL = (
     1.0,
 )  # mm: an axis that moves less stands still; travel that it is given then, to either side
 
+ROTARY = ("error table", "error curve", "rotary axis location")  # roles
+NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
+
 Progress = Callable[[str, float], None]
 
 
@@ -43,18 +47,23 @@ def bare_machine(structure: str, kind: str = "cmm") -> Machine:
 
 
 def spans_of(recordings: Sequence[Recording]) -> dict[str, tuple[float, float]]:
-    """Axis -> (lowest, highest) position in all recordings. Raises ModelLimit for a rotary axis that turns."""
+    """Axis -> (lowest, highest) position in all recordings, mm or rad."""
     out: dict[str, tuple[float, float]] = {}
     for recording in recordings:
         for axis, q in recording.run.position.items():
             low, high = out.get(axis, (np.inf, -np.inf))
             out[axis] = (min(low, float(q.min())), max(high, float(q.max())))
-    for axis, (low, high) in out.items():
-        if is_rotary(axis) and high - low > 1e-9:
-            raise ModelLimit(
-                f"axis {axis} turns in the recordings; calibrate finds the errors of linear axes: keep {axis} still, "
-                "and give what is known of its own errors in a machine file with --machine"
-            )
+    return out
+
+
+def ranges_of(spans: Mapping[str, tuple[float, float]], machine: Machine) -> dict[str, tuple[float, float]]:
+    """Of the axes that moved: (low, high), that of a rotary axis that went round rounded to one turn."""
+    out = {}
+    for axis, (low, high) in spans.items():
+        if high - low <= REST:
+            continue
+        round_ = is_rotary(axis) and high - low > NEARLY and float(np.ptp(machine.axes[axis].travel)) > NEARLY
+        out[axis] = (low, low + 2 * np.pi) if round_ else (low, high)
     return out
 
 
@@ -74,9 +83,10 @@ def calibrate(
     """
     check_recordings(recordings)
     spans = spans_of(recordings)
-    ranges = {a: r for a, r in spans.items() if a in "XYZ" and r[1] - r[0] > REST}
+    ranges = ranges_of(spans, machine)
     if not ranges:
         raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
+    _check_rotary(machine)
     before = known_ranges(machine)
     _check_reach(before, ranges)
     ranges = ranges | before
@@ -92,7 +102,7 @@ def calibrate(
     found = identified(post.information)
     if not known.names:
         _refuse_if_nothing(found)
-    kept, theta, covariance = _kept(post, known, (*found.names, *known.names))
+    kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
     remarks = (*_remarks(parts, post, only, bool(known.names)), *_as_before(found, known))
     return Calibration(
         machine=_travelled(machine, spans | ranges),
@@ -104,6 +114,16 @@ def calibrate(
         readings=tuple(parts),
         warnings=remarks,
     )
+
+
+def _check_rotary(machine: Machine) -> None:
+    """Raises ModelLimit where the machine file states errors of a rotary axis: they would not survive in the new error table."""
+    stated = sorted({e.link for e in machine.effects if is_rotary(e.link) and e.role in ROTARY})
+    if stated:
+        raise ModelLimit(
+            f"the machine file states errors of the rotary axis {' '.join(stated)}, which a recalibration cannot take over yet: take them out of "
+            "its error table, and give the recordings of that axis too"
+        )
 
 
 def _check_reach(
@@ -135,19 +155,23 @@ class _Job:
         stated = bool(known_ranges(self.machine))
         names = [name_of(e) for e in self.machine.effects if e.calibrated]
         model = error_model(self.ranges, nodes, () if stated else self.only, both, names if stated else ())
+        if stated and self.only:
+            known_too = [n for n in model.names if n in names]
+            model = error_model(self.ranges, nodes, (*self.only, *known_too), both, names)
         parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
         self.progress("errors and smoothness", 0.4)
         known = known_errors_of(self.machine, model)
-        best = solve(parts, model, self.since(known, model, None))
+        told = beforehand(parts, model) if known.names and any(c.rotary for c in model.curves) else None
+        best = solved(parts, model, self.since(known, model, told))
         for step in (4, 2):
             coarse, lift = model.coarser(step)
             if self.may_be(coarse, lift, known, best):
                 model, parts = coarse, [replace(p, errors=p.errors @ lift) for p in parts]
                 known = known_errors_of(self.machine, model)
-                best = solve(parts, model, self.since(known, model, None))
+                best = solved(parts, model, self.since(known, model, told))
                 break
         if known.names:
-            best = solve(parts, model, self.since(known, model, identified(best.information)))
+            best = solved(parts, model, self.since(known, model, identified(best.information)))
         return parts, best, known
 
     def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
@@ -168,6 +192,26 @@ class _Job:
         return Before(known.factor, changed)
 
 
+def solved(parts: Sequence[Readings], model: ErrorModel, before: Before) -> ErrorPosterior:
+    """The posterior. Raises ModelLimit with the combinations that no reading tells apart, where these leave no digit of the rest."""
+    try:
+        return solve(parts, model, before)
+    except ModelLimit as error:
+        texts = [c.text for c in beforehand(parts, model).combinations]
+        raise ModelLimit(
+            "\n  ".join([f"{error}. Not identified are:", *texts]) if texts else str(error)
+        ) from None
+
+
+def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identified:
+    """What readings with their stated noise identify of all errors, whatever was known before.
+
+    Of linear and rotary axes that moved together nearly nothing: there what the file states stays as it is from the start.
+    """
+    columns, _ = columns_of(parts, Before.nothing(model))
+    return identified(reduced([project(p, c, 1.0 / p.u**2) for p, c in zip(parts, columns)], model))
+
+
 def _as_before(found: Identified, known: Known) -> list[str]:
     """What is taken over from the machine file unchanged."""
     kept = [n for n in known.names if n not in found.names]
@@ -180,8 +224,8 @@ def _as_before(found: Identified, known: Known) -> list[str]:
 
 def _rough(post: ErrorPosterior) -> bool:
     """Is a curve so rough that more nodes may be needed: its correlation length near the shortest that was tried?"""
-    spans = {c.axis: float(c.nodes[-1] - c.nodes[0]) for c in post.model.curves}
-    return any(length < 0.15 * spans[name[-1]] for name, length in post.smooth.lengths.items())
+    spans = {c.component: c.travel for c in post.model.curves}
+    return any(length < 0.15 * spans[name] for name, length in post.smooth.lengths.items())
 
 
 def _refuse_if_nothing(found: Identified) -> None:
@@ -194,15 +238,20 @@ def _refuse_if_nothing(found: Identified) -> None:
 
 
 def _kept(
-    post: ErrorPosterior, known: Known, names: Sequence[str]
+    post: ErrorPosterior, known: Known, names: Sequence[str], machine: Machine
 ) -> tuple[ErrorModel, np.ndarray, np.ndarray]:
-    """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty)."""
+    """The errors of these names: model, numbers, covariance (what is not identified stays in it as uncertainty).
+
+    Location errors of rotary axes are those of the axis average line.
+    """
     model = post.model
     kept = ErrorModel(
         tuple(c for c in model.curves if c.component in names), tuple(p for p in model.pairs if p in names)
     )
     rows = np.concatenate([np.arange(model.size)[model.slices[n]] for n in kept.names])
-    return kept, (known.theta + post.theta)[rows], post.covariance[np.ix_(rows, rows)]
+    about = average_line(kept, machine)
+    covariance = about @ post.covariance[np.ix_(rows, rows)] @ about.T
+    return kept, about @ (known.theta + post.theta)[rows], covariance
 
 
 def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Machine:

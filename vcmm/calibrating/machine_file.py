@@ -42,7 +42,7 @@ def machine_texts(
     )
     errors = _errors(found, table, covariance, said)
     if prior is None:
-        text = _head(found.machine) + errors + _repeatability(found)
+        text = bare_text(found.machine) + errors + _repeatability(found)
     else:
         text = f"{_without_errors(prior, target.parent, found.kept.names).rstrip()}\n\n{errors}"
     reversals = "".join(_reversal(found, c) for c in found.kept.curves if c.reversal)
@@ -88,13 +88,22 @@ def _reversal(found: Calibration, curve: Curve) -> str:
     )
 
 
-def _head(machine: Machine) -> str:
+def bare_text(machine: Machine) -> str:
+    """A machine file without errors: structure, travels, where rotary axes are and errors were measured."""
     lines = ['vcmm = "machine/1"', f'name = "{machine.name}"', f'kind = "{machine.kind}"']
     lines.append(f'structure = "{machine.chain.structure}"')
     for letter, axis in machine.axes.items():
         unit, scale = ("deg", 180 / np.pi) if axis.rotary else ("mm", 1.0)
         low, high = (f'"{q * scale:.10g} {unit}"' for q in axis.travel)
         lines += [f"[axes.{letter}]", f"travel = [{low}, {high}]"]
+        for key, place in (
+            ("centre", axis.centre if any(axis.centre) else None),
+            ("measured_at", axis.measured_at),
+        ):
+            if place is not None:
+                texts = [f'"{c:.10g} mm"' for c in place]
+                lines.append(f"{key} = [{', '.join(texts)}]")
+        lines += [f'error_frame = "{axis.error_frame}"'] if axis.error_frame != "moving" else []
     return "\n".join(lines) + "\n"
 
 

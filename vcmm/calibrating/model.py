@@ -8,20 +8,24 @@ by convention (the gauge):
     a straightness EYX ...    its least-squares line over the nodes is zero: direction of travel is squareness
     lost motion BX ...        as it is: half of it is added in one sense of motion and taken in the other
     squareness C0Y B0Z A0Z    as in ISO 230-1: X is the primary axis, Y the secondary
+    a rotary axis EXC ...     the mean over a turn is zero; of EXC and EAC (EXB EAB, EYA EBA) the once-per-turn part too
+    location X0C Y0C A0C B0C  as in ISO 230-1; `rotary.average_line` moves it to the axis average line (ISO 230-7)
 
 The means and lines taken away are a rigid motion of the workpiece, a turn of the tool in its holder, and squareness;
-`gauge` says how much squareness. With three linear axes 18 curves and 3 angles remain, and nothing among them is free.
+`gauge` says how much squareness. With three linear axes 18 curves and 3 angles remain, and nothing among them is free. A centre
+line that is shifted or tilted is a once-per-turn motion of the axis in two directions; that of the first direction is left to it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from vcmm.core.axes import axis_of, in_order, is_location, is_rotary, whole_turn
 from vcmm.core.effect import Effect, basis, parameter_fields
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.grid import node_weights
@@ -32,19 +36,30 @@ from vcmm.effects import made_for
 
 SIZE, TURN = 3e-3, 5e-6  # mm, rad: usual rms of a component
 PAIR_AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
+LOCATIONS = {"A": ("Y0", "Z0", "B0", "C0"), "B": ("X0", "Z0", "A0", "C0"), "C": ("X0", "Y0", "A0", "B0")}
+OFFSET, ANGLE = 1e-2, 1e-5  # mm, rad: usual location error, usual squareness
 SPANS = ((0.0, 0.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0))  # mm, tips for the gauge
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One error over its axis: component such as EYX, nodes (k,) mm."""
+    """One error over its axis: component such as EYX, nodes (k,) mm or rad. centred: its once-per-turn part is location."""
 
     component: str
     nodes: Array
+    centred: bool = False
 
     @property
     def axis(self) -> str:
-        return self.component[-1]
+        return self.component[1:] if self.reversal else axis_of(self.component)
+
+    @property
+    def rotary(self) -> bool:
+        return is_rotary(self.axis)
+
+    @property
+    def periodic(self) -> bool:
+        return whole_turn(self.axis, self.nodes)
 
     @property
     def usual(self) -> float:
@@ -67,14 +82,21 @@ class Curve:
 
     @property
     def straightness(self) -> bool:
-        return not self.turns and not self.reversal and self.component[1] != self.axis
+        return not self.turns and not self.reversal and not self.rotary and self.component[1] != self.axis
 
     @cached_property
     def taken(self) -> Array:
-        """(k, 1 or 2): what the convention takes away, a constant and for a straightness the position from the middle."""
+        """(k, 1 to 3): what the convention takes away, a constant, for a straightness the position from the middle, of a centred
+        curve once per turn; the last node of a whole turn, which is the first, is not counted.
+        """
         one = np.ones(len(self.nodes))
         if self.reversal:
             return np.zeros((len(one), 0))
+        if self.rotary:
+            once = [np.cos(self.nodes), np.sin(self.nodes)] if self.centred else []
+            out = np.stack([one, *once], axis=1)
+            out[-1] *= not self.periodic
+            return out
         return np.stack([one, self.nodes - self.nodes.mean()] if self.straightness else [one], axis=1)
 
     @cached_property
@@ -127,10 +149,11 @@ class ErrorModel:
 
     def coarser(self, step: int) -> tuple[ErrorModel, Array]:
         """Every step-th node only, and the matrix (size, fewer) from its numbers to these: both describe one spline."""
-        model = ErrorModel(tuple(Curve(c.component, c.nodes[::step]) for c in self.curves), self.pairs)
+        model = ErrorModel(tuple(replace(c, nodes=c.nodes[::step]) for c in self.curves), self.pairs)
         lift = np.zeros((self.size, model.size))
         for new, old in zip(model.curves, self.curves):
-            block = node_weights(new.nodes, old.nodes, "linear" if old.reversal else "cubic")
+            how = "linear" if old.reversal else "periodic" if old.periodic else "cubic"
+            block = node_weights(new.nodes, old.nodes, how)
             lift[self.slices[old.component], model.slices[new.component]] = block
         for pair in self.pairs:
             lift[self.slices[pair], model.slices[pair]] = 1.0
@@ -145,9 +168,18 @@ def curve_effect(curve: Curve, values: Array) -> Effect:
 
 
 def angle_effect(pair: str, angle: float) -> Effect:
-    """One squareness, rad, as an effect of a machine."""
+    """One squareness, rad, or location error of a rotary axis, mm or rad, as an effect of a machine."""
+    if is_location(pair):
+        shift = "offset" if pair[0] in "XYZ" else "tilt"
+        located: Effect = made_for("rotary axis location", "a calibration")(pair, **{shift: angle})
+        return located
     effect: Effect = made_for("angle between axes", "a calibration")(pair, angle)
     return effect
+
+
+def usual_pairs(model: ErrorModel) -> Array:
+    """(pairs,): usual size of squareness and location errors, rad or mm."""
+    return np.array([OFFSET if p[0] in "XYZ" else ANGLE for p in model.pairs])
 
 
 def error_model(
@@ -157,7 +189,7 @@ def error_model(
     both_ways: Sequence[str] = (),
     stated: Sequence[str] = (),
 ) -> ErrorModel:
-    """All errors of the linear axes that moved; ranges: axis -> (low, high) mm. only: names of the errors to look for.
+    """All errors of the axes that moved; ranges: axis -> (low, high) mm or rad. only: names of the errors to look for.
 
     both_ways: axes that were approached from both sides, whose lost motion is looked for too. stated: errors of the machine
     file; a squareness among them is kept, whether or not both axes moved.
@@ -168,6 +200,9 @@ def error_model(
     curves = [Curve(f"E{kind}{a}", np.linspace(*ranges[a], nodes)) for a in axes for kind in "XYZABC"]
     curves += [Curve(f"B{a}", np.linspace(*ranges[a], nodes)) for a in axes if a in both_ways]
     pairs = [p for p, needed in PAIR_AXES.items() if set(needed) <= set(axes) or p in stated]
+    for axis in in_order(a for a in ranges if is_rotary(a)):
+        curves += [Curve(f"E{kind}{axis}", np.linspace(*ranges[axis], 2 * nodes - 1)) for kind in "XYZABC"]
+        pairs += [f"{where}{axis}" for where in LOCATIONS[axis[0]]]
     known = [*(c.component for c in curves), *pairs]
     for name in only:
         if name not in known:
@@ -175,9 +210,17 @@ def error_model(
                 f'--errors names "{name}", no error of the axes that moved.{choose_from(name, known)}'
             )
     wanted = set(only or known)
-    return ErrorModel(
-        tuple(c for c in curves if c.component in wanted), tuple(p for p in pairs if p in wanted)
-    )
+    kept = [replace(c, centred=_is_centred(c, wanted)) for c in curves if c.component in wanted]
+    return ErrorModel(tuple(kept), tuple(p for p in pairs if p in wanted))
+
+
+def _is_centred(curve: Curve, wanted: Collection[str]) -> bool:
+    """Is it the first of two directions across a rotary axis, whose location errors are looked for too?"""
+    if not curve.rotary:
+        return False
+    places = LOCATIONS[curve.axis[0]]
+    pair = places[2:] if curve.turns else places[:2]
+    return curve.component[1] == pair[0][0] and all(f"{p}{curve.axis}" in wanted for p in pair)
 
 
 def gauge(model: ErrorModel, machine: Machine) -> Array:
@@ -194,7 +237,7 @@ def gauge(model: ErrorModel, machine: Machine) -> Array:
         out[model.slices[pair], model.slices[pair]] = 1.0
     if model.pairs:
         rows = [model.slices[p].start for p in model.pairs]
-        for curve in (c for c in model.curves if not c.reversal):
+        for curve in (c for c in model.curves if not c.reversal and not c.rotary):
             share = _as_squareness(model, curve, machine)
             out[rows, model.slices[curve.component]] += share @ np.linalg.pinv(curve.taken)
     return out
@@ -214,8 +257,13 @@ def _as_squareness(model: ErrorModel, curve: Curve, machine: Machine) -> Array:
 
 
 def number_of(effect: Effect) -> str:
-    """The only parameter of an error that a calibration finds: "values", or "angle"."""
-    (spec,) = parameter_fields(effect)
+    """The only parameter of an error that a calibration finds: "values", "angle", and of a location "offset" or "tilt"."""
+    specs = [
+        s
+        for s in parameter_fields(effect)
+        if effect.where[0] in s.metadata.get("only", "") or not s.metadata.get("only")
+    ]
+    (spec,) = specs
     return spec.name
 
 
@@ -232,7 +280,7 @@ def _columns(chain: Chain, axes: Mapping[str, Axis], run: Run, effect: Effect) -
 
 def _grid(model: ErrorModel, machine: Machine) -> Run:
     """Corners and middles of the volume, each with four tips."""
-    found = {c.axis: np.linspace(c.nodes[0], c.nodes[-1], 3) for c in model.curves}
+    found = {c.axis: np.linspace(c.nodes[0], c.nodes[-1], 4 if c.rotary else 3) for c in model.curves}
     letters = machine.chain.letters
     steps: list[Any] = [found.get(a, np.zeros(1)) for a in letters]
     mesh = np.stack([m.ravel() for m in np.meshgrid(*steps, indexing="ij")], axis=1)

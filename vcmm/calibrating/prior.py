@@ -14,11 +14,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from vcmm.calibrating.model import Curve, ErrorModel
+from vcmm.calibrating.model import Curve, ErrorModel, usual_pairs
 from vcmm.core.run import Array
 
 SPREAD = 2.5  # of ln size: machines from 20 nm to 0.5 mm
-SLOPE, ANGLE = 2e-4, 1e-3  # prior u of a scale error, rad of squareness: far beyond any machine
+SLOPE = 2e-4  # prior u of a scale error: far beyond any machine
+FAR = 100.0  # times the usual squareness or location error: far beyond any machine
 BROAD = 5.0  # times the usual size: nothing is known
 GRAIN = 1e-6  # share of the variance without correlation from node to node
 
@@ -38,6 +39,8 @@ def unit_factor(curve: Curve, length: float) -> Array:
     A millionth of the variance is without correlation: it keeps every shape possible and matrices invertible.
     """
     gap = curve.nodes[:, None] - curve.nodes
+    if curve.periodic:  # the chord, so that it repeats itself after a turn (MacKay 1998)
+        gap = 2 * np.sin(gap / 2)
     kernel = curve.free.T @ np.exp(-((gap / length) ** 2) / 2) @ curve.free
     kernel = kernel / np.trace(kernel) * len(curve.nodes)
     factor = np.linalg.cholesky(kernel + GRAIN * np.eye(len(kernel)))
@@ -47,7 +50,7 @@ def unit_factor(curve: Curve, length: float) -> Array:
 
 def line_factor(curve: Curve) -> Array:
     """(k, 0 or 1): the line that a positioning error may have besides, of a scale error of 1 SLOPE."""
-    if curve.turns or curve.straightness or curve.reversal:
+    if curve.turns or curve.straightness or curve.reversal or curve.rotary:
         return np.zeros((len(curve.nodes), 0))
     return SLOPE * (curve.nodes - curve.nodes.mean())[:, None]
 
@@ -63,8 +66,8 @@ def prior(model: ErrorModel, lengths: Mapping[str, float]) -> CurvePrior:
         line = line_factor(curve)
         columns.append(_placed(model, curve.component, line))
         blocks += [-1] * line.shape[1]
-    for pair in model.pairs:
-        columns.append(_placed(model, pair, np.array([[ANGLE]])))
+    for pair, u in zip(model.pairs, widest_pairs(model)):
+        columns.append(_placed(model, pair, np.array([[u]])))
         blocks.append(-1)
     return CurvePrior(np.concatenate(columns, axis=1), np.array(blocks))
 
@@ -73,6 +76,11 @@ def _placed(model: ErrorModel, name: str, block: Array) -> Array:
     out = np.zeros((model.size, block.shape[1]))
     out[model.slices[name]] = block
     return out
+
+
+def widest_pairs(model: ErrorModel) -> Array:
+    """(pairs,): prior u of squareness and location errors, rad or mm."""
+    return FAR * usual_pairs(model)
 
 
 def usual(model: ErrorModel) -> Array:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.calibrating.model import ErrorModel, number_of
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Motion, tip_motion
 from vcmm.core.laws import Normal, StudentT
@@ -151,14 +152,22 @@ def _sides(recording: Recording, machine: Machine) -> set[str]:
 
 
 def _tool_turns(recording: Recording, machine: Machine, observer: Observer) -> Array:
-    """(m, 0 to 3): the tool stands turned in its holder; only what several tip offsets in one placement would show."""
+    """(m, 0 to 6): the tool stands turned in its holder, only what several tip offsets in one placement would show; and shifted, where
+    a rotary axis turns it (its length, the pivot length of the head).
+    """
     offset = recording.run.offset
-    if recording.kind == "angle" or np.abs(offset - offset[0]).max(initial=0.0) < 1e-9:
+    ways: list[Array] = []
+    if recording.kind != "angle" and np.abs(offset - offset[0]).max(initial=0.0) >= 1e-9:
+        ways += [np.cross(axis, offset) for axis in np.eye(3)]
+    turning = (a for a in machine.chain.tool if is_rotary(a))
+    if recording.kind != "angle" and any(float(np.ptp(recording.run.q(a))) > 1e-9 for a in turning):
+        ways += [np.tile(axis, (recording.run.n, 1)) for axis in np.eye(3)]
+    if not ways:
         return np.zeros((recording.m, 0))
     out = []
-    for axis in np.eye(3):
+    for way in ways:
         six = np.zeros((recording.run.n, 6))
-        six[:, :3] = np.cross(axis, offset)
+        six[:, :3] = way
         moved = tip_motion(machine.chain, machine.axes, observer.run, [Motion("tool", "motion", six)])[:, :3]
         seen = (recording.direction * moved[recording.row]).sum(axis=1)
         two = recording.other >= 0

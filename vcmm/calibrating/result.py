@@ -12,6 +12,7 @@ from vcmm import charts
 from vcmm.calibrating.identified import Identified, is_angle
 from vcmm.calibrating.model import ErrorModel
 from vcmm.calibrating.readings import Readings
+from vcmm.calibrating.rotary import harmonics
 from vcmm.calibrating.solve import ErrorPosterior
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -66,7 +67,16 @@ class Calibration:
                 row |= {"low": float(value.min() * scale), "high": float(value.max() * scale)}
             else:
                 row |= {"value": float(value[0] * scale)}
-            out.append(row | {"u": float(np.sqrt((u**2).mean()) * scale)})
+            row["u"] = float(np.sqrt((u**2).mean()) * scale)
+            curve = next((c for c in self.kept.curves if c.component == name), None)
+            if curve is not None and curve.periodic:
+                part = self.kept.slices[name]
+                found = harmonics(curve, value, self.covariance[part, part])
+                row["harmonics"] = [
+                    {"order": int(h["order"]), "amplitude": h["amplitude"] * scale, "u": h["u"] * scale}
+                    for h in found
+                ]
+            out.append(row)
         return out
 
 

@@ -196,14 +196,19 @@ def posterior(told: Reduced, smooth: Smoothness) -> tuple[Array, Array]:
 
 def conditioned(told: Reduced, factor: Array) -> tuple[Array, Array]:
     """Mean and covariance under the prior factor @ factor.T."""
+    mean, half = conditioned_factor(told, factor)
+    return mean, half @ half.T
+
+
+def conditioned_factor(told: Reduced, factor: Array) -> tuple[Array, Array]:
+    """Mean, and a factor (p, r) of the covariance, under the prior factor @ factor.T."""
     from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
     inner = factor.T @ told.a @ factor
     inner[np.diag_indices_from(inner)] += 1.0
     lower = cho_factor(inner, lower=True)
     mean = factor @ cho_solve(lower, factor.T @ told.b)
-    half = solve_triangular(lower[0], factor.T, lower=True)
-    return mean, half.T @ half
+    return mean, solve_triangular(lower[0], factor.T, lower=True).T
 
 
 def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:

@@ -1,7 +1,7 @@
 """Figures of acceptance tests from deviations, whatever the deviations come from (recorded, or drawn from a machine).
 
     ISO 230-2:2014   A, R, B, E, M of an axis, from runs in both directions
-    ISO 230-4:2005   G, F, H of circles
+    ISO 230-4:2005   G, G(b), D, F, H of circles
     ISO 230-6:2002   E of diagonals
     ISO 10360-2:2009 E0, R0 of lengths
 
@@ -11,9 +11,16 @@ Every function takes deviations with any number of leading axes (trials) and red
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
+
+TURN, NEAR, EDGE = (
+    2 * np.pi,
+    np.radians(15.0),
+    1e-6,
+)  # rad; paths are compared between readings no further apart
 
 
 def positioning(up: Array, down: Array) -> dict[str, Array]:
@@ -47,28 +54,57 @@ def positioning(up: Array, down: Array) -> dict[str, Array]:
     }
 
 
-def circular(angle: Array, forward: Array, backward: Array) -> dict[str, Array]:
+def circular(
+    angle: Array, forward: Array, backward: Array, back_angle: Array | None = None, centred: bool = True
+) -> dict[str, Array]:
     """ISO 230-4, clause 3: radial deviations (..., points) mm at angles (points,) rad, counter-clockwise and clockwise.
 
-    The centre is that of the least-squares circle of both directions together, as far as the points are a full circle.
-    G: range of the radii per direction, F: extremes from the nominal radius, H: largest difference of the directions.
+    back_angle: of the clockwise path, where it was read elsewhere. The centre is that of the least-squares circle of both
+    paths together (for full circles; centred = False leaves it where the instrument has it).
+    G: range of the radii per direction, G(b) of both together, D: mean of both, F: extremes from the nominal radius, H:
+    largest difference of the directions at one angle (the hysteresis of the edition of 1996).
     """
-    columns = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    both = (forward + backward) / 2
-    centre = np.linalg.lstsq(
-        np.column_stack([columns, np.ones(len(angle))]),
-        np.moveaxis(both, -1, 0).reshape(len(angle), -1),
-        rcond=None,
-    )[0][:2]
-    moved = np.moveaxis((columns @ centre).reshape(len(angle), *both.shape[:-1]), 0, -1)
-    ahead, back = forward - moved, backward - moved
+    back_angle = angle if back_angle is None else back_angle
+    if centred:
+        forward, backward = _centred(angle, forward, back_angle, backward)
+    same, weights = _at_angles(angle, back_angle)
+    largest = np.maximum(forward.max(axis=-1), backward.max(axis=-1))
+    least = np.minimum(forward.min(axis=-1), backward.min(axis=-1))
     return {
-        "G+": np.ptp(ahead, axis=-1),
-        "G-": np.ptp(back, axis=-1),
-        "F max": np.maximum(ahead.max(axis=-1), back.max(axis=-1)),
-        "F min": np.minimum(ahead.min(axis=-1), back.min(axis=-1)),
-        "H": np.abs(ahead - back).max(axis=-1),
+        "G+": np.ptp(forward, axis=-1),
+        "G-": np.ptp(backward, axis=-1),
+        "G(b)": largest - least,
+        "D": (forward.mean(axis=-1) + backward.mean(axis=-1)) / 2,
+        "F max": largest,
+        "F min": least,
+        "H": np.abs(forward[..., same] - backward @ weights.T).max(axis=-1),
     }
+
+
+def _centred(angle: Array, forward: Array, back_angle: Array, backward: Array) -> tuple[Array, Array]:
+    """Both paths about the centre of their common least-squares circle."""
+    ways = [np.stack([np.cos(a), np.sin(a)], axis=1) for a in (angle, back_angle)]
+    columns = np.concatenate(ways)
+    fit = np.linalg.pinv(np.column_stack([columns, np.ones(len(columns))]))[:2]
+    centre = np.concatenate([forward, backward], axis=-1) @ fit.T
+    return forward - centre @ ways[0].T, backward - centre @ ways[1].T
+
+
+def _at_angles(angle: Array, other: Array) -> tuple[npt.NDArray[np.bool_], Array]:
+    """(points,) bool: angles between two readings of the other path that are near; (points', other) weights to read it there."""
+    order = np.argsort(other % TURN)
+    nodes = (other % TURN)[order]
+    around = np.concatenate([nodes[-1:] - TURN, nodes, nodes[:1] + TURN])
+    numbers = np.concatenate([order[-1:], order, order[:1]])
+    after = np.clip(np.searchsorted(around, angle % TURN, side="right"), 1, len(around) - 1)
+    gap = around[after] - around[after - 1]
+    share = (angle % TURN - around[after - 1]) / np.where(gap > 0, gap, 1.0)
+    here = (gap < NEAR) | (share < EDGE) | (share > 1 - EDGE)
+    weights = np.zeros((len(angle), len(other)))
+    rows = np.arange(len(angle))
+    np.add.at(weights, (rows, numbers[after - 1]), 1 - share)
+    np.add.at(weights, (rows, numbers[after]), share)
+    return here, weights[here]
 
 
 def diagonal(up: Array, down: Array) -> dict[str, Array]:

@@ -95,6 +95,10 @@ class MachineCertificate:
     def positioning_limit(self, figure: str, axis: str) -> float | None:
         return self.positioning.get((figure, axis), self.positioning.get((figure, "")))
 
+    def limits_accuracy(self, axis: str) -> bool:
+        """Whether A, E or M of an axis is limited."""
+        return any(self.positioning_limit(figure, axis) is not None for figure in "AEM")
+
     def limits(self, test: str) -> dict[str, LengthLimit]:
         """Stated limits by the name of the figure, for a test such as "10360-2" or "230-2"."""
         if test == "10360-2":

@@ -30,6 +30,21 @@ def corners(machine: Machine) -> list[tuple[str, Array, Array]]:
     return out
 
 
+def face_diagonals(machine: Machine) -> list[tuple[str, Array, Array]]:
+    """The two diagonals of the middle plane of every pair of axes: name such as PN0, ends (3,) in axis positions."""
+    ends, out = travels(machine), []
+    for still in (2, 1, 0):
+        first, second = (i for i in range(3) if i != still)
+        for flip in (0, 1):
+            start, end = ends.mean(axis=1), ends.mean(axis=1)
+            start[first], end[first] = ends[first]
+            start[second], end[second] = ends[second][:: -1 if flip else 1]
+            letters = ["0", "0", "0"]
+            letters[first], letters[second] = "P", "PN"[flip]
+            out.append(("".join(letters), start, end))
+    return out
+
+
 def seven_lines(machine: Machine) -> list[tuple[Array, Array]]:
     """Four body diagonals and the three lines parallel to the axes through the middle (ISO 10360-2:2009, 6.3)."""
     ends = travels(machine)

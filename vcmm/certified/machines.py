@@ -44,16 +44,19 @@ class CertifiedKnowledge:
 
 def certified(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedKnowledge:
     """Effects and Inputs for a machine with its axes. UsageError: limits that no machine of the family can keep."""
+    effects, _ = _tables(machine)
+    return _knowledge(effects, certificate, drawn_machines(machine, certificate, seed))
+
+
+def drawn_machines(machine: Machine, certificate: MachineCertificate, seed: int = SEED) -> CertifiedMachines:
+    """The machines themselves, each with its own geometry, tip and scatter: those of which `certified` makes Inputs."""
     effects, loadings = _tables(machine)
     bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
     rng = np.random.default_rng(seed)
     modes = _modes(rng, loadings)
-    drawn = (
-        _by_lengths(bare, certificate, modes, rng)
-        if certificate.E0
-        else _by_positioning(bare, certificate, modes, rng)
-    )
-    return _knowledge(effects, certificate, drawn)
+    if certificate.E0:
+        return _by_lengths(bare, certificate, modes, rng)
+    return _by_positioning(bare, certificate, modes, rng)
 
 
 def _tables(machine: Machine) -> tuple[list[Effect], Sequence[str]]:
@@ -107,13 +110,31 @@ def _modes(rng: np.random.Generator, kinds: Sequence[str]) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class DrawnMachines:
+class CertifiedMachines:
     """Machines that pass: modes (m, k), tip form (m, 12) mm, radius (m,) mm too large, standard deviation of a touch (m,) mm."""
 
     modes: Array
     form: Array
     radius: Array
     scatter: Array
+
+    @property
+    def mirrored(self) -> CertifiedMachines:
+        """Every machine, then its mirror image, as the Inputs have them."""
+        return CertifiedMachines(
+            _mirrored(self.modes), _mirrored(self.form), _mirrored(self.radius), np.tile(self.scatter, 2)
+        )
+
+
+def geometry_at_limit(machine: Machine, c: MachineCertificate, drawn: CertifiedMachines) -> CertifiedMachines:
+    """The same machines with geometry that uses all of E0 by itself; UsageError without E0."""
+    if c.E0 is None:
+        raise UsageError("geometry has a limit of its own only where E0_MPE is stated")
+    effects, _ = _tables(machine)
+    bare = replace(machine, effects=(*machine.effects, *effects), inputs=())
+    run, lengths = length_run(bare, seven_lines(bare))
+    used = (np.abs(drawn.modes @ _per_mode(bare, run).T) / c.E0.at(lengths)).max(axis=1)
+    return replace(drawn, modes=drawn.modes / used[:, None])
 
 
 def _shares(rng: np.random.Generator, prior: str, least: float) -> Array:
@@ -125,7 +146,7 @@ def _shares(rng: np.random.Generator, prior: str, least: float) -> Array:
 
 def _by_lengths(
     machine: Machine, c: MachineCertificate, modes: Array, rng: np.random.Generator
-) -> DrawnMachines:
+) -> CertifiedMachines:
     assert c.E0 is not None
     run, lengths = length_run(machine, seven_lines(machine))
     repeat = c.R0 if c.R0 is not None else min(c.E0.fixed or c.E0(100.0), c.form or np.inf)
@@ -133,27 +154,45 @@ def _by_lengths(
     form = _tip_forms(rng, c.form if c.form is not None else c.E0.fixed, scatter, _shares(rng, c.prior, 0.8))
     size = c.size if c.size is not None else 0.5 * c.E0.fixed
     radius = 0.5 * size * rng.choice([-1.0, 1.0], DRAWN) * _shares(rng, c.prior, 0.0)
-    allowed, geometry, rest = (
-        [c.E0.at(lengths)],
-        [_per_mode(machine, run) @ modes.T],
-        [_reading(run, form, radius)],
-    )
+    allowed, per_mode, rest = [c.E0.at(lengths)], [_per_mode(machine, run)], [_reading(run, form, radius)]
     if c.E150 is not None:
         for side in (-RAM, RAM):
             ram, far = length_run(machine, ram_lines(machine), np.array([0.0, side, 0.0]))
             allowed.append(c.E150.at(far))
-            geometry.append(_per_mode(machine, ram) @ modes.T)
+            per_mode.append(_per_mode(machine, ram))
             rest.append(_reading(ram, form, radius))
-    limit, found, other = np.concatenate(allowed), np.concatenate(geometry).T, np.concatenate(rest).T
+    limit, shown, other = np.concatenate(allowed), np.concatenate(per_mode), np.concatenate(rest).T
     noise = np.sqrt(2.0) * scatter[:, None, None] * rng.normal(size=(DRAWN, len(limit), REPEATS))
-    scale = _largest_scale(found, other[..., None] + noise, limit, _shares(rng, c.prior, 1.0))
+    added, share = other[..., None] + noise, _shares(rng, c.prior, 1.0)
+    scale = _largest_scale(modes @ shown.T, added, limit, share)
+    modes = modes * np.maximum(scale, 0.0)[:, None]
+    if c.positioning:
+        kept = _kept_by_positioning(machine, c, modes, rng)
+        free = np.where(kept == 0.0, modes, 0.0)
+        scale = _largest_scale(free @ shown.T, added + (kept @ shown.T)[..., None], limit, share)
+        modes = kept + free * np.maximum(scale, 0.0)[:, None]
     passes = scale > 0.0
     if passes.mean() < 0.02:
         raise UsageError(
             "no machine keeps these limits together: scatter (R0_MPL), tip form and size alone exceed E0_MPE; check the units of the "
             "certificate"
         )
-    return DrawnMachines((modes * scale[:, None])[passes], form[passes], radius[passes], scatter[passes])
+    return CertifiedMachines(modes[passes], form[passes], radius[passes], scatter[passes])
+
+
+def _kept_by_positioning(
+    machine: Machine, c: MachineCertificate, modes: Array, rng: np.random.Generator
+) -> Array:
+    """(machines, modes): what shows in the position of an axis, made smaller where its limit of ISO 230-2 asks for it; else 0."""
+    kept = np.zeros_like(modes)
+    for axis in (a for a in "XYZ" if a in machine.axes and c.limits_accuracy(a)):
+        run, i = axis_run(machine, axis), "XYZ".index(axis)
+        along = _along(machine, run, i)
+        own = np.abs(along).max(axis=0) > 0
+        shape = modes[:, own] @ along[:, own].T
+        _, most = axis_scale(c, axis, shape, rng, (_shares(rng, c.prior, 1.0), _shares(rng, c.prior, 0.8)))
+        kept[:, own] = modes[:, own] * np.minimum(most, 1.0)[:, None]
+    return kept
 
 
 def _largest_scale(geometry: Array, rest: Array, limit: Array, share: Array) -> Array:
@@ -233,7 +272,7 @@ def half_sphere() -> Array:
 
 def _by_positioning(
     machine: Machine, c: MachineCertificate, modes: Array, rng: np.random.Generator
-) -> DrawnMachines:
+) -> CertifiedMachines:
     """The errors of every axis scaled until its test of ISO 230-2 finds A (or E, M); scatter from R. Squareness by the mean."""
     letters = [a for a in "XYZ" if a in machine.axes]
     scatter, scaled = np.zeros(DRAWN), modes.copy()
@@ -250,7 +289,7 @@ def _by_positioning(
         - np.log(np.abs(modes[:, :last]) + 1e-12).mean(axis=1)
     )
     scaled[:, last:] *= typical[:, None]
-    return DrawnMachines(scaled, np.zeros((DRAWN, 12)), np.zeros(DRAWN), scatter)
+    return CertifiedMachines(scaled, np.zeros((DRAWN, 12)), np.zeros(DRAWN), scatter)
 
 
 def _along(machine: Machine, run: Run, i: int) -> Array:
@@ -262,7 +301,9 @@ def _along(machine: Machine, run: Run, i: int) -> Array:
     return np.asarray(influences(machine, prepared, [one])[0].response[:, i])
 
 
-def _knowledge(effects: Sequence[Effect], c: MachineCertificate, drawn: DrawnMachines) -> CertifiedKnowledge:
+def _knowledge(
+    effects: Sequence[Effect], c: MachineCertificate, drawn: CertifiedMachines
+) -> CertifiedKnowledge:
     """Samples as Inputs, about their mean of zero: every machine and its mirror image."""
     evidence = c.words()
     touch = made_for("repeatability", "[certificate]")

@@ -1,8 +1,8 @@
 """The command line: one verb per file, imported when it is called, so that `vcmm --help` starts at once.
 
-Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, evaluation, inference, placing,
-machining, files, library, compensating, diagnosis, calibrating, api, tables, console, pages, papers.echerfaoui2017,
-papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
+Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, instruments, evaluation, inference,
+exchange, routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables, console,
+pages, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "uncertainty": "Task-specific uncertainty: value, U, interval, decision, budget.",
     "evaluate": "What was measured: true values with their intervals, decisions, budgets, from points or values.",
     "audit": "Count how often the intervals of this very task hold the true value, on drawn parts and machines.",
+    "certificate": "What the certificate of a machine is worth for a part: U by prior and by fact, coverage counted.",
+    "routes": "The same task by independent routes: virtual CMM, calibrated part, several positions; do they agree?",
+    "rerun": "Run an evidence pack (--evidence) again and compare every number.",
     "place": "The pose that serves best: gain, map, flatness, certificate, and why.",
     "diagnose": "Say what physics a recording holds that the machine file lacks.",
     "calibrate": "Find the errors of a machine from recordings of instruments; plan the set-ups.",
@@ -31,6 +34,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "nc": "Say what an NC program means: moves, lengths, times, extents.",
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
+    "convert": "Make vcmm files of a QIF, DMIS or DCC file: part and plan, machine, quantities.",
     "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",
     "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
     "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
@@ -38,8 +42,8 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "schema": "Print the JSON Schema of a file format.",
 }
 JOBS = (
-    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
-    "compensate", "merge",
+    "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
+    "compensate", "convert", "merge",
 )  # fmt: skip
 LATER = ("serve",)
 BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3

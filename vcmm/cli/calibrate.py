@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vcmm.cli.options import Seed
+
 
 def calibrate_command(
     *recordings: Path,
@@ -14,6 +16,8 @@ def calibrate_command(
     machine: Path | None = None,
     errors: str = "",
     design: Path | None = None,
+    simulate: Path | None = None,
+    seed: Seed = 0,
     report: Path | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
@@ -23,7 +27,7 @@ def calibrate_command(
     Parameters
     ----------
     recordings
-        Recording files (recording/1).
+        Recording files (recording/1). Files with [reversal] are separated by themselves (docs/reversal.md).
     structure
         Structure of the machine, such as "w b Y X Z t"; not needed with --machine.
     machine
@@ -32,6 +36,10 @@ def calibrate_command(
         Errors to look for, such as "EXX EYX C0Y"; all others are then taken as zero. Default: all of the axes that moved.
     design
         Plan of set-ups (design/1): says beforehand what they identify and how well, and the cheapest ones that do.
+    simulate
+        Plan of set-ups (design/1): writes what they would read on the machine of --machine, as recordings in the folder --out.
+    seed
+        Seed of what is simulated.
     report
         File for the HTML report.
     json
@@ -39,17 +47,24 @@ def calibrate_command(
     out
         Machine file to write; its error table and covariance stand beside it.
     """
+    from vcmm.cli.calibrate_design import design_command
+    from vcmm.cli.calibrate_reversal import reversal_command
     from vcmm.console.documents import print_json
     from vcmm.core.errors import UsageError
+    from vcmm.files.reversal import is_reversal
 
     if design is not None:
-        from vcmm.cli.calibrate_design import design_command
-
         return design_command(design, json)
+    if simulate is not None:
+        from vcmm.cli.calibrate_simulate import simulate_command
+
+        return simulate_command(simulate, machine, out, seed, json)
     if not recordings:
         raise UsageError(
             "calibrate needs recordings, or a plan with --design; write for example vcmm calibrate laser.toml plate.toml"
         )
+    if any(is_reversal(path) for path in recordings):
+        return reversal_command(list(recordings), structure, out, json, [machine, errors, report])
     if (structure is None) == (machine is None):
         raise UsageError(
             'name either --structure "w b Y X Z t" or a machine file that is known with --machine'

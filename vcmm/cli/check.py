@@ -93,6 +93,16 @@ def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
     return rows
 
 
+def _machine_alone(file: Path) -> Any:
+    """The machine of a scenario without what part and room add to it: as its own test finds it."""
+    from vcmm.files.certificate import machine_table
+    from vcmm.files.machine import machine_from
+    from vcmm.files.toml import read_toml
+
+    document = read_toml(file)
+    return machine_from(document, machine_table(document), ("machine",))
+
+
 def _describe_machine(machine: Any) -> list[list[str]]:
     rows = [["machine", f"{machine.name} ({machine.kind}), structure {machine.chain.structure}"]]
     for letter, axis in machine.axes.items():
@@ -245,6 +255,7 @@ def _measuring_rows(file: Path) -> list[list[str]]:
         task = scenario.task()
         refused = _evaluate(task)
     rows = [["scenario", scenario.name], *_describe_machine(scenario.machine)]
+    rows += _certificate_rows(file, _machine_alone(file))
     touches = f"{task.touches.run.n} touches in {len(scenario.plan.steps)} steps, all within the travels"
     rows += [["plan", touches], *_known_rows(scenario, task)]
     said = (*remarks(scenario), *refused)

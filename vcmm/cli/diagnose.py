@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from vcmm.cli.options import Seed
+from vcmm.cli.options import Cluster, Seed, Shard, Workers
+from vcmm.core.errors import UsageError
 
 
 def diagnose_command(
@@ -17,6 +18,9 @@ def diagnose_command(
     seed: Seed = 0,
     effect: Annotated[list[str] | None, Parameter(name="--effect", negative=())] = None,
     report: Path | None = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    shard: Shard = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
 ) -> int:
@@ -25,7 +29,7 @@ def diagnose_command(
     Parameters
     ----------
     recordings
-        Recording files (recording/1), or the tables that they name. Several are of one machine, and diagnosed together: what is common, what each one's own.
+        Recording files (recording/1), or the tables that they name. Several are of one machine, and diagnosed together: what is common, what each one's own. A folder: every recording in it by itself, and what changed from one to the next.
     machine
         Machine file to use instead of the one that the recording names.
     seed
@@ -34,11 +38,24 @@ def diagnose_command(
         A further effect class of your own, as module:Class; may be repeated.
     report
         File for the HTML report.
+    workers
+        Processes that share the recordings of a folder; the document does not depend on it.
+    cluster
+        Address of a Dask scheduler whose workers share them, such as tcp://scheduler:8786.
+    shard
+        Diagnose one part of a folder only, such as 2/8, for a batch queue; `vcmm merge` puts all parts together.
     json
         Print one JSON document.
     out
-        Folder for report.html, diagnosis.json and, when something was found, machine.toml.
+        Folder for report.html, diagnosis.json and, when something was found, machine.toml; of a folder also recordings.csv and changes.csv.
     """
+    if any(path.is_dir() for path in recordings):
+        if effect or report:
+            raise UsageError("--effect and --report are for single recordings; a folder has --out")
+        options = {"seed": seed, "machine": str(machine) if machine else None}
+        return _folder(recordings, options, (workers, cluster, shard), json, out)
+    if any(word is not None for word in (workers, cluster, shard)):
+        raise UsageError("--workers, --cluster and --shard share the recordings of a folder; name one")
     from vcmm.cli.diagnose_several import Wanted, diagnose_files
     from vcmm.files.recording import recording_file
 
@@ -48,6 +65,22 @@ def diagnose_command(
         Wanted(machine, seed, extra, report, json, out),
     )
     return _diagnose_file(files[0], wanted) if len(files) == 1 else diagnose_files(files, wanted, _show)
+
+
+def _folder(
+    folders: list[Path], options: dict[str, Any], shared: tuple[Any, ...], json: bool, out: Path | None
+) -> int:
+    """Every recording of one folder. shared: workers, cluster, shard. Raises UsageError for several."""
+    from vcmm.cli.diagnose_folder import folder_job, shard_of_folder
+    from vcmm.cli.options import sharing_of
+
+    if len(folders) > 1:
+        raise UsageError("a folder is diagnosed by itself: name one folder, or recordings")
+    workers, cluster, shard = shared
+    sharing = sharing_of(workers, cluster, shard, keep=True)
+    if sharing.share is None:
+        return folder_job(folders[0], options, sharing, json, out)
+    return shard_of_folder(folders[0], options, sharing, json, out)
 
 
 def _diagnose_file(recording: Path, wanted: Any) -> int:

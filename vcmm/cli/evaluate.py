@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,17 +20,17 @@ def evaluate_command(
     seed: int | None = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
+    export: Path | None = None,
+    evidence: Path | None = None,
 ) -> int:
-    """Evaluate what was measured: the value, the interval of the true value, decision and budget of every characteristic.
-
-    Exit code 1 when a characteristic of a part does not conform.
+    """Evaluate what was measured: values, intervals of the true values, decisions, budgets. Exit code 1: one does not conform.
 
     Parameters
     ----------
     scenario
         Scenario file (scenario/1): machine, part, plan, what is known.
     points
-        Measured points: feature,x_mm,y_mm,z_mm (nx,ny,nz, part, stylus). Without feature: in the order of the plan.
+        Measured points: feature,x_mm,y_mm,z_mm (nx,ny,nz, part, stylus; without feature: in the order of the plan), or a QIF file.
     values
         Measured values: characteristic,value_mm (deviation_um, value_deg; part).
     frame
@@ -43,31 +44,79 @@ def evaluate_command(
     json
         Print one JSON document.
     out
-        Folder for evaluation.json, values.csv, a sheet for the auditor per part, and of one part report.html and budget.csv.
+        Folder for evaluation.json, values.csv, a sheet per part, and of one part report.html and budget.csv.
+    export
+        File for another system, by its ending: .qif (QIF 3.0 with combinedUncertainty), .dfq (Q-DAS), .xml (results of a DCC).
+    evidence
+        Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
     """
+    options = {
+        "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
+        "trials": trials, "seed": seed,
+    }  # fmt: skip
+    return _run(scenario, options, json, Places(out, export, evidence))
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where results go: a folder, a file for another system, a pack of evidence."""
+
+    out: Path | None
+    export: Path | None
+    evidence: Path | None
+
+
+def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
     from vcmm.api import evaluate
+    from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
-    from vcmm.console.files import output_folder
     from vcmm.console.terminal import progress
     from vcmm.files.scenario import load_scenario
 
-    folder = output_folder(out) if out else None
+    folder = _places(places.out, places.export)
     loaded = load_scenario(scenario)
+    measured = options["points"] or options["values"]
     with progress() as report, about(scenario):
-        parts = evaluate(
-            loaded, points=points, values=values, frame=frame, tip_centres=tip_centres, seed=seed, trials=trials,
-            progress=report,
-        )  # fmt: skip
-    content = _document(parts, scenario, points or values)
+        parts = evaluate(loaded, **(options | {"frame": options["frame"] or "part"}), progress=report)
+    content = _document(parts, scenario, measured)
+    if places.evidence:
+        keep_evidence(places.evidence, ("evaluate", scenario, options), loaded.task(), content)
     if folder:
-        _write(folder, loaded, parts, content, (scenario, points or values))
-    if json:
-        print_json(content)
-    else:
-        _show(parts, content["warnings"])
+        _write(folder, loaded, parts, content, (scenario, measured))
+    if places.export:
+        _hand_over(places.export, loaded, content)
+    print_json(content) if json else _show(parts, content["warnings"])
+    return _code(parts)
+
+
+def _code(parts: Any) -> int:
     decisions = [e.result.decision for p in parts for e in p.characteristics if e.result.decision]
     return 1 if any(d.text == "does not conform" for d in decisions) else 0
+
+
+def _places(out: Path | None, export: Path | None) -> Path | None:
+    """The folder, made and writable, and the ending of the file: refused before any work."""
+    from vcmm.console.files import output_folder
+    from vcmm.exchange.export import check_ending
+
+    if export:
+        check_ending(export)
+    return output_folder(out) if out else None
+
+
+def _hand_over(export: Path, scenario: Any, content: dict[str, Any]) -> None:
+    """The file for another system, from the document that is shown."""
+    from vcmm.console.files import output_folder, write_text
+    from vcmm.console.terminal import say
+    from vcmm.exchange.export import exported
+
+    output_folder(export.parent)
+    text, notes = exported(export, scenario.name or "part", scenario.part, content)
+    write_text(export, text)
+    for note in notes:
+        say(f"note: {note}")
+    say(f"wrote {export}")
 
 
 def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, Any]:

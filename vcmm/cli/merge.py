@@ -38,6 +38,10 @@ def merge_command(
     sharing = Sharing(store=Shards(first["key"], blocks))
     options = first["options"]
     scenario = Path(options.pop("scenario"))
+    if first["verb"] == "diagnose":
+        from vcmm.cli.diagnose_folder import folder_job
+
+        return folder_job(scenario, options, sharing, json, out)
     if first["verb"] == "cut":
         from vcmm.cli.cut import run_cut
 

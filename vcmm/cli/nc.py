@@ -95,7 +95,8 @@ def _print_json(program: Path, setup: Path | None, loaded: Any, read: Any, path:
     from vcmm.console.program_document import MoveFile, print_read, time_json
 
     files = [program] + ([setup] if setup else [])
-    with MoveFile(loaded) as moves:
+    machine = _machine(loaded)
+    with MoveFile(loaded, "".join(machine.axes) if machine else "ABC") as moves:
         moves.take(read.moves)
         print_read(read, moves, files, {"time": time_json(path)} if path is not None else {})
 
@@ -103,15 +104,22 @@ def _print_json(program: Path, setup: Path | None, loaded: Any, read: Any, path:
 def _page(program: Path, read: Any, setup: Any, out: Path | None) -> list[Path]:
     """The page of --plot."""
     from vcmm.console.files import write_text
-    from vcmm.files.machine import load_machine
     from vcmm.nc.reading import read_bytes
     from vcmm.nc.summary import summary
     from vcmm.pages.program import program_page
 
-    there = setup is not None and setup.machine is not None and Path(setup.machine).is_file()
-    machine = load_machine(setup.machine) if there else None
+    machine = _machine(setup)
     html = program_page(program.name, read, summary(read.moves, setup), read_bytes(program), machine)
     return [write_text((out or Path()) / f"{program.stem}.html", html)]
+
+
+def _machine(setup: Any) -> Any:
+    """The machine that a set-up names; None without one, and where its file is missing."""
+    from vcmm.core.text import is_file
+    from vcmm.files.machine import load_machine
+
+    there = setup is not None and setup.machine is not None and is_file(Path(setup.machine))
+    return load_machine(setup.machine) if there else None
 
 
 def _write_setup(program: Path, read: Any, file: Path) -> Path:
@@ -129,8 +137,6 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     """The program, with remarks on whether it is sensible on the machine of the set-up."""
     from dataclasses import replace
 
-    from vcmm.core.text import is_file
-    from vcmm.files.machine import load_machine
     from vcmm.nc.interpret import read_program
     from vcmm.nc.moves import Remark
     from vcmm.nc.sensible import remarks_on
@@ -138,15 +144,14 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     read = read_program(program, dialect, _level(setup, strict))
     if setup is None:
         return read
-    there = setup.machine is not None and is_file(Path(setup.machine))
-    machine = load_machine(setup.machine) if there else None
+    machine = _machine(setup)
     said = list(remarks_on(read.moves, setup, machine))
     if machine is not None and read.moves:
         from vcmm.motion.tool_centre import oriented
 
         moves, singular = oriented(read.moves, machine, str(program))
         read, said = replace(read, moves=moves), [*said, *singular]
-    if setup.machine and not there:
+    if setup.machine and machine is None:
         said.append(Remark(1, 1, f"{setup.machine} does not exist: travels are not looked at"))
     return replace(read, warnings=(*read.warnings, *said))
 

@@ -17,12 +17,15 @@ Cluster = Annotated[str | None, Parameter(name="--cluster")]
 Shard = Annotated[str | None, Parameter(name="--shard")]
 
 
-def sharing_of(workers: int | None, cluster: str | None, shard: str | None) -> Any:
-    """The Sharing that is asked for: who counts, and where finished blocks are kept until the job is done. Raises UsageError."""
+def sharing_of(workers: int | None, cluster: str | None, shard: str | None, keep: bool = False) -> Any:
+    """The Sharing that is asked for: who counts, and where finished blocks are kept until the job is done. Raises UsageError.
+
+    keep: even where this process does it all.
+    """
     from vcmm.core.crew import crew_of
     from vcmm.evaluation.blocks import Folder, Nowhere, Sharing
 
-    long = workers is not None or cluster is not None or shard is not None
+    long = keep or workers is not None or cluster is not None or shard is not None
     folder = _block_folder() if long else None
     return Sharing(crew_of(workers, cluster), Folder(folder) if folder else Nowhere(), share_of(shard))
 
@@ -83,3 +86,16 @@ def put_shard(content: dict[str, Any], stem: str, json: bool, out: Path | None) 
     number, of = content["shard"]
     say(f"wrote {write_text((out or Path()) / f'{stem}.shard-{number}-of-{of}.json', json_text(content))}")
     return 0
+
+
+def keep_evidence(
+    path: Path, command: tuple[str, Path, dict[str, Any]], task: Any, content: dict[str, Any]
+) -> None:
+    """Write the evidence pack of a job. command: verb, scenario and options; content: its document, which names all files read."""
+    from vcmm.console.evidence import command_words, write_pack
+    from vcmm.console.terminal import say
+    from vcmm.evaluation.declared import declared_influences
+
+    files = [Path(one["file"]) for one in content["inputs"]]
+    write_pack(path, command_words(*command), content, files, declared_influences(task))
+    say(f"wrote {path}; vcmm rerun {path} runs it again")

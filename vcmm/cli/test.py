@@ -12,7 +12,7 @@ from vcmm.cli.options import Seed
 
 def test_command(
     file: Path,
-    *,
+    *more: Path,
     iso: str,
     limit: Annotated[list[str] | None, Parameter(name="--limit", negative=())] = None,
     seed: Seed = 0,
@@ -24,11 +24,13 @@ def test_command(
     Parameters
     ----------
     file
-        Machine file (machine/1), or a scenario with its machine: predict. Recording file (recording/1): evaluate what was recorded (230-2).
+        Machine file (machine/1), or a scenario with its machine: predict. Recording file (recording/1): evaluate what was recorded (230-7: with [reversal]).
+    more
+        Further recordings of the same test: axes, planes, diagonals.
     iso
-        The test: 230-2, 230-4, 230-6 or 10360-2.
+        The test: 230-2, 230-4, 230-6, 230-7 or 10360-2.
     limit
-        A limit such as "A = 8 um", "B X = 2 um" or "E0 = 1.9 um + L/300" (L in mm gives um); may be repeated.
+        A limit: "A = 8 um", "B X = 2 um", "E0 = 1.9 um + L/300" (L in mm gives um), "synchronous tilt B = 1 urad"; may be repeated.
     seed
         Seed of the drawn machines.
     trials
@@ -41,35 +43,41 @@ def test_command(
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import show_table
     from vcmm.files.machine import machine_from
-    from vcmm.files.machine_tables import machine_table
+    from vcmm.files.machine_tables import found_machine
     from vcmm.files.toml import read_toml
     from vcmm.tables.calibrated import FIGURES
-    from vcmm.tables.calibrated import figures as figures_table
     from vcmm.tables.table import records
 
-    limits = limits_of(limit or [])
     warnings: list[str] = []
     drawn = False
-    if str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
-        figures = _recorded(file, iso, limits, warnings)
+    limits = limits_of(limit or [], angles=iso == "230-7")
+    if iso == "230-7":
+        figures = _spindle(_one([file, *more]), limits, warnings, seed=seed, trials=trials)
+    elif more or str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
+        figures = _recorded([file, *more], iso, limits, warnings)
     else:
-        machine = machine_from(*machine_table(file))
+        machine = machine_from(*found_machine(file))
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
         figures = predicted(machine, iso, limits, seed, trials)
-    _refuse_unused(limits, figures)
-    content = document(
-        "vcmm.test/1",
-        {"test": f"ISO {iso}", "figures": records(FIGURES, figures)},
-        seed=seed, files=sources(file), warnings=warnings,
-    )  # fmt: skip
+    _refuse_unused(limits, figures, parts=iso == "230-7")
+    read = [f for one in (file, *more) for f in sources(one)]
+    body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
+    content = document("vcmm.test/1", body, seed=seed, files=read, warnings=warnings)
     if json:
         print_json(content)
     else:
-        show_table(figures_table(iso, figures))
+        show_table(_table(iso, figures))
         for warning in warnings:
             print(f"note: {warning}")
     return int(not drawn and any(f.p_pass is not None and f.p_pass < 0.5 for f in figures))
+
+
+def _table(iso: str, figures: Any) -> Any:
+    from vcmm.tables.calibrated import figures as figures_table
+    from vcmm.tables.reversed import spindle_figures
+
+    return spindle_figures(figures) if iso == "230-7" else figures_table(iso, figures)
 
 
 def _stated(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[dict[str, Any], bool]:
@@ -88,28 +96,69 @@ def _stated(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[di
     return dict(certificate.limits(iso)), drawn
 
 
-def _refuse_unused(limits: Any, figures: Any) -> None:
+def _refuse_unused(limits: Any, figures: Any, parts: bool) -> None:
+    """parts: the beginning of a name stands for all figures that begin so."""
+    from vcmm.calibrating.spindle import ANGLE, is_of
     from vcmm.core.errors import UsageError, choose_from
 
-    names = [f.name for f in figures]
+    names = [f.name.removesuffix(ANGLE) for f in figures]
     known = list(dict.fromkeys([*names, *(n.split(" ")[0] for n in names)]))
     for name in limits:
-        if name not in known and not any(n.rpartition(" ")[0] == name for n in names):
+        if parts and any(is_of(name, n) for n in names):
+            continue
+        if (parts or name not in known) and not any(n.rpartition(" ")[0] == name for n in names):
             raise UsageError(
                 f'--limit "{name} = ...": the test has no such figure.{choose_from(name, known)}'
             )
 
 
-def _recorded(file: Path, iso: str, limits: Any, warnings: list[str]) -> Any:
-    from vcmm.calibrating.recorded import recorded_positioning
+def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials: int) -> Any:
+    """ISO 230-7 of a test with [reversal], or predicted from a machine file."""
+    from vcmm.calibrating.reversed import separate
+    from vcmm.calibrating.spindle import predicted_spindle, recorded_spindle
     from vcmm.core.errors import UsageError
+    from vcmm.files.machine import load_machine
+    from vcmm.files.reversal import is_reversal, load_reversal
+    from vcmm.files.toml import read_toml
+
+    if is_reversal(file):
+        found = separate(load_reversal(file))
+        warnings += [f"not identified: {c.text}" for c in found.combinations]
+        return recorded_spindle(found, limits, seed, trials)
+    if str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
+        raise UsageError(
+            f'{file}: a spindle test says in [reversal] how artefact and probe were turned; test = "direct" where the artefact is '
+            "taken as perfect (docs/reversal.md)"
+        )
+    return predicted_spindle(load_machine(file), limits, seed, trials)
+
+
+def _one(files: list[Path]) -> Path:
+    """A spindle test is one file. UsageError for several."""
+    from vcmm.core.errors import UsageError
+
+    if len(files) > 1:
+        raise UsageError(
+            f"{files[1]}: a spindle test of ISO 230-7 is one recording; test the others by themselves"
+        )
+    return files[0]
+
+
+def _recorded(files: list[Path], iso: str, limits: Any, warnings: list[str]) -> Any:
+    from vcmm.calibrating.deviations import RecordedTest
+    from vcmm.calibrating.recorded import evaluated
     from vcmm.files.instruments import load_certificate
     from vcmm.files.recording import load_recording
 
-    if iso != "230-2":
-        raise UsageError(f"a recording is evaluated by ISO 230-2; predict ISO {iso} from a machine file")
-    recording, machine = load_recording(file)
-    certificate = load_certificate(file, recording)
-    if certificate is None:
-        warnings.append("the recording names no [instrument]; its uncertainty is not known, so u is left out")
-    return recorded_positioning(recording, machine, certificate, limits)
+    tests = []
+    for file in files:
+        recording, machine = load_recording(file)
+        certificate = load_certificate(file, recording)
+        if certificate is None:
+            warnings.append(
+                f"{file.name} names no [instrument]; its uncertainty is not known, so u is left out"
+            )
+        tests.append(RecordedTest(recording, machine, certificate))
+    figures, notes = evaluated(tests, iso, limits)
+    warnings += notes
+    return figures

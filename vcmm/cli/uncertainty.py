@@ -23,6 +23,7 @@ def uncertainty_command(
     shard: Shard = None,
     json: Annotated[bool, Parameter(name="--json")] = False,
     out: Path | None = None,
+    evidence: Path | None = None,
 ) -> int:
     """Task-specific uncertainty: value, U, coverage interval, decision and budget of every characteristic.
 
@@ -51,6 +52,8 @@ def uncertainty_command(
         Print one JSON document.
     out
         Folder for report.html, uncertainty.json, budget.csv.
+    evidence
+        Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
     """
     from vcmm.cli.options import put_shard, sharing_of, write_shard
     from vcmm.console.documents import sources
@@ -58,7 +61,7 @@ def uncertainty_command(
     sharing = sharing_of(workers, cluster, shard)
     options = {"trials": trials, "seed": seed, "engine": engine, "digits": digits}
     if sharing.share is None:
-        return run_uncertainty(scenario, options, sharing, json, out)
+        return run_uncertainty(scenario, options, sharing, json, out, evidence)
     if digits is not None:
         raise UsageError(
             "--digits decides on the way how many trials are run, so they cannot be split; use --trials"
@@ -83,7 +86,12 @@ def _evaluated(scenario: Path, options: dict[str, Any], sharing: Any) -> Any:
 
 
 def run_uncertainty(
-    scenario: Path, options: dict[str, Any], sharing: Any, json: bool, out: Path | None
+    scenario: Path,
+    options: dict[str, Any],
+    sharing: Any,
+    json: bool,
+    out: Path | None,
+    evidence: Path | None = None,
 ) -> int:
     """The whole job: document, files, tables. options: trials, seed, engine, digits."""
     from vcmm.console.documents import document, print_json, sources
@@ -99,6 +107,11 @@ def run_uncertainty(
         files=sources(scenario),
         warnings=result.warnings,
     )
+    if evidence:
+        from vcmm.cli.options import keep_evidence
+
+        given = {k: v for k, v in options.items() if (k, v) != ("engine", "auto")}
+        keep_evidence(evidence, ("uncertainty", scenario, given), loaded.task(), content)
     if folder:
         _write(folder, loaded, result, content)
     if json:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -100,6 +101,14 @@ def known_errors_of(machine: Machine) -> KnownErrors:
     return KnownErrors(replace(machine, effects=tuple(kept)), full, tuple(left))
 
 
+class _Zeroing(NamedTuple):
+    """What says where an offset was set: its name, the tool and its length."""
+
+    offset: str
+    tool: int
+    length: Point
+
+
 @dataclass(frozen=True, eq=False)
 class PathErrors:
     """Errors along one program. set_here: subtract the error at the work zero of each offset. constants: columns.
@@ -122,6 +131,17 @@ class PathErrors:
         """Whether the tip is led over the workpiece anywhere."""
         return leads(self.moves)
 
+    @cached_property
+    def _groups(self) -> list[_Zeroing]:
+        """Work offset, tool and its length, each that occurs once."""
+        return list(dict.fromkeys(_Zeroing(m.offset, m.tool, m.tool_offset) for m in self.moves))
+
+    @cached_property
+    def _group(self) -> Ints:
+        """Which of them holds at each move (n,)."""
+        at = {one: k for k, one in enumerate(self._groups)}
+        return np.array([at[_Zeroing(m.offset, m.tool, m.tool_offset)] for m in self.moves], dtype=np.intp)
+
     def run(self, move: Ints, share: Array, tips: Array) -> Run:
         """The machine at shares (k,) of moves (k,) with its tip at tips (k, 3); in the workpiece where it is led."""
         if self.path is not None:
@@ -129,9 +149,10 @@ class PathErrors:
             found, _ = states_at(self.path, near, at, tips)
         else:
             found = Run({}, np.zeros((len(move), 3)))
-        offset = np.array([self.moves[i].tool_offset for i in move.tolist()]).reshape(-1, 3)
+        group = self._group[move]
+        offset = np.array([g.length for g in self._groups]).reshape(-1, 3)[group]
         angle = self._angles(move, share)
-        zero = np.array([self._zero(self.moves[i]) for i in move.tolist()]).reshape(-1, 3)
+        zero = np.array([self._zero(g.offset) for g in self._groups]).reshape(-1, 3)[group]
         columns = {k: v for k, v in found.columns.items() if not k.startswith("tip_")}
         columns |= {f"part_{c}_mm": (tips - zero)[:, i] for i, c in enumerate("xyz")}
         columns |= {name: np.full(len(move), value) for name, value in self.constants.items()}
@@ -140,14 +161,17 @@ class PathErrors:
             letter: linear[:, "XYZ".index(letter)] if letter in "XYZ" else angle[:, "ABC".index(letter)]
             for letter in self.known.machine.axes
         }
-        labels = {**found.labels, "tool": np.array([str(self.moves[i].tool) for i in move.tolist()])}
+        labels = {**found.labels, "tool": np.array([str(g.tool) for g in self._groups])[group]}
         return Run(position, -offset, columns, labels)
+
+    @cached_property
+    def _turns(self) -> Array:
+        """A, B, C at start and end of each move (n, 2, 3), rad."""
+        return np.array([(m.rotary_start, m.rotary_end) for m in self.moves]).reshape(-1, 2, 3)
 
     def _angles(self, move: Ints, share: Array) -> Array:
         """A, B, C (k, 3) rad at shares of moves, in proportion to the path."""
-        ends = np.array(
-            [(self.moves[i].rotary_start, self.moves[i].rotary_end) for i in move.tolist()]
-        ).reshape(-1, 2, 3)
+        ends = self._turns[move]
         return np.asarray(ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0]))
 
     def axes_at(self, move: Ints, tips: Array, angle: Array, offset: Array) -> Array:
@@ -166,8 +190,8 @@ class PathErrors:
         near = self.moving[np.maximum(place, 0)]
         return near, np.where(near == move, share, np.where(first, 0.0, 1.0))
 
-    def _zero(self, m: Move) -> Point:
-        return self.setup.offsets.get(m.offset, (0.0, 0.0, 0.0))
+    def _zero(self, offset: str) -> Point:
+        return self.setup.offsets.get(offset, (0.0, 0.0, 0.0))
 
     def errors(self, run: Run, move: Ints) -> Array:
         """e (k, 3) mm of rows of `run`, which belong to moves (k,)."""
@@ -191,15 +215,14 @@ class PathErrors:
 
         Z with the tool of the row, X and Y with the tool that set the offset.
         """
-        pairs = [(self.moves[i].offset, self.moves[i].tool, self.moves[i].tool_offset) for i in move.tolist()]
-        out = np.zeros((run.n, 3))
-        for one in dict.fromkeys(pairs):
-            rows = np.array([i for i, p in enumerate(pairs) if p == one], dtype=np.intp)
+        group, out = self._group[move], np.zeros((run.n, 3))
+        for number in dict.fromkeys(group.tolist()):
+            rows, one = np.flatnonzero(group == number), self._groups[number]
             first = run.take(rows[:1])
             out[rows] = self._set_with(first, *one)
             if self.setter and self.setter in self.setup.tools:
                 setter = self.setup.tools[self.setter]
-                out[rows, :2] = self._set_with(first, one[0], self.setter, setter.offset)[:2]
+                out[rows, :2] = self._set_with(first, one.offset, self.setter, setter.offset)[:2]
         return out
 
     def _set_with(self, first: Run, offset: str, tool: int, length: Point) -> Array:

@@ -23,7 +23,7 @@ SMALL = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class BlockPiece:
     """One block: it ends at `end` (machine coordinates, before rounding) at this share of the move; arcs have a centre."""
 
@@ -32,7 +32,7 @@ class BlockPiece:
     centre: Array | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class BlockFit:
     """Blocks of one move, and the largest departure that they leave across the path, mm (before rounding)."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 
@@ -69,30 +68,34 @@ def rewrite(work: Work, tolerance: float, beside: bool = True) -> tuple[str, lis
         work.carry,
         slack=SLACK * tolerance,
     )
-    at = 0
+    at, moving = 0, np.array([i for i, t in enumerate(traces) if t.contour.kind != "dwell"], dtype=np.intp)
     while at < len(traces):
         to = at + 1
         while to < len(traces) and traces[to].line == traces[at].line and to - at < len(traces):
             to += 1
-        _look_ahead(writer, traces, at, to, work, tolerance)
+        before, behind = np.searchsorted(moving, (at, to))
+        left = traces[moving[before - 1]] if before else None
+        then = traces[moving[behind]] if behind < len(moving) else None
+        _look_ahead(writer, traces[at:to], left, then, work, tolerance)
         _block(writer, traces[at:to], fits[at:to], work)
         at = to
     return (*_assembled(work, writer, tolerance), writer)
 
 
 def _look_ahead(
-    writer: Writer, traces: Sequence[Trace], at: int, to: int, work: Work, tolerance: float
-) -> None:
-    """How far off the block at..to may leave an axis that it does not name, by what comes behind it."""
-    then = next((t for t in islice(traces, to, None) if t.contour.kind != "dwell"), None)
+    writer: Writer, traces: Sequence[Trace], left: Trace | None, then: Trace | None, work: Work, tolerance: float
+) -> None:  # fmt: skip
+    """How far off a block may leave an axis that it does not name, by what moves before it (left) and behind it (then)."""
     following = None if then is None else then.contour
-    left = next((t.contour for t in reversed(traces[:at]) if t.contour.kind != "dwell"), None)
-    cuts = any(m is not None and m.kind in ("line", "arc") for m in (left, following))
+    cuts = any(
+        m is not None and m.kind in ("line", "arc")
+        for m in (None if left is None else left.contour, following)
+    )
     writer.rapid = FIT_SHARE * tolerance if cuts else math.inf
     writer.chain_ends = following is None or following.kind != "line" or length_of(following) > SHORT
-    hole = next((t for t in (*traces[at + 1 : to], then) if t is not None and t.cycle), None)
+    hole = next((t for t in (*traces[1:], then) if t is not None and t.cycle), None)
     writer.above = None
-    if hole is not None and work.dialect.name in SEMICOLON and not traces[at].cycle:
+    if hole is not None and work.dialect.name in SEMICOLON and not traces[0].cycle:
         writer.rapid, writer.above = writer.slack, PLANES[hole.contour.plane][2]
 
 

@@ -1,4 +1,4 @@
 """What every command shares: documents, tables, whole files, progress.
 
-Imports core, nc, files, tables.
+Imports core, nc, evaluation, files, tables.
 """

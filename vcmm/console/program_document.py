@@ -14,12 +14,15 @@ from vcmm.nc.moves import ORIGIN, Move, MoveFlow
 from vcmm.nc.summary import SummaryBuilder
 
 
-def move_text(move: Move) -> str:
+def move_text(move: Move, axes: str = "ABC") -> str:
     """One move as JSON, as tables.program.move_json has it."""
     from vcmm.tables.program import move_json
 
-    if move.kind not in ("rapid", "line") or move.rotary_end != ORIGIN or move.rotary_start != ORIGIN:
-        return json.dumps(move_json(move), separators=(",", ":"), allow_nan=False)
+    turned = (
+        move.rotary_end != ORIGIN or move.rotary_start != ORIGIN or move.led or move.tool_axis_end is not None
+    )
+    if turned or move.kind not in ("rapid", "line"):
+        return json.dumps(move_json(move, axes), separators=(",", ":"), allow_nan=False)
     (a, b, c), (x, y, z) = move.start, move.end
     feed = "null" if move.feed is None else repr(move.feed)
     side = "null" if move.compensation is None else f'"{move.compensation}"'
@@ -33,8 +36,9 @@ def move_text(move: Move) -> str:
 class MoveFile(MoveFlow):
     """The moves as a piece of JSON in a temporary file, and their totals."""
 
-    def __init__(self, setup: Any) -> None:
+    def __init__(self, setup: Any, axes: str = "ABC") -> None:
         super().__init__()
+        self.axes = axes
         self.setup = setup
         self.file = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115 (it lives as long as this)
         self.builder = SummaryBuilder(setup)
@@ -48,7 +52,7 @@ class MoveFile(MoveFlow):
     def take(self, moves: Sequence[Move]) -> None:
         if not moves:
             return
-        text = ",\n".join(map(move_text, moves))
+        text = ",\n".join(move_text(m, self.axes) for m in moves)
         self.file.write((",\n" if self.count else "") + text)
         self.builder.add(moves)
         super().take(moves)

@@ -44,6 +44,11 @@ def axis_of(component: str) -> str:
     return found[1] if found else ""
 
 
+def whole_turn(name: str, positions: npt.NDArray[np.float64]) -> bool:
+    """Whether positions (n,) rad of a rotary axis, increasing, go round exactly once."""
+    return is_rotary(name) and abs(float(positions[-1] - positions[0]) - 2 * np.pi) < 1e-6
+
+
 def is_component(name: str) -> bool:
     """Whether this names a component error: EXX, EBX, EXA1."""
     return name[:1] == "E" and axis_of(name) != ""

@@ -19,6 +19,7 @@ ROLES: Mapping[str, str] = {
     "error table": "(component, arguments, grids, values): [errors] table",
     "error curve": '(component, nodes, values): [errors] interpolation = "cubic"',
     "angle between axes": "(pair, angle): C0Y, B0Z, A0Z of an error table",
+    "turning axis orders": "(component, coefficients), Input of `coefficients`: what a reversal finds of a spindle",
     "rotary axis location": "(component, offset=..., tilt=...): X0C, A0C ... of an error table",
     "Abbe arm": ".from_tables(axis, effects, arm): a mistake of the stored tables",
     "changed component": "(component, nodes): a calibration that is stale",

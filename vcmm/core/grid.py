@@ -27,7 +27,16 @@ def multilinear(positions: list[Array], grids: tuple[Array, ...]) -> tuple[Array
 
 
 def node_weights(nodes: Array, q: Array, interpolation: str) -> Array:
-    """(n, nodes): value at q (n,) = weights @ values; "cubic" (natural spline, 3 nodes or more) or "linear"."""
+    """(n, nodes): value at q (n,) = weights @ values; "cubic" (natural spline, 3 nodes or more), "periodic" or "linear".
+
+    periodic: a cubic spline over one turn, for any q; the first and the last node are one place, which has the mean of both values.
+    """
+    if interpolation == "periodic" and len(nodes) > 3:
+        from scipy.interpolate import CubicSpline
+
+        values = np.eye(len(nodes))
+        values[0] = values[-1] = (values[0] + values[-1]) / 2
+        return np.asarray(CubicSpline(nodes, values, bc_type="periodic")(q))
     if interpolation == "cubic" and len(nodes) > 2:
         from scipy.interpolate import CubicSpline
 

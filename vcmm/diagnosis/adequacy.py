@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.diagnosis.confusion import THIRD, own_arguments
+from vcmm.diagnosis.confusion import own_arguments
+from vcmm.diagnosis.constants import THIRD, VERY_STRONG
 from vcmm.diagnosis.discrepancy import shape_of
 from vcmm.diagnosis.evidence import Dictionary, orthonormal, scorer
 from vcmm.diagnosis.formula import propose
@@ -18,8 +19,6 @@ from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import Selection, Setting, best_option, mismatch
 from vcmm.evaluation.gaussian import Whitener, best_width
-
-CLEARLY = 5.0  # nats
 
 
 def unknown_rest(
@@ -52,7 +51,7 @@ def beaten(generic: Dictionary, setting: Setting, selection: Selection, evidence
     scores = given.families(options[:, None])[:, 0]
     own = own_arguments(selection.terms[i].family)
     for k in np.argsort(-scores, kind="stable"):
-        if scores[k] <= evidence + CLEARLY + mismatch(selection):
+        if scores[k] <= evidence + VERY_STRONG + mismatch(selection):
             return False
         if generic.families[k].name in own:
             continue

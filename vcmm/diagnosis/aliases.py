@@ -15,12 +15,13 @@ from dataclasses import replace
 import numpy as np
 
 from vcmm.diagnosis.candidates import Family, Option, applies, make_option
-from vcmm.diagnosis.confusion import RESOLVED, Standing, rank_of, ranks, separability
+from vcmm.diagnosis.confusion import Standing, rank_of, ranks, separability
+from vcmm.diagnosis.constants import MISMATCH, NOTHING, RESOLVED
 from vcmm.diagnosis.evidence import Dictionary, dictionary, scorer
 from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import refused
-from vcmm.diagnosis.select import MISMATCH, Selection
+from vcmm.diagnosis.select import Selection
 from vcmm.effects import ALL
 from vcmm.evaluation.gaussian import Whitener
 
@@ -60,7 +61,7 @@ def with_aliases(place: Standing, selection: Selection, i: int, hidden: Dictiona
     gap = separability(given, selection.signal(i))
     mine = rank_of(selection.terms[i].white, given.basis)
     nearest = np.minimum.reduceat(np.where(ranks(given) <= mine, gap, np.inf), hidden.first)
-    near = nearest < max(RESOLVED / max(selection.delta(i), 1e-300), MISMATCH)
+    near = nearest < max(RESOLVED / max(selection.delta(i), NOTHING), MISMATCH)
     known = {selection.terms[i].family.name, *place.names}
     names = dict.fromkeys(f.name for f, close in zip(hidden.families, near) if close)
     return replace(place, names=(*place.names, *(n for n in names if n not in known)))

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vcmm.diagnosis.confusion import NATS, Standing
+from vcmm.diagnosis.candidates import again
+from vcmm.diagnosis.confusion import Standing
+from vcmm.diagnosis.constants import NOTHING, STRONG
 from vcmm.diagnosis.delivered import Delivered, setting_for, shares_of_rows
 from vcmm.diagnosis.estimates import estimates
 from vcmm.diagnosis.evidence import Dictionary
@@ -21,18 +23,22 @@ from vcmm.diagnosis.result import Answer
 from vcmm.diagnosis.search import Stage
 from vcmm.diagnosis.select import Selection, Setting, Term, fitted_again
 from vcmm.diagnosis.simple_part import simple_part
-from vcmm.evaluation.gaussian import SCALES, Whitener
+from vcmm.evaluation.gaussian import RANK, SCALES, Whitener
 
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """Everything that was thought of: the terms with their joint fit, and each among its rivals."""
+    """Everything that was thought of: the terms with their joint fit, and each among its rivals.
+
+    searched: the same in the rows that were searched, where these are not all.
+    """
 
     problem: Problem
     stage: Stage
     selection: Selection
     places: Sequence[Standing]
     field: Field | None = None
+    searched: Named | None = None
 
     def probabilities(self) -> list[Answer]:
         """Every term as an answer without numbers: what of it is probable."""
@@ -64,7 +70,7 @@ class Named:
 
 def _excess(selection: Selection, stage: Stage) -> float:
     variance = selection.fit.sigma**2 if selection.fit else 1.0
-    return max(float(selection.y @ selection.y) - stage.white.dof * variance, 1e-300)
+    return max(float(selection.y @ selection.y) - stage.white.dof * variance, NOTHING)
 
 
 def answers(named: Named, given: Delivered, mistake: Mistake | None, seed: int) -> tuple[Answer, ...]:
@@ -101,7 +107,7 @@ def _twins(
     setting, out = setting_for(problem, named.stage), []
     place = named.places[i]
     for j, probability in zip(place.twins, place.shares):
-        term = _at_place(named.stage.found, selection, at, j)
+        term = _twin(named, selection, at, i, j)
         moved = fitted_again(
             [term if k == at else t for k, t in enumerate(selection.terms)], setting, rounds=1
         )
@@ -112,6 +118,15 @@ def _twins(
     return out
 
 
+def _twin(named: Named, selection: Selection, at: int, i: int, j: int) -> Term:
+    """Term `at` of a refit, which is term i of all, as family j."""
+    if named.searched is None:
+        return _at_place(named.stage.found, selection, at, j)
+    term = _at_place(named.stage.found, named.searched.selection, i, j)
+    option = again(term.option, named.problem)
+    return selection.terms[at] if option is None else replace(term, option=option)
+
+
 def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
     """Term `at` as family j, in the shape that repeats its signal best."""
     signal = selection.signal(at)
@@ -119,7 +134,7 @@ def _at_place(found: Dictionary, selection: Selection, at: int, j: int) -> Term:
 
     def left(option: int) -> float:
         x = found.columns(option)
-        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]))
+        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]))
 
     best = min(range(int(found.first[j]), stop), key=left)
     return Term(found.families[j], found.options[best], found.columns(best), selection.terms[at].width)
@@ -134,7 +149,7 @@ def _remarks(selection: Selection, i: int, problem: Problem, stage: Stage, place
     said = (
         f"its place is open: as good at {others}" if others else "",
         remark(selection.terms[i].option.effect, problem.run, problem.recording.kind),
-        simple_part(selection, i, stage.found.families, stage.white),
+        simple_part(selection, i, stage.found.families, problem, stage.white),
     )
     return "; ".join(s for s in said if s)
 
@@ -144,7 +159,7 @@ def _of_mistake(mistake: Mistake, white: Whitener) -> Answer:
     size = float(np.linalg.norm(white.apply(mistake.departure)))
     something = 1.0 - float(np.exp(-mistake.score))
     sure = something / (1.0 + float(np.exp(-mistake.lead)))  # free terms share it
-    rivals = mistake.free if mistake.lead < NATS else ()
+    rivals = mistake.free if mistake.lead < STRONG else ()
     theirs = something - sure if rivals else 0.0
     return Answer(
         mistake.effect, where, {}, sure, 1.0, rivals, mistake.score, size, rival_probability=theirs,

@@ -11,10 +11,12 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from vcmm.core.effect import Effect, parameter, parameter_fields, typical
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run
+from vcmm.diagnosis.constants import EXACT, RARER, UNSEEN
 from vcmm.diagnosis.instances import instances, lacking_columns, where_of
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.sanity import dead_sensors
@@ -23,19 +25,23 @@ from vcmm.effects import ALL, of_role
 from vcmm.evaluation.gaussian import thin_svd
 
 PER_LABEL = {"event": "event", "clamp": "clamp"}  # a new draw for every value of this label
-RARER = 0.1  # prior of an effect where it is rare (see vcmm.core.declaration.Prior)
 MOST_COLUMNS = 120
+Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Option:
-    """columns (m, k) per typical amplitude; unit (k,): the typical amplitudes, canonical units; labels (k,)."""
+    """columns (m, k) per typical amplitude; unit (k,): the typical amplitudes, canonical units; labels (k,).
+
+    turned: rows near a reversal count as still on the side they came from.
+    """
 
     effect: Effect | None  # None: a shape without physics (localisation)
     columns: Array
     unit: Array
     labels: tuple[str, ...]
     log_prior: float
+    turned: bool = False
 
     @property
     def freedom(self) -> int:
@@ -114,7 +120,7 @@ def _stale(problem: Problem) -> list[Family]:
     if changed is None or not np.any(problem.calibration):
         return []
     left, size = thin_svd(problem.calibration)
-    columns = (left * size)[:, size > 1e-2 * size[0]][:, :MOST_COLUMNS]
+    columns = (left * size)[:, size > EXACT * size[0]][:, :MOST_COLUMNS]
     k = columns.shape[1]
     option = Option(None, columns, np.ones(k), tuple(f"calibration[{i}]" for i in range(k)), 0.0)
     return [Family(changed.name, {"component": "all"}, (option,))]
@@ -184,7 +190,7 @@ def _of_kind(kind: type[Effect], problem: Problem) -> tuple[list[Family], set[st
 def _independent(columns: Array) -> bool:
     """Does every one of several columns (m, k) show, and none as the others do?"""
     length = np.linalg.norm(columns, axis=0)
-    return bool(length.all()) and np.linalg.matrix_rank(columns / length, tol=1e-6) == columns.shape[1] > 1
+    return bool(length.all()) and np.linalg.matrix_rank(columns / length, tol=UNSEEN) == columns.shape[1] > 1
 
 
 def _options(effect: Effect, problem: Problem) -> list[Option]:
@@ -202,15 +208,33 @@ def _taken_up(option: Option, effect: Effect, problem: Problem) -> list[Option]:
     """A play of some um is taken up within as much travel: rows nearer to a reversal than a typical gap still stand on the
     side they came from, and each of them counts with twice the gap. Both readings of such rows are options.
     """
-    since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
-    if not effect.taken_up or since is None:
-        return [option]
-    near = problem.of_rows(since) < typical(effect, effect.taken_up)
+    near = _near_reversal(effect, problem)
     if not near.any():
         return [option]
-    half = option.log_prior + float(np.log(0.5))
-    turned = option.columns * np.where(near, -1.0, 1.0)[:, None]
-    return [replace(option, log_prior=half), replace(option, columns=turned, log_prior=half)]
+    option = replace(option, log_prior=option.log_prior + float(np.log(0.5)))
+    return [option, _turned(option, near)]
+
+
+def _near_reversal(effect: Effect, problem: Problem) -> Mask:
+    """Observations (m,) nearer to a reversal of the effect's axis than a typical gap; none for effects without one."""
+    since = problem.run.columns.get(f"since_reversal_{getattr(effect, 'axis', '')}_mm")
+    if not effect.taken_up or since is None:
+        return np.zeros(problem.m, dtype=bool)
+    return np.asarray(problem.of_rows(since) < typical(effect, effect.taken_up))
+
+
+def _turned(option: Option, near: Mask) -> Option:
+    return replace(option, columns=option.columns * np.where(near, -1.0, 1.0)[:, None], turned=True)
+
+
+def again(option: Option, problem: Problem, effect: Effect | None = None) -> Option | None:
+    """The same option for the observations of `problem`, with another effect of its class where one is given."""
+    effect = effect or option.effect
+    if effect is None:
+        stale = [o for f in _stale(problem) for o in f.options]
+        return stale[0] if stale and option.labels[:1] == stale[0].labels[:1] else None
+    made = make_option(effect, problem, option.log_prior)
+    return _turned(made, _near_reversal(effect, problem)) if made is not None and option.turned else made
 
 
 def _origins(effect: Effect, problem: Problem) -> list[tuple[Effect, float]]:

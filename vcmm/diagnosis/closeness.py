@@ -16,6 +16,7 @@ import numpy as np
 from vcmm.core.axes import axis_of
 from vcmm.core.effect import COLUMN, Effect, motion
 from vcmm.core.run import Array, Run
+from vcmm.diagnosis.constants import UNSEEN
 from vcmm.diagnosis.locate import SKIP, path_speed, short
 from vcmm.diagnosis.problem import Problem, generator
 
@@ -23,7 +24,6 @@ ON_A_LINE, PAIRED, IN_SPACE = 50, 100, 200  # rows about which bumps stand
 FINE, MIDDLE, WIDE = 0.02, 0.06, 0.2  # lengths over one covariate
 NEAR, FAR = 0.1, 0.25  # lengths in space
 STEPS = 60
-SAME = 1e-6  # of the range: a tip that only stands off its axis tells nothing new
 CONDITIONS = ("time", "speed")  # beside temperatures: what a place is paired with
 
 
@@ -52,7 +52,7 @@ def nearness(problem: Problem) -> Iterator[Nearness]:
     yield from _in_space(axes)
     for what in ("tip", "part"):
         place = _positions(problem, what)
-        new = [a for a in place if not any(float(np.abs(a.values - o.values).max()) < SAME for o in axes)]
+        new = [a for a in place if not any(float(np.abs(a.values - o.values).max()) < UNSEEN for o in axes)]
         yield from _over(new, (FINE, MIDDLE, WIDE))
         yield from _in_space(place) if new else ()
     paired = [c for c in conditions if c.name in CONDITIONS or c.name.startswith("temp_")]
@@ -125,12 +125,12 @@ def of_component(problem: Problem, component: str) -> Iterator[Array]:
     z = _scaled(q)
     for length in (FINE, 0.05, 0.12):
         centres = np.linspace(0.0, 1.0, round(1 / length) + 1)
-        yield _moved(problem, component, np.exp(-0.5 * ((z[:, None] - centres) / length) ** 2))
+        yield moved_by(problem, component, np.exp(-0.5 * ((z[:, None] - centres) / length) ** 2))
     edges = (np.arange(STEPS) + 0.5) / STEPS
-    yield _moved(problem, component, (z[:, None] > edges).astype(float))
+    yield moved_by(problem, component, (z[:, None] > edges).astype(float))
 
 
-def _moved(problem: Problem, component: str, shapes: Array) -> Array:
+def moved_by(problem: Problem, component: str, shapes: Array) -> Array:
     """Observations (m, k) by shapes (n, k) of a component, mm or rad."""
     six = np.zeros((problem.run.n, 6, shapes.shape[1]))
     six[:, COLUMN[component[1]]] = shapes

@@ -18,22 +18,21 @@ import numpy.typing as npt
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family
+from vcmm.diagnosis.constants import (
+    ALIAS,
+    EXACT,
+    MISMATCH,
+    MOST_SHAPES,
+    NOTHING,
+    RESOLVED,
+    STRONG,
+    THIRD,
+    UNSEEN,
+)
 from vcmm.diagnosis.evidence import Dictionary, Scorer, only, orthonormal, scorer
-from vcmm.diagnosis.select import MISMATCH, Selection, Setting, Term, best_option
+from vcmm.diagnosis.select import Selection, Setting, Term, best_option
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import thin_svd, without_span
-
-NATS = 3.0
-ALIAS = 0.15
-RESOLVED = 2.45  # delta s from which 3 nats separate two names
-EXACT = (
-    0.01  # of the length of a signal: what a name leaves of it that is an exact alias (1e-4 of its energy)
-)
-MOST_SHAPES = 10  # without physics that are looked at one by one
-THIRD = (
-    1 / 3
-)  # of its evidence: with less left beside a shape, which is on a coarse grid, a name was its shadow
-SEEN = 1e-6  # of the energy of an option, below which a direction of it is not seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +97,11 @@ def _repeats(setting: Setting, gap: Array, rank: Array, term: Term, basis: Array
 
 
 def _elsewhere(setting: Setting, scores: Array, own: int) -> tuple[Mapping[str, str], ...]:
-    """Places (another sensor, another axis) at which the same name is within NATS of the answer."""
+    """Places (another sensor, another axis) at which the same name is within STRONG of the answer."""
     families = setting.found.families
     order = np.argsort(-scores, kind="stable")
     near = [
-        int(j) for j in order if families[j].name == families[own].name and scores[j] > scores[own] - NATS
+        int(j) for j in order if families[j].name == families[own].name and scores[j] > scores[own] - STRONG
     ]
     return tuple(families[j].where for j in near if j != own)
 
@@ -144,7 +143,7 @@ def _unknown(generic: Dictionary | None, given: Scorer, selection: Selection, i:
     scores = shapes.families(options)[:, 0]
     mine = own_arguments(selection.terms[i].family)
     foreign = [int(k) for k in np.argsort(-scores, kind="stable") if generic.families[k].name not in mine]
-    near = [k for k in foreign if scores[k] > own.nats - NATS][:MOST_SHAPES]
+    near = [k for k in foreign if scores[k] > own.nats - STRONG][:MOST_SHAPES]
     others = [t.white for j, t in enumerate(selection.terms) if j != i]
     left = max(own.setting.threshold, THIRD * own.nats)
     beside = {
@@ -169,24 +168,24 @@ def separability(given: Scorer, signal: Array) -> Array:
     e = signal - basis @ (basis.T @ signal)
     b2 = (given.rotated.column.T @ e) ** 2
     whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(b2))))
-    firm = given.rotated.size > SEEN * whole
+    firm = given.rotated.size > UNSEEN * whole
     share = np.add.reduceat(
         np.where(firm, b2 / np.where(firm, given.rotated.size, 1.0), 0.0), given.rotated.start
     )
-    return np.sqrt(np.clip(1.0 - share / max(float(e @ e), 1e-300), 0.0, 1.0))
+    return np.sqrt(np.clip(1.0 - share / max(float(e @ e), NOTHING), 0.0, 1.0))
 
 
 def ranks(given: Scorer) -> Array:
     """Number of columns (options,) that each option has on this recording: those of which something is seen."""
     whole = np.repeat(given.size, np.diff(np.append(given.rotated.start, len(given.rotated.size))))
-    seen = (given.rotated.size > SEEN * whole).astype(float)
+    seen = (given.rotated.size > UNSEEN * whole).astype(float)
     return np.asarray(np.add.reduceat(seen, given.rotated.start))
 
 
 def rank_of(columns: Array, basis: Array) -> int:
     """The same of white columns (m, k) outside a basis."""
     size = thin_svd(without_span(columns, basis))[1]
-    return int(np.sum(size**2 > SEEN * float(np.sum(columns**2))))
+    return int(np.sum(size**2 > UNSEEN * float(np.sum(columns**2))))
 
 
 def _rivals(
@@ -198,7 +197,7 @@ def _rivals(
     mine = rank_of(term.white, orthonormal(np.concatenate([term.white[:, :0], *others], axis=1)))
     nearest = np.minimum.reduceat(gap, found.first)  # best mimic of each family
     alias = np.minimum.reduceat(np.where(rank <= mine, gap, np.inf), found.first)  # and with no more columns
-    unresolved = max(RESOLVED / max(selection.delta(i), 1e-300), MISMATCH)
+    unresolved = max(RESOLVED / max(selection.delta(i), NOTHING), MISMATCH)
     best: dict[str, int] = {}
     holding: set[str] = set()
     freer: dict[str, None] = {}
@@ -212,7 +211,7 @@ def _rivals(
             if larger and nearest[j] < ALIAS and scores[j] <= scores[own]:
                 holding.add(family.name)  # the simpler one stands
                 continue
-        if scores[j] > scores[own] - NATS or alias[j] < unresolved:
+        if scores[j] > scores[own] - STRONG or alias[j] < unresolved:
             best[family.name] = int(j)
         elif nearest[j] < unresolved:
             freer[family.name] = None

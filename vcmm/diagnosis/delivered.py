@@ -16,6 +16,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.comparison import without_nuisance
+from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.holdout import Fold, folds, worsened
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.search import Stage, setting_under
@@ -122,5 +123,5 @@ def shares_of_rows(problem: Problem, selection: Selection) -> tuple[float, ...]:
     ]
     before = weight * without_nuisance(problem.residual, problem.nuisance, problem.u)[0]
     noise = (problem.m - problem.nuisance.shape[1]) * selection.fit.sigma**2
-    excess = max(float(before @ before) - noise, 1e-300)
+    excess = max(float(before @ before) - noise, NOTHING)
     return tuple(float(np.clip(s @ s / excess, 0.0, 1.0)) for s in alone)

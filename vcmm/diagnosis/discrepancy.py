@@ -16,6 +16,7 @@ import numpy as np
 
 from vcmm.core.axes import is_rotary
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.locate import modulators, path_speed, short
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection
@@ -107,7 +108,7 @@ def shape_of(
 
 
 def _scaled(v: Array, over: Array) -> Array:
-    return np.asarray((v - over.min()) / max(float(np.ptp(over)), 1e-300))
+    return np.asarray((v - over.min()) / max(float(np.ptp(over)), NOTHING))
 
 
 def _parts(z: Array, cyclic: tuple[bool, ...], length: float, pair: bool) -> list[Part]:

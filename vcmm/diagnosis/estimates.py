@@ -15,6 +15,7 @@ from vcmm.core.effect import basis, parameter
 from vcmm.core.run import Array
 from vcmm.core.units import in_unit
 from vcmm.diagnosis.candidates import linear_parameters
+from vcmm.diagnosis.constants import SECURE
 from vcmm.diagnosis.marginal import drawn
 from vcmm.diagnosis.problem import Problem, generator
 from vcmm.diagnosis.refine import Refiner
@@ -22,7 +23,7 @@ from vcmm.diagnosis.select import Selection
 
 DRAWS = 2000
 LENGTHS = ("amplitude", "arm")  # the length of the vector, not its rms
-COVERED = (0.025, 0.975)
+COVERED = ((1.0 - SECURE) / 2.0, (1.0 + SECURE) / 2.0)
 
 
 @dataclass(frozen=True)

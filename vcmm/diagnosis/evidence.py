@@ -12,6 +12,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option, unseen_places
+from vcmm.diagnosis.constants import NOTHING, UNSEEN, VANISHED
 from vcmm.evaluation.gaussian import (
     ColumnBlocks,
     Ints,
@@ -24,7 +25,6 @@ from vcmm.evaluation.gaussian import (
 
 BATCH = 256
 IMPOSSIBLE = -700.0  # nats of a number that would have to be negative; exp of it is still a number
-VANISHED = 1e-3  # share of a signal that must survive nuisance and calibration
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,11 @@ def visible(columns: Array, white: Whitener) -> Array | None:
     """White columns, or None where nothing of them survives."""
     before = float(np.linalg.norm(white.scaled(columns)))
     after = white.apply(columns)
-    return after if float(np.linalg.norm(after)) > VANISHED * max(before, 1e-300) and before > 1e-9 else None
+    return (
+        after
+        if float(np.linalg.norm(after)) > VANISHED * max(before, NOTHING) and before > UNSEEN**2
+        else None
+    )
 
 
 def _renormalised(weight: Array, first: Ints) -> Array:
@@ -168,4 +172,4 @@ def orthonormal(x: Array) -> Array:
     if x.shape[1] == 0:
         return x
     left, size = thin_svd(x)
-    return np.asarray(left[:, size > 1e-6 * size[0]])
+    return np.asarray(left[:, size > UNSEEN * size[0]])

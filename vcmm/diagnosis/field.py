@@ -3,10 +3,13 @@
 A name with many free numbers, or two names on top of each other, follow much that they are not: a scale glued from pieces is
 nearly a changed guide and nearly a table's gaps. The unknown deserves the same freedom. Its law is a Gaussian process (see
 kernels) over a covariate that the residual follows, with or without the other names; its evidence is the mean over its
-smoothness and size, and it pays UNNAMED nats, since the catalogue holds what machines usually have.
+smoothness and size, and it pays VERY_STRONG nats, since the catalogue holds what machines usually have.
 
-    lead = evidence(field and S) - evidence(all names) - UNNAMED - mismatch
+    lead = evidence(field and S) - evidence(all names) + price(names not in S) - VERY_STRONG - mismatch
     p(names not in S) = 1 / (1 + exp(lead))
+
+price: what was free in choosing these names, the prior of their places and scanned values, and the threshold for each of
+them beyond the first: the unknown is one thing, and several names that together follow one smooth course are a coincidence.
 
 S: the names that pay for themselves beside the field, each the threshold of the null and its prior. They stand. Where all do,
 the field is no rival: it is what is left.
@@ -30,13 +33,14 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Option
+from vcmm.diagnosis.constants import SUREST, UNSEEN, VANISHED, VERY_STRONG
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
-    VANISHED,
     Asked,
     components_of,
     everywhere,
     of_components,
+    of_time,
     principal_turn,
     pulled,
     questions,
@@ -49,14 +53,12 @@ from vcmm.diagnosis.shape_proposal import proposal
 from vcmm.effects import has_role
 from vcmm.evaluation.gaussian import Ints, Whitener, evidence_from, posterior
 
-UNNAMED = 5.0  # nats
 TRIED = 8  # kernels that the residual follows most
 SHORT = 4  # fields that are weighed with every subset of the names
 NULLS = 200
 COUNTS = (10, 20, 40, 80)  # principal functions: the fewer, the smoother
 WIDTHS = (0.125, 0.5, 2.0, 8.0)  # of the first function, in units of the noise
 WAVE = 2  # numbers of a wave: a cosine and a sine
-SUREST = 14.0  # nats: no template is known so well that more would mean anything
 
 Subset = tuple[int, ...]
 
@@ -94,26 +96,27 @@ def rival_field(problem: Problem, selection: Selection, setting: Setting, null: 
     own = selection.fit.log_evidence if selection.fit else 0.0
     every = tuple(range(len(selection.terms)))
     pays = [threshold - t.family.log_prior - t.option.log_prior for t in selection.terms]
-    price = own + UNNAMED + mismatch(selection)
+    price = own + VERY_STRONG + mismatch(selection)
     simple = _columns([t.option for t in selection.terms if is_simple(t)], setting)
     tried = _tried(problem, selection, white, null)
     weighing = [w for a in tried if (w := _Weighing.of(a, simple, selection, white)) is not None]
-    weighing = heapq.nlargest(
-        SHORT, weighing, key=lambda w: max([w.evidence(()), *(w.evidence(_without(every, i)) for i in every)])
-    )
-    if not weighing:
-        return None
 
     def worth(choice: tuple[_Weighing, Subset]) -> float:
         w, kept = choice
         return w.evidence(kept) - sum(pays[i] for i in kept)
+
+    few = [(), *(_without(every, i) for i in every)]
+    weighing = heapq.nlargest(SHORT, weighing, key=lambda w: max(worth((w, kept)) for kept in few))
+    if not weighing:
+        return None
 
     w, kept = max(itertools.product(weighing, _subsets(every)), key=worth)
     refused = tuple(i for i in every if i not in kept)
     says = "explains more than {}, which add little to it" if refused else "beside which the names stand"
     sigma = selection.fit.sigma if selection.fit else 1.0
     what = proposal(w.asked.clearest, problem, w.rms(white), says)
-    return Field(w.evidence(kept) - price, what, refused, w.covariance(kept, sigma, setting))
+    chosen = sum(pays[i] for i in refused) - (threshold if refused else 0.0)
+    return Field(w.evidence(kept) + chosen - price, what, refused, w.covariance(kept, sigma, setting))
 
 
 def is_simple(term: Term) -> bool:
@@ -136,7 +139,7 @@ def orthogonal(columns: Array, simple: Array, white: Whitener) -> Array:
     length = np.linalg.norm(x, axis=0)
     seen = length > VANISHED * np.linalg.norm(white.scaled(simple), axis=0)
     x, simple = x[:, seen] / length[seen], simple[:, seen] / length[seen]
-    return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=1e-6)[0])
+    return np.asarray(columns - simple @ np.linalg.lstsq(x, white.apply(columns), rcond=UNSEEN)[0])
 
 
 def _curves(selection: Selection) -> set[str]:
@@ -230,7 +233,9 @@ class _Weighing:
 
 
 def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array) -> list[Asked]:
-    """What the residual follows most clearly, nothing named or all names but one."""
+    """What the residual follows most clearly, nothing named or all names but one; and every smooth course of time, in which a
+    finer bump that follows the scatter too stands before them by its score and not by its evidence.
+    """
     others = [[t for t in selection.terms if t is not one] for one in selection.terms]
     given = [[], *(o for o in others if o)]  # all but one of one is none
     found: list[Asked] = []
@@ -241,6 +246,7 @@ def _tried(problem: Problem, selection: Selection, white: Whitener, null: Array)
         over = itertools.chain(of_components(problem, components_of(selection.terms)), everywhere(problem))
         groups = (g for g in over if not any({n for k in g for n in k.names} == {axis} for axis in curves))
         found += heapq.nlargest(TRIED, questions(groups, rows), key=lambda a: float(a.z[0]))
+        found += [] if terms else questions(of_time(problem), rows)
     return found
 
 

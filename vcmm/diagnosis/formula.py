@@ -15,17 +15,17 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.constants import MISMATCH, STRONG
 from vcmm.diagnosis.discrepancy import is_angle, values_of
 from vcmm.diagnosis.holdout import Fold, gate, judge
 from vcmm.diagnosis.locate import modulators
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import spectral_lines
 from vcmm.diagnosis.select import Selection, Setting, Term, joint
-from vcmm.evaluation.gaussian import blocks, log_evidence, without_span
+from vcmm.evaluation.gaussian import SCALES, blocks, log_evidence, without_span
 
 POWERS, HARMONICS, SINES = 3, 6, 40
 BEST = 4  # sines of a covariate that enter products
-WORTH = 3.0  # nats above the price of the search
 MOST_TERMS = 2
 
 
@@ -98,13 +98,13 @@ def _term(atoms: Sequence[Atom], factor: Array, setting: Setting) -> Term:
     columns = np.concatenate([a.columns for a in atoms], axis=1) * factor[:, None]
     texts = tuple(t for a in atoms for t in a.texts)
     option = Option(None, columns, np.ones(columns.shape[1]), texts, 0.0)
-    return Term(Family("formula", {}, (option,)), option, setting.white.apply(columns), 16.0)
+    return Term(Family("formula", {}, (option,)), option, setting.white.apply(columns), SCALES[-2])
 
 
 def _best(
     problem: Problem, setting: Setting, names: Sequence[str], factor: Array, rest: Array, basis: Array
 ) -> Atom | None:
-    """The atom or product of highest evidence, if it is WORTH more than the search costs."""
+    """The atom or product of highest evidence, if it is STRONG more than the search costs."""
     lists = [_atoms(problem, n) for n in names]
     singles = [a for one in lists for a in one]
     if not singles:
@@ -115,7 +115,7 @@ def _best(
     everything = singles + products
     both = np.concatenate([scores, _scores(products, setting, factor, rest, basis)])
     top = int(np.argmax(both))
-    return everything[top] if both[top] - np.log(len(everything)) > WORTH else None
+    return everything[top] if both[top] - np.log(len(everything)) > STRONG else None
 
 
 def _shortened(own: Sequence[Atom], singles: Sequence[Atom], scores: Array) -> list[Atom]:
@@ -172,6 +172,8 @@ def _written(atoms: Sequence[Atom], longer: Selection, direction: str, size: flo
     numbers = longer.fit.mean[longer.span(len(longer.terms) - 1)] * size * micro
     texts = [t for a in atoms for t in a.texts]
     order = np.argsort(-np.abs(numbers))
-    terms = [f"{numbers[i]:+.3g} {texts[i]}" for i in order if abs(numbers[i]) > 0.05 * np.abs(numbers).max()]
+    terms = [
+        f"{numbers[i]:+.3g} {texts[i]}" for i in order if abs(numbers[i]) > MISMATCH * np.abs(numbers).max()
+    ]
     along = "along the normal" if direction == "normal" else f"in {direction}"
     return f"({' '.join(terms)}) {along}"

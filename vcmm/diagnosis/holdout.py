@@ -14,19 +14,12 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import EXCITED, FAR, FEWEST, FORGIVEN, NOTHING, STRONG, VERY_STRONG
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection, Term
 from vcmm.effects import BY_NAME
 from vcmm.evaluation.gaussian import Whitener, posterior, whitener
 from vcmm.response.folds import Mask, fold_masks
-
-FEWEST = 20
-EXCITED = 2.0  # size of a term in the held-out rows, in units of the noise, below which a fold says nothing about it
-LOSS = 3.0  # nats that a term may lose in a fold
-WORSE = 6.0  # nats that a term may not lose in any fold
-FORGIVEN = 0.1  # of what it wins in the others
-SURELY = 5.0  # nats on rows held out, the price of a field without a name
-FOLD_NOISE = 3.0  # standard deviations of a fold's sum of squares, by which a prediction is worse than none
 
 
 @dataclass(frozen=True)
@@ -91,7 +84,7 @@ def judge(problem: Problem, fold: Fold, selection: Selection, terms: Sequence[Te
     after = float(rest @ rest)
     noise = fold.predicted.dof * sigma**2
     unit = float(np.sqrt(np.mean(fold.predicted.weight**-2.0) / fold.predicted.dof))
-    left = max(after - noise, 0.0) / max(before - noise, 1e-300) if before > noise else float("nan")
+    left = max(after - noise, 0.0) / max(before - noise, NOTHING) if before > noise else float("nan")
     gain = _log_score(rest, x_test, fit.covariance, sigma) - _log_score(r_test, x_test[:, :0], None, sigma)
     worse = (after - before) / (sigma**2 * float(np.sqrt(2.0 * fold.predicted.dof)))
     return HeldOut(fold.name, unit * before**0.5, unit * after**0.5, left, gain, worse)
@@ -102,7 +95,7 @@ def worsened(problem: Problem, parts: Sequence[Fold], selection: Selection) -> t
     out = []
     for part in parts:
         asked = [t for t in selection.terms if tells(t, part)]
-        if asked and judge(problem, part, selection, asked).worse > FOLD_NOISE:
+        if asked and judge(problem, part, selection, asked).worse > FAR:
             out.append(part.name)
     return tuple(out)
 
@@ -110,12 +103,12 @@ def worsened(problem: Problem, parts: Sequence[Fold], selection: Selection) -> t
 def _limited(x: Array, r: Array, dof: int, width: Array, sigma: float) -> Array:
     """Residuals with outliers pulled to 3 sigma of a first fit."""
     signal = x @ posterior(x, r, dof, width).mean
-    return np.asarray(signal + np.clip(r - signal, -3 * sigma, 3 * sigma))
+    return np.asarray(signal + np.clip(r - signal, -FAR * sigma, FAR * sigma))
 
 
 def _log_score(rest: Array, x: Array, covariance: Array | None, sigma: float) -> float:
     """ln predictive density of white residuals, parameters' covariance included; outliers count as 3 sigma."""
-    rest = np.clip(rest, -3 * sigma, 3 * sigma)
+    rest = np.clip(rest, -FAR * sigma, FAR * sigma)
     if covariance is None or x.shape[1] == 0:
         return -0.5 * float(rest @ rest) / sigma**2
     inner = np.linalg.inv(covariance) + x.T @ x / sigma**2
@@ -138,9 +131,9 @@ def gate(problem: Problem, parts: Sequence[Fold], selection: Selection) -> list[
 
 
 def wins_everywhere(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> bool:
-    """Does term i win rows held out in every fold that asks it, together more than SURELY nats?"""
+    """Does term i win rows held out in every fold that asks it, together more than VERY_STRONG nats?"""
     gains = _gains(problem, parts, selection, i)
-    return bool(len(gains)) and float(gains.min()) > 0.0 and float(gains.sum()) > SURELY
+    return bool(len(gains)) and float(gains.min()) > 0.0 and float(gains.sum()) > VERY_STRONG
 
 
 def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int) -> Array:
@@ -152,7 +145,7 @@ def _gains(problem: Problem, parts: Sequence[Fold], selection: Selection, i: int
         if _known(fold, selection, i) > EXCITED:
             with_it = judge(problem, fold, selection, selection.terms).gain
             without = judge(problem, fold, selection, others).gain
-            told = _seen(fold, selection, i) > EXCITED or abs(with_it - without) > LOSS
+            told = _seen(fold, selection, i) > EXCITED or abs(with_it - without) > STRONG
             if told and (with_it > without or not _own_zone(term, fold)):
                 gains.append(with_it - without)
     return np.array(gains)
@@ -166,9 +159,9 @@ def _refused(gains: Array) -> bool:
     won = float(gains[gains > 0].sum())
     worst = float(gains.min())
     return (
-        (worst < -LOSS and float(gains.sum()) < 0)
+        (worst < -STRONG and float(gains.sum()) < 0)
         or float(np.mean(gains > -0.5)) < 0.5
-        or worst < -max(WORSE, FORGIVEN * won)
+        or worst < -max(2.0 * STRONG, FORGIVEN * won)
     )
 
 

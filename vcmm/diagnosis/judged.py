@@ -15,6 +15,7 @@ from vcmm.diagnosis.adequacy import described, unknown_rest
 from vcmm.diagnosis.answers import of_the_machine
 from vcmm.diagnosis.candidates import Catalogue, Family
 from vcmm.diagnosis.confusion import Standing, standing
+from vcmm.diagnosis.constants import EVEN_ODDS, FEW, MOSTLY
 from vcmm.diagnosis.evidence import Dictionary
 from vcmm.diagnosis.field import Field, is_simple, kept_terms, rival_field
 from vcmm.diagnosis.holdout import Fold, folds, is_free_curve, wins_everywhere
@@ -23,12 +24,11 @@ from vcmm.diagnosis.mistakes import Mistake
 from vcmm.diagnosis.modulated import modulated
 from vcmm.diagnosis.neighbours import departure
 from vcmm.diagnosis.problem import Problem
-from vcmm.diagnosis.result import EVEN_ODDS, Unknown
+from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.search import Chosen, Stage, search, setting_of, staged
 from vcmm.diagnosis.select import Selection, Setting, Term, basis_of, joint
 from vcmm.diagnosis.shortfall import failing_fold, of_fold
-from vcmm.diagnosis.simple_part import MOSTLY
-from vcmm.diagnosis.two_searches import FEW, best_road
+from vcmm.diagnosis.two_searches import best_road
 
 FIELD = "field"  # a covariance beside those of the machine's Inputs
 
@@ -97,7 +97,7 @@ def beside_field(
     if field is None or not field.stands:
         return first
     beside = first.problem.with_statement(FIELD, field.columns)
-    stage = staged(beside, _simple(known), generics, first.stage.noise, seed, nulls)
+    stage = staged(beside, _simple(known), generics, first.stage.noise, seed, nulls, first.stage.screen)
     chosen = search(beside, stage)
     second = judged(chosen, chosen.stage, seed, in_field=True)
     if not second.selection.terms or _lost(first, second) or not _told_before(first, second):
@@ -143,9 +143,10 @@ def _lost(first: Judged, second: Judged) -> bool:
 
 
 def _found(one: Judged) -> set[str]:
-    """Ids of the names that are more probable than not, with what repeats them exactly."""
-    pairs = zip(one.selection.terms, one.places)
-    return {t.family.id for t, p in pairs if p.with_aliases >= EVEN_ODDS}
+    """Ids of the names that are more probable than not, with what repeats them exactly; none that a field makes superfluous."""
+    refused = one.field.refused if one.field is not None and one.field.stands else ()
+    pairs = enumerate(zip(one.selection.terms, one.places))
+    return {t.family.id for i, (t, p) in pairs if i not in refused and p.with_aliases >= EVEN_ODDS}
 
 
 def _as_they_are(

@@ -19,18 +19,18 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.closeness import nearness, of_component
+from vcmm.diagnosis.constants import NOTHING, UNSEEN, VANISHED
+from vcmm.diagnosis.courses import stretching, wandering
 from vcmm.diagnosis.locate import modulators
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Term
 from vcmm.evaluation.gaussian import Whitener, without_span
 
-VANISHED = 1e-3  # share of the length of the bumps that must survive nuisance, calibration and terms
-
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
     """Bumps (m, k) times a component of the sensitive direction, factor (m,). names: covariates; direction: "x", "y", "z" or
-    "normal"; component: of a free shape over its axis, or "".
+    "normal"; component: of a free shape over its axis, or ""; what: of a shape that no curve over the covariates draws, in words.
     """
 
     names: tuple[str, ...]
@@ -38,6 +38,7 @@ class Kernel:
     bumps: Array
     factor: Array
     component: str = ""
+    what: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ class Pulled:
 
     def times(self, kernel: Kernel) -> Array:
         """The rows times the kernel's factor; once per direction."""
-        if kernel.component:
+        if kernel.component or kernel.what:
             return self.rows
         if kernel.direction not in self._turned:
             self._turned[kernel.direction] = self.rows * kernel.factor[:, None].astype(np.float32)
@@ -81,7 +82,7 @@ class Pulled:
 def pulled(white: Whitener, basis: Array, rows: Array) -> Pulled:
     """rows (m, 1 + M): white residual and nulls."""
     rows = without_span(rows, basis)
-    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), NOTHING)
     back = white.adjoint(rows)
     return Pulled(white, basis, rows[:, 0], (back / np.abs(back).max()).astype(np.float32))
 
@@ -96,9 +97,18 @@ def of_components(problem: Problem, components: Iterable[str]) -> Iterator[list[
 
 def everywhere(problem: Problem) -> Iterator[list[Kernel]]:
     """Groups of kernels that differ by their direction only."""
-    factors = modulators(problem)
     for near in nearness(problem):
-        yield [Kernel(near.names, d, near.bumps, f) for d, f in factors.items()]
+        yield [Kernel(near.names, d, near.bumps, f) for d, f in modulators(problem).items()]
+    yield from of_time(problem)
+
+
+def of_time(problem: Problem) -> Iterator[list[Kernel]]:
+    """The smooth courses of time among them."""
+    for bumps in wandering(problem):
+        yield [Kernel(("time",), d, bumps, f) for d, f in modulators(problem).items()]
+    alone = np.ones(problem.m)
+    for course in stretching(problem):
+        yield [Kernel(course.names, "normal", course.columns, alone, what=course.what)]
 
 
 def questions(groups: Iterable[list[Kernel]], rows: Pulled) -> Iterator[Asked]:
@@ -122,9 +132,9 @@ def _of_group(group: list[Kernel], rows: Pulled) -> Iterator[Asked]:
 
 def departed(t: Array, forgiven: float = 0.0) -> Array:
     """z (1 + M,) of t; a share `forgiven` of the residual's own t, the first, is what errors of templates may bring."""
-    own = t[0] * max(1.0 - np.sqrt(forgiven), 1e-6) ** 2
-    logs = np.log(np.maximum(np.r_[own, t[1:]], 1e-300))
-    return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), 1e-12))
+    own = t[0] * max(1.0 - np.sqrt(forgiven), UNSEEN) ** 2
+    logs = np.log(np.maximum(np.r_[own, t[1:]], NOTHING))
+    return np.asarray((logs - logs[1:].mean()) / max(float(logs[1:].std()), UNSEEN**2))
 
 
 def reach(x: Array) -> float:

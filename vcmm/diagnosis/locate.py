@@ -8,12 +8,14 @@ Every shape is scored like an effect, and its p value is the share of null recor
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.constants import NOTHING, SECURE, UNSEEN
 from vcmm.diagnosis.evidence import Scorer
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import change_points, spectral_lines
@@ -24,7 +26,6 @@ ZONE_WIDTHS = (0.12, 0.25)  # of the range
 ZONE_ROWS = 8.0  # that a zone must hold
 LEVELS = 20
 SKIP = ("raw_", "travel_", "tip_", "part_", "nx", "ny", "nz", "u_", "reading_")
-CERTAIN = 0.05
 SHOWN = 6
 
 
@@ -41,14 +42,18 @@ class Place:
 
 def generic_families(problem: Problem) -> tuple[Family, ...]:
     """Shapes over every covariate and direction, columns in units of the noise."""
+    return tuple(each_shape(problem))
+
+
+def each_shape(problem: Problem) -> Iterator[Family]:
+    """The same one after another: together they are many columns."""
     size = float(np.median(problem.u))
-    out = []
-    for name, groups in covariates(problem).items():
-        for direction, factor in modulators(problem).items():
+    over, factors = covariates(problem), modulators(problem)
+    prior = -float(np.log(max(len(over) * len(factors), 1)))
+    for name, groups in over.items():
+        for direction, factor in factors.items():
             options = [_option(c * factor[:, None] * size, len(groups)) for c in groups]
-            out.append(Family(name, {"direction": direction}, tuple(options), 0.0))
-    count = max(len(out), 1)
-    return tuple(Family(f.name, f.where, f.options, -float(np.log(count))) for f in out)
+            yield Family(name, {"direction": direction}, tuple(options), prior)
 
 
 def _option(columns: Array, among: int) -> Option:
@@ -61,7 +66,7 @@ def modulators(problem: Problem) -> dict[str, Array]:
     out = {"normal": np.ones(problem.m)}
     d = problem.recording.direction
     for i, name in enumerate("xyz"):
-        if np.ptp(d[:, i]) > 1e-6:
+        if np.ptp(d[:, i]) > UNSEEN:
             out[name] = d[:, i]
     if len(out) == 1:  # one fixed direction: call it by its axis
         main = int(np.argmax(np.abs(d[0])))
@@ -107,7 +112,7 @@ def covariates(problem: Problem) -> dict[str, list[Array]]:
 def _shared(problem: Problem) -> list[tuple[str, Array]]:
     """Conditions whose product with a place is looked at: the speed on the way, whatever its direction."""
     speed = path_speed(problem.run)
-    return [] if speed is None or np.ptp(speed) <= 1e-9 else [("speed", problem.of_rows(speed))]
+    return [] if speed is None or np.ptp(speed) <= UNSEEN else [("speed", problem.of_rows(speed))]
 
 
 def path_speed(run: Run) -> Array | None:
@@ -149,7 +154,7 @@ def _of_column(name: str, values: Array) -> list[Array]:
 def polynomials(x: Array, degrees: int = DEGREES) -> Array:
     """Constant and Legendre polynomials of the rank-free scaled covariate (m, k), no more than its values carry."""
     kinds = len(np.unique(x))
-    scaled = 2 * (x - x.min()) / max(float(np.ptp(x)), 1e-300) - 1
+    scaled = 2 * (x - x.min()) / max(float(np.ptp(x)), NOTHING) - 1
     return np.asarray(np.polynomial.legendre.legvander(scaled, min(degrees, kinds - 1)))
 
 
@@ -162,7 +167,7 @@ def surface(x: Array, y: Array, degree: int = 4) -> Array:
 
 def zone_bumps(x: Array, y: Array) -> list[Array]:
     """A scan for one bad zone: Gaussian spots (m, 1) on a grid of places, two widths; none where they hold few rows."""
-    a, b = ((v - v.min()) / max(float(np.ptp(v)), 1e-300) for v in (x, y))
+    a, b = ((v - v.min()) / max(float(np.ptp(v)), NOTHING) for v in (x, y))
     out = []
     for width in ZONE_WIDTHS:
         centres = np.arange(width, 1.0, width)
@@ -197,7 +202,7 @@ def locate(generic: Scorer, y: Array, chance: Array) -> tuple[Place, ...]:
     for i in np.argsort(-scores, kind="stable"):
         family = generic.found.families[i]
         p = (1 + int(np.sum(chance >= scores[i]))) / (1 + len(chance))
-        if p > CERTAIN or len(out) == SHOWN:
+        if p > 1.0 - SECURE or len(out) == SHOWN:
             break
         if family.name not in seen:
             seen.add(family.name)

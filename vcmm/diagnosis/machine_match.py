@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.null import robust_scale
 from vcmm.diagnosis.problem import Problem
 from vcmm.evaluation.gaussian import Whitener
@@ -107,7 +108,7 @@ def _share(value: Array, columns: Array) -> tuple[float, Array]:
     """Share of the energy of value (m,) in the span of columns (m, k), and the coefficients."""
     fit = np.asarray(np.linalg.lstsq(columns, value, rcond=1e-10)[0])
     rest = value - columns @ fit
-    return 1.0 - float(rest @ rest) / max(float(value @ value), 1e-300), fit
+    return 1.0 - float(rest @ rest) / max(float(value @ value), NOTHING), fit
 
 
 def _of_prediction(problem: Problem) -> list[Suspicion]:

@@ -18,12 +18,12 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Option
+from vcmm.diagnosis.constants import NOTHING, VERY_STRONG
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import MOMENTS, Refiner, at_value, moved, reach, scanned
 from vcmm.diagnosis.select import Selection, basis_of
 from vcmm.evaluation.gaussian import Posterior, posterior, without_span
 
-FALLEN = 5.0  # nats below the best, beyond which nothing is drawn (a normal law has 0.16 % there)
 WIDEST = 4.0  # times the range of the search
 STEPS = {1: 40, 2: 12, 3: 8}  # to find where the evidence has fallen
 NODES = {1: 41, 2: 21, 3: 7}  # values per scanned parameter
@@ -105,7 +105,7 @@ def _cells(
             return True
         for other in others:  # the ridge of two values that depend on one another
             trial = given.refiner.along(trial, other, given.r, given.basis)
-        return top - given.fit(trial).log_evidence > FALLEN * factor
+        return top - given.fit(trial).log_evidence > VERY_STRONG * factor
 
     if name in MOMENTS and "time_s" in problem.run.columns:
         return _gaps(problem.run.columns["time_s"], centre, fallen)
@@ -140,7 +140,7 @@ def _middle(low: float, high: float, name: str) -> float:
 
 
 def _width(low: float, high: float, name: str) -> float:
-    return max(high - low if name in MOMENTS else float(np.log(high / low)), 1e-300)
+    return max(high - low if name in MOMENTS else float(np.log(high / low)), NOTHING)
 
 
 def _between(cell: tuple[float, float], name: str, rng: np.random.Generator) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 from vcmm.core.effect import Effect
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import FAR, MISMATCH, STRONG, VANISHED, VERY_STRONG
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.problem import Problem
@@ -23,9 +24,6 @@ from vcmm.evaluation.gaussian import Whitener, without_span
 from vcmm.response.observe import baseline
 
 UNIT_FACTORS = (1e3, 1e-3, 10.0, 0.1, 25.4, 1 / 25.4, 4.848136811, 1 / 4.848136811, 180 / np.pi, np.pi / 180)
-SURE = 4.605  # ln(1 / 0.01): a Bayes factor above 100 happens in at most 1 % of nulls (Markov's inequality)
-AGREES = 3.0  # standard deviations by which the number of a mistake may differ from the one that fits best
-EXACT = 0.05  # of the departure: closer than this, clipping and the first order of the model decide
 MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
 HELD = ("error table", "angle between axes")  # roles of the effects whose numbers a table file holds
 TINY = 1e-7  # mm or rad: a table this small says nothing
@@ -52,7 +50,7 @@ class Mistake:
 
 
 def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) -> Mistake | None:
-    """The most probable mistake of the table if it beats nothing by SURE nats, prior shared by all hypotheses.
+    """The most probable mistake of the table if it beats nothing by VERY_STRONG nats, prior shared by all hypotheses.
 
     raw (m,): white residual. Outliers count as `limit` robust standard deviations, the same number for all hypotheses.
     """
@@ -60,7 +58,7 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     if not candidates:
         return None
     departures = white.apply(np.stack([h.departure for h in candidates], axis=1))
-    seen = np.linalg.norm(departures, axis=0) > 1e-3
+    seen = np.linalg.norm(departures, axis=0) > VANISHED
     left = raw[:, None] - departures
     bound = limit * min(float(robust_scale(raw)), float(robust_scale(left).min()))
     total = float(np.minimum(raw**2, bound**2).sum())
@@ -69,9 +67,9 @@ def find_mistake(problem: Problem, white: Whitener, raw: Array, limit: float) ->
     scores = -0.5 * white.dof * np.log(rest / total) + prior - np.logaddexp.reduce(prior)
     scores[~seen] = -np.inf
     best = int(np.argmax(scores))
-    if scores[best] <= SURE:
+    if scores[best] <= VERY_STRONG:
         return None
-    near = [candidates[i] for i in np.flatnonzero(scores > scores[best] - 3.0) if i != best]
+    near = [candidates[i] for i in np.flatnonzero(scores > scores[best] - STRONG) if i != best]
     rivals = tuple(
         dict.fromkeys(
             f"{h.component} {h.what}" for h in near if (h.component, h.what) != _name(candidates[best])
@@ -95,10 +93,10 @@ def factor_fits(departure: Array, rest: Array, chosen: Array, sigma: float) -> b
     """
     d = without_span(departure, orthonormal(chosen))
     size = float(np.linalg.norm(d))
-    if size <= 1e-9:
+    if size <= VANISHED:
         return True
     c = float(d @ rest) / size**2
-    return abs(c) <= max(AGREES * sigma / size, EXACT)
+    return abs(c) <= max(FAR * sigma / size, MISMATCH)
 
 
 def _name(mistake: Mistake) -> tuple[str, str]:

@@ -16,6 +16,7 @@ import numpy as np
 from vcmm.core.axes import axis_of, is_axis
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import first_place
+from vcmm.diagnosis.constants import UNSEEN
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.locate import path_speed, short
 from vcmm.diagnosis.problem import Problem
@@ -39,7 +40,7 @@ def conditions(problem: Problem) -> dict[str, Array]:
     speed = path_speed(run)
     if speed is not None:
         out["speed"] = speed
-    return {name: problem.of_rows(v) for name, v in out.items() if float(np.ptp(v)) > 1e-9}
+    return {name: problem.of_rows(v) for name, v in out.items() if float(np.ptp(v)) > UNSEEN}
 
 
 def knows(term: Term, condition: str) -> bool:

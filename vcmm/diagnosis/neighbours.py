@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import FALSE_ALARM, NOTHING
 from vcmm.diagnosis.evidence import orthonormal
 from vcmm.diagnosis.kernels import (
     Asked,
@@ -30,7 +31,7 @@ from vcmm.diagnosis.kernels import (
     questions,
     reach,
 )
-from vcmm.diagnosis.null import FALSE_ALARM, upper_quantile
+from vcmm.diagnosis.null import upper_quantile
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.result import Unknown
 from vcmm.diagnosis.select import Selection, mismatch
@@ -51,7 +52,10 @@ def departure(problem: Problem, selection: Selection, white: Whitener, null: Arr
     alarm = FALSE_ALARM if selection.terms else NOTHING_NAMED
     rows = pulled(white, basis, np.column_stack([selection.rest, null[:, : round(BEYOND / alarm)]]))
     forgiven = (
-        2.0 * mismatch(selection) * _variance(selection) / max(float(selection.rest @ selection.rest), 1e-300)
+        2.0
+        * mismatch(selection)
+        * _variance(selection)
+        / max(float(selection.rest @ selection.rest), NOTHING)
     )
     found = _clearest(of_components(problem, components_of(selection.terms)), rows, forgiven, alarm)
     found = found or _clearest(everywhere(problem), rows, forgiven, alarm)
@@ -88,7 +92,7 @@ def _noted(asked: Iterable[Asked], largest: Array) -> Iterator[Asked]:
 
 def _of_templates(x: Array, rows: Pulled, forgiven: float) -> float:
     """Share of t that errors of templates of energy `forgiven` (over that of the residual) may bring, at their worst."""
-    return reach(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), 1e-300)
+    return reach(x) * forgiven / max(float(np.sum((x.T @ rows.residual) ** 2)), NOTHING)
 
 
 def _measured(

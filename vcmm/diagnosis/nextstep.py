@@ -18,11 +18,12 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.run import Array, Run, Series
 from vcmm.diagnosis.candidates import Option
 from vcmm.diagnosis.confusion import Standing
+from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.discrepancy import values_of
 from vcmm.diagnosis.problem import Problem, predecessors
 from vcmm.diagnosis.result import NextStep, Unknown
 from vcmm.diagnosis.select import Selection, Setting
-from vcmm.evaluation.gaussian import Whitener, whitener
+from vcmm.evaluation.gaussian import RANK, Whitener, whitener
 from vcmm.response.logs import RememberingRun
 from vcmm.response.observe import Observer, nuisance_columns
 from vcmm.response.recording import Recording
@@ -128,7 +129,7 @@ def _nearest(setting: Setting, selection: Selection, family: int, i: int) -> Opt
 
     def left(option: int) -> float:
         x = setting.found.columns(option)
-        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]))
+        return float(np.linalg.norm(signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]))
 
     return setting.found.options[min(range(int(first[family]), stop), key=left)]
 
@@ -138,8 +139,8 @@ def separability(columns: tuple[Array, Array], white: Whitener, selection: Selec
     assert selection.fit is not None
     signal = white.apply(columns[0] @ selection.fit.mean[selection.span(i)])
     x = white.apply(columns[1])
-    rest = signal - x @ np.linalg.lstsq(x, signal, rcond=1e-9)[0]
-    return float(np.linalg.norm(rest)) / max(float(np.linalg.norm(signal)), 1e-300)
+    rest = signal - x @ np.linalg.lstsq(x, signal, rcond=RANK)[0]
+    return float(np.linalg.norm(rest)) / max(float(np.linalg.norm(signal)), NOTHING)
 
 
 def _tried(

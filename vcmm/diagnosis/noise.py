@@ -13,6 +13,22 @@ import numpy as np
 
 from vcmm.core.laws import StudentT
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import (
+    ALIKE,
+    CHANCE,
+    FALSE_ALARM,
+    FAR,
+    FEWEST,
+    HEAVY,
+    NOTHING,
+    OUTLYING,
+    QUANTILE,
+    RELEVANT,
+    SECURE,
+    STRUCTURED,
+    UNSEEN,
+    VERY_STRONG,
+)
 from vcmm.diagnosis.locate import modulators, path_speed, polynomials
 from vcmm.diagnosis.null import Noise, draws, robust_scale
 from vcmm.diagnosis.problem import Problem, generator
@@ -20,14 +36,8 @@ from vcmm.effects import has_role
 from vcmm.evaluation.gaussian import Ints, Whitener, best_width
 
 DRAWS = 600
-QUANTILE = 0.997
-FAR = 4.5  # robust standard deviations of an outlier
-TRIED = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+TRIED = tuple(np.append(np.arange(0.0, STRUCTURED, 0.1), (STRUCTURED, SECURE)))
 SIMULATED = 60
-RELEVANT = 1.4  # times the stated noise: less is a statement that is somewhat too small
-ALIKE = 0.7  # correlation from which neighbours move together: then no factor excuses a scatter beyond chance
-CHANCE = 0.999
-SURE = 4.605  # ln 100: nats of a mean that speed and place make together, before a scatter is believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +80,9 @@ def audit(problem: Problem, white: Whitener, rest: Array, seed: int) -> Audit:
     rho = _correlation(rest, null, problem, white, seed, findings)
     growth = _growth(rest, null, problem, white, findings)
     scale = float(robust_scale(rest)) / float(np.median(robust_scale(null)))
-    if not 0.7 < scale < 1.4:
+    if not 1.0 / RELEVANT < scale < RELEVANT:
         findings.append(f"the noise is {scale:.2g} times what was stated")
-    dof = min(noise.dof, 4.0) if heavy else noise.dof
+    dof = min(noise.dof, HEAVY) if heavy else noise.dof
     limit = _limit(null, problem, white, rho, seed) * _by_speed(rest, problem, growth)
     usual = robust_scale(null) / float(np.median(robust_scale(null)))
     less = scale if scale < float(np.quantile(usual, 1.0 - QUANTILE)) else 1.0
@@ -88,7 +98,7 @@ def _limit(null: Array, problem: Problem, white: Whitener, rho: float, seed: int
     """
     usual = robust_scale(null) / float(np.median(robust_scale(null)))
     if rho < ALIKE:
-        return max(float(np.quantile(usual, CHANCE)), RELEVANT * float(np.quantile(usual, 0.99)))
+        return max(float(np.quantile(usual, CHANCE)), RELEVANT * float(np.quantile(usual, 1.0 - FALSE_ALARM)))
     rng = generator(seed, "correlated scale")
     noise = chained(rng.standard_normal((problem.m, DRAWS)), problem.before, rho)
     seen = robust_scale(white.apply(noise / white.weight[:, None])) / float(np.median(robust_scale(null)))
@@ -101,7 +111,7 @@ def _by_speed(rest: Array, problem: Problem, growth: float) -> float:
     if speed is None or growth == 0:
         return 1.0
     slow = rest * np.exp(-growth * (speed - (speed.min() if growth > 0 else speed.max())))
-    return max(float(robust_scale(rest)) / max(float(robust_scale(slow)), 1e-300), 1.0)
+    return max(float(robust_scale(rest)) / max(float(robust_scale(slow)), NOTHING), 1.0)
 
 
 def _tails(rest: Array, null: Array, findings: list[str]) -> bool:
@@ -117,11 +127,11 @@ def _tails(rest: Array, null: Array, findings: list[str]) -> bool:
 
 
 def _far(r: Array) -> Array:
-    return np.asarray((np.abs(r) > FAR * robust_scale(r)).mean(axis=0))
+    return np.asarray((np.abs(r) > OUTLYING * robust_scale(r)).mean(axis=0))
 
 
 def _weight_of_tails(r: Array) -> Array:
-    return np.asarray((np.abs(r) > 3.0 * robust_scale(r)).mean(axis=0))
+    return np.asarray((np.abs(r) > FAR * robust_scale(r)).mean(axis=0))
 
 
 def _correlation(
@@ -163,15 +173,15 @@ def neighbour_correlation(r: Array, before: Ints) -> Array:
     gamma_k = half the mean squared difference of observations k apart (Allan-type); values are limited to 3 robust
     standard deviations first.
     """
-    bound = 3.0 * robust_scale(r)
+    bound = FAR * robust_scale(r)
     r = np.clip(r, -bound, bound)
     second = np.where(before >= 0, before[before], -1)
     rows = np.flatnonzero(second >= 0)
-    if len(rows) < 20:
+    if len(rows) < FEWEST:
         return np.zeros(r.shape[1:])
     one = ((r[rows] - r[before[rows]]) ** 2).mean(axis=0)
     two = ((r[rows] - r[second[rows]]) ** 2).mean(axis=0)
-    return np.asarray(two / np.maximum(one, 1e-300) - 1.0)
+    return np.asarray(two / np.maximum(one, NOTHING) - 1.0)
 
 
 def speeds(problem: Problem) -> Array | None:
@@ -183,7 +193,7 @@ def speeds(problem: Problem) -> Array | None:
 def _growth(rest: Array, null: Array, problem: Problem, white: Whitener, findings: list[str]) -> float:
     """d ln sigma / d speed, 0 where the spread does not depend on speed."""
     speed = speeds(problem)
-    if speed is None or np.ptp(speed) < 1e-9 * max(1.0, float(np.abs(speed).max())):
+    if speed is None or np.ptp(speed) < UNSEEN * max(1.0, float(np.abs(speed).max())):
         return 0.0
     centred = (speed - speed.mean()) / speed.std()
     found = float(_log_slope(rest, centred))
@@ -200,7 +210,7 @@ def _growth(rest: Array, null: Array, problem: Problem, white: Whitener, finding
 
 
 def _without_product(rest: Array, problem: Problem, white: Whitener, speed: Array) -> Array:
-    """White residuals (m,) less the best mean of the form f(place) g(speed), where the evidence for one is SURE.
+    """White residuals (m,) less the best mean of the form f(place) g(speed), where the evidence for one is VERY_STRONG.
 
     An error e(q) v with a place q that the residual changes sign over has no mean at any speed and a spread in
     proportion to it. The product is weighed against no product at equal scatter; the number tried is paid for.
@@ -215,11 +225,11 @@ def _without_product(rest: Array, problem: Problem, white: Whitener, speed: Arra
     shapes = [x for x in shapes if x.shape[1]]
     if not shapes:
         return rest
-    bound = 3.0 * robust_scale(rest)
+    bound = FAR * robust_scale(rest)
     limited = np.clip(rest, -bound, bound)
     fits = [best_width(x, limited, white.dof) for x in shapes]
     best = int(np.argmax([f.log_evidence for f in fits]))
-    if fits[best].log_evidence <= SURE + np.log(len(shapes)):
+    if fits[best].log_evidence <= VERY_STRONG + np.log(len(shapes)):
         return rest
     return np.asarray(rest - shapes[best] @ fits[best].mean)
 

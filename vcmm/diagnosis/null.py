@@ -11,12 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import FALSE_ALARM, FAR, MAD, SECURE
 from vcmm.diagnosis.problem import generator
 from vcmm.evaluation.gaussian import Whitener
-
-CLIP = 3.0  # robust standard deviations
-FALSE_ALARM = 0.01
-DEEPEST = 1.4826  # MAD to standard deviation, normal law
 
 
 @dataclass(frozen=True)
@@ -24,7 +21,7 @@ class Noise:
     """Law of one observation in units of u: dof of a t law (inf: normal). `clip` = preparation threshold."""
 
     dof: float = np.inf
-    clip: float = CLIP
+    clip: float = FAR
 
 
 def draws(noise: Noise, white: Whitener, seed: int, name: str, count: int) -> Array:
@@ -50,15 +47,15 @@ def clipped(r: Array, white: Whitener, limit: float) -> Array:
 
 def robust_scale(r: Array) -> Array:
     """MAD about zero as a standard deviation, along the first axis: scalar or (M,)."""
-    return np.asarray(DEEPEST * np.median(np.abs(r), axis=0))
+    return np.asarray(MAD * np.median(np.abs(r), axis=0))
 
 
 def upper_quantile(values: Array, false_alarm: float = FALSE_ALARM) -> float:
-    """The order statistic that exceeds the (1 - false_alarm) quantile with probability 0.95."""
+    """The order statistic that exceeds the (1 - false_alarm) quantile with probability SECURE."""
     from scipy.special import bdtr  # scipy.stats takes a second to import
 
     values = np.sort(values)
     count = np.arange(len(values) + 1)
     below = bdtr(count, len(values), 1.0 - false_alarm)
-    rank = int(np.argmax(below >= 0.95))  # 0-based: one above the 95 % point of counts below
+    rank = int(np.argmax(below >= SECURE))  # 0-based: one above the 95 % point of counts below
     return float(values[min(rank, len(values) - 1)])

@@ -13,14 +13,13 @@ import numpy as np
 
 from vcmm.core.errors import ModelLimit
 from vcmm.core.machine import Machine
+from vcmm.diagnosis.constants import FAR, OUTLYING, VANISHED
 from vcmm.diagnosis.problem import make_problem
 from vcmm.diagnosis.result import Diagnosis
 from vcmm.effects import ALL
 from vcmm.response.observe import baseline
 from vcmm.response.recording import Recording
 
-CLEAR = 4.0  # standard deviations of c from nothing
-AGREES = 3.0  # standard deviations of c from -2
 LOOK = 'look at `observed` ("indicated - true" against "actual - commanded")'
 
 
@@ -29,7 +28,7 @@ def other_way(recording: Recording, machine: Machine, d: Diagnosis) -> tuple[str
     if d.mistake is not None and d.mistake.what == "sign":
         return ()
     c, u = against_known(recording, machine)
-    if abs(c) > CLEAR * u and abs(c + 2.0) < AGREES * u:
+    if abs(c) > OUTLYING * u and abs(c + 2.0) < FAR * u:
         return (
             f"the residual holds {c:.1f} times what the machine file predicts (standard uncertainty {u:.1f}; -2 where all"
             f" readings have the opposite sign): `observed` may be the wrong way round; {LOOK}",
@@ -65,7 +64,7 @@ def against_known(recording: Recording, machine: Machine) -> tuple[float, float]
         return 0.0, float("inf")
     d, r = white.apply(known[:, None])[:, 0], white.apply(problem.residual)
     size = float(np.linalg.norm(d))
-    if size < 1e-3:
+    if size < VANISHED:
         return 0.0, float("inf")
     sigma = float(np.sqrt(r @ r / white.dof))
     return float(d @ r) / size**2, sigma / size

@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import HEAVY, NOTHING
 from vcmm.diagnosis.null import Noise, clipped, draws, upper_quantile
 from vcmm.diagnosis.select import Selection, Setting, worth
 
-HEAVY = 4.0  # degrees of freedom of noise whose tails the audit found heavy
 RECORDINGS = 400  # simulated
 HALVINGS = 60  # of an interval of ln s that spans the sizes of the rows
 
@@ -72,5 +72,5 @@ def excused(setting: Setting) -> float:
 
 def _debt(r: Array, near: Array, dof: int, clip: float) -> float:
     """clip (|r| / sigma - clip) summed over what lies beyond: r (m,) as it is, near (m,) pulled in, which tells sigma."""
-    sigma = max(float(np.sqrt(near @ near / dof)), 1e-300)
+    sigma = max(float(np.sqrt(near @ near / dof)), NOTHING)
     return float(np.sum(clip * np.maximum(np.abs(r) / sigma - clip, 0.0))) if np.isfinite(clip) else 0.0

@@ -16,11 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import LOWEST, MOSTLY
 from vcmm.diagnosis.problem import Problem
-
-BEYOND = 3.0  # standard uncertainties from which a statement is called contradicted
-SEEN = 0.5  # share of the variance of a direction that the rows fix, from which it counts
-LOWEST = 1e-12  # of a probability, where the normal law itself is no longer believed
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,7 @@ def calibration_pulls(problem: Problem, rest: Array, sigma: float, u: Array, rho
 def _pull(name: str, z: Array, told: Array) -> Pull:
     """One Input: z (k,) of the rows, and the covariance of such estimates where the statement is true."""
     size, vector = np.linalg.eigh(told)
-    seen = size > SEEN
+    seen = size > MOSTLY
     k = int(seen.sum())
     if len(z) == 1 or not k:
         return Pull(name, float(z[0]) if k else 0.0, k)

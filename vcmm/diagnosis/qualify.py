@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from vcmm.diagnosis.constants import EVEN_ODDS
 from vcmm.diagnosis.machine_match import noise_warning
 from vcmm.diagnosis.result import Diagnosis
 from vcmm.diagnosis.too_large import shared_with_instrument
-
-DOUBT = 0.5  # the most that a name may claim in a doubtful recording
 
 DOUBTED = "the recording itself is in doubt; see the warnings"
 
@@ -26,7 +25,11 @@ def qualified(d: Diagnosis, doubtful: bool, scale: float, only_table: bool = Fal
     if not (doubtful or units):
         return d
     answer = tuple(
-        replace(a, probability=min(a.probability, DOUBT), alias_probability=min(a.alias_probability, DOUBT))
+        replace(
+            a,
+            probability=min(a.probability, EVEN_ODDS),
+            alias_probability=min(a.alias_probability, EVEN_ODDS),
+        )
         for a in d.answer
     )
     verdict = {"explained": "partly explained", "nothing missing": "unexplained"}.get(d.verdict, d.verdict)

@@ -8,12 +8,13 @@ import numpy as np
 
 from vcmm.core.effect import Effect, parameter_fields, with_parameter
 from vcmm.core.run import Array
-from vcmm.diagnosis.candidates import Option, make_option
+from vcmm.diagnosis.candidates import Option, again
+from vcmm.diagnosis.constants import NOTHING
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.scans import is_change
-from vcmm.evaluation.gaussian import Whitener, posterior, without_span
+from vcmm.evaluation.gaussian import SCALES, Whitener, posterior, without_span
 
-WIDTH = 4.0  # prior width of the search, typical amplitudes
+WIDTH = SCALES[2]  # prior width of the search, typical amplitudes: the middle one of all that are averaged
 ROUNDS, POINTS = 3, 7
 MOMENTS = ("t1", "time", "start")  # parameters that are a time of the clock
 BENT = 0.1  # of the range searched: where the curvature of the evidence is taken
@@ -44,7 +45,7 @@ class Refiner:
         trials = [at_value(option, name, moved(centre, s * step, name), self.problem) for s in (-1.0, 1.0)]
         top = self.evidence(option, r, basis)
         fall = sum(top - self.evidence(t, r, basis) for t in trials if t is not None)
-        bend = max(fall / step**2, 1e-300)
+        bend = max(fall / step**2, NOTHING)
         return min(0.0, 0.5 * float(np.log(2.0 * np.pi / bend)) - float(np.log(2.0 * span)))
 
     def along(self, option: Option, name: str, r: Array, basis: Array) -> Option:
@@ -100,7 +101,7 @@ def moved(centre: float, step: float, name: str) -> float:
 def at_value(option: Option, name: str, value: float, problem: Problem) -> Option | None:
     """The same option with one scanned parameter changed."""
     assert option.effect is not None
-    made = make_option(with_parameter(option.effect, name, value), problem, option.log_prior)
+    made = again(option, problem, with_parameter(option.effect, name, value))
     if made is None or made.columns.shape != option.columns.shape:
         return None
     return replace(made, unit=made.unit)

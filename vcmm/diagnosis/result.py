@@ -12,6 +12,7 @@ import numpy as np
 from vcmm import charts
 from vcmm.core.effect import Effect
 from vcmm.core.inputs import Input
+from vcmm.diagnosis.constants import EVEN_ODDS
 from vcmm.diagnosis.discrepancy import Shape
 from vcmm.diagnosis.estimates import Estimate, as_json
 from vcmm.diagnosis.holdout import HeldOut
@@ -20,13 +21,13 @@ from vcmm.diagnosis.mistakes import MISTAKE, Mistake
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.power import Detectable
 from vcmm.diagnosis.pulls import Pull
+from vcmm.diagnosis.thinning import loss
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 VERDICTS = ("nothing missing", "explained", "partly explained", "unexplained")
 NOTHING, SPAN = 0.005, 100.0  # share that is printed as 0 %; upper over lower end of an interval
-EVEN_ODDS = 0.5  # a name below this, with its exact aliases, is not found
 UM = 1e3  # mm to um; observations of kind angle are shown in urad
 
 
@@ -146,6 +147,7 @@ class Diagnosis:
     chance: float = 0.0  # the largest score of 99 % of null recordings
     reasons: tuple[str, ...] = ()  # why the verdict is "partly explained" or "unexplained"
     pulls: tuple[Pull, ...] = ()  # of what the machine file states of itself
+    searched: tuple[int, int] = (0, 0)  # observations in which names were searched, and all of them
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Names found and candidates, with their probability."""
@@ -170,6 +172,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "schema": "vcmm.diagnosis/1",
         "verdict": d.verdict,
         "verdict_reasons": list(d.reasons),
+        "searched": _searched(d),
         "answer": [_answer(a) for a in d.answer],
         "unknown": None if d.unknown is None else _unknown(d.unknown, micro),
         "location": [_place(p) for p in d.location],
@@ -185,6 +188,12 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
     }  # fmt: skip
     finite: dict[str, Any] = _finite(in_urad(body) if d.angle else body)
     return finite
+
+
+def _searched(d: Diagnosis) -> dict[str, Any]:
+    """Of how many observations names were searched in how many, and how many times larger an effect must be for that."""
+    searched, of = d.searched
+    return {"observations": searched, "of": of, "loss": loss(searched, of) if searched else 1.0}
 
 
 def in_urad(body: dict[str, Any]) -> dict[str, Any]:

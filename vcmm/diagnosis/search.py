@@ -9,11 +9,11 @@ import numpy as np
 
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Catalogue, Family
-from vcmm.diagnosis.confusion import NATS
+from vcmm.diagnosis.constants import FALSE_ALARM, STRONG
 from vcmm.diagnosis.evidence import Dictionary, Scorer, dictionary, scorer
 from vcmm.diagnosis.mistakes import MISTAKE, Mistake, factor_fits, find_mistake
 from vcmm.diagnosis.noise import Audit
-from vcmm.diagnosis.null import FALSE_ALARM, clipped, draws, upper_quantile
+from vcmm.diagnosis.null import clipped, draws, upper_quantile
 from vcmm.diagnosis.outlying import excused, owed, worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
@@ -22,9 +22,7 @@ from vcmm.diagnosis.sharpen import sharpened
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import Whitener
 
-CLEARLY = (
-    3.0  # nats: an arm of any length holds the arm counted twice; the hypothesis without a free number stands
-)
+SIMULATED = 1000  # null recordings of a long one: ten beyond a false alarm of 1 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +38,9 @@ class Stage:
     generic_threshold: float
     chance: Array  # largest generic score of every null recording
     sample: Array  # the null recordings themselves, white and prepared
+    screen: Stage | None = (
+        None  # of a long recording, that of the rows in which the whole catalogue was searched
+    )
 
 
 def staged(
@@ -49,13 +50,22 @@ def staged(
     noise: Audit,
     seed: int,
     nulls: int,
+    screen: Stage | None = None,
 ) -> Stage:
-    """Whitener, dictionaries and thresholds under the noise that the audit found."""
+    """Whitener, dictionaries and thresholds under the noise that the audit found.
+
+    What the largest of so many candidates reaches by chance hardly depends on the number of rows: a long recording takes the
+    thresholds of its screen.
+    """
     u = noise.u(problem)
     white = problem.whitener(u, noise.rho)
     found, generic = dictionary(known.families, white), dictionary(generics, white)
-    sample = draws(noise.noise, white, seed, "null", nulls)
+    sample = draws(noise.noise, white, seed, "null", nulls if screen is None else min(nulls, SIMULATED))
     sample = clipped(sample, white, noise.noise.clip)
+    if screen is not None:
+        return replace(
+            screen, white=white, u=u, noise=noise, found=found, generic=generic, sample=sample, screen=screen
+        )
     largest, chance = _largest(scorer(found), sample), _largest(scorer(generic), sample)
     return Stage(
         white,
@@ -118,8 +128,8 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
     held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
-    if lead < (-CLEARLY if held and len(with_it.terms) < len(plain.terms) else 0.0):
-        return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -NATS else ())
+    if lead < (-STRONG if held and len(with_it.terms) < len(plain.terms) else 0.0):
+        return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ())
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
     return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, stage)
 

@@ -17,18 +17,12 @@ import numpy as np
 from vcmm.core.effect import parameter_fields
 from vcmm.core.run import Array
 from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.constants import CLOSING, DEVIATIONS, MISMATCH, MOST_TERMS, SAME, SIMPLER
 from vcmm.diagnosis.evidence import Dictionary, scorer
 from vcmm.diagnosis.null import clipped, robust_scale
 from vcmm.diagnosis.refine import Refiner
 from vcmm.diagnosis.special_cases import generalises
-from vcmm.evaluation.gaussian import SCALES, Posterior, Whitener, best_width, posterior, without_span
-
-MOST_TERMS = 6
-MISMATCH = 0.05  # relative error of a template: shapes, time constants and sensors are never quite right
-CLOSING = 2  # names that may close the account together
-DEVIATIONS = 2.33  # 99 % of the normal law, the false alarms of a null recording
-SIMPLER = 2.0  # nats by which a nested, larger answer must win
-SAME = 0.99  # share of a signal's energy from which one span holds another
+from vcmm.evaluation.gaussian import RANK, SCALES, Posterior, Whitener, best_width, posterior, without_span
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +32,7 @@ class Term:
     family: Family
     option: Option
     white: Array
-    width: float = 4.0
+    width: float = SCALES[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +179,11 @@ def _one_number(family: Family) -> bool:
     return min(o.columns.shape[1] for o in family.options) == 1
 
 
+def _nothing_free(family: Family) -> bool:
+    """One number, and no lag, moment or period to be chosen: a curve that bends where it likes takes any error of a template."""
+    return min(o.freedom for o in family.options) == 1
+
+
 def worth(state: Selection, setting: Setting) -> float:
     """Nats of all terms together, each having paid the threshold."""
     return _value(state.terms, state.y, setting)
@@ -212,7 +211,7 @@ def _closed(state: Selection, setting: Setting, allowed: Callable[[Family], bool
     if not state.terms or _is_noise(state, setting):
         return None
     for _ in range(min(CLOSING, MOST_TERMS - len(state.terms))):
-        new = _best_addition(state, setting, lambda f: allowed(f) and _one_number(f), 0.0)
+        new = _best_addition(state, setting, lambda f: allowed(f) and _nothing_free(f), 0.0)
         if new is None:
             return None
         state = joint((*state.terms, new), setting)
@@ -321,7 +320,7 @@ def _holds(large: Array, small: Array, y: Array, setting: Setting) -> bool:
     """Does the span of `large` hold the signal that `small` would explain?"""
     fit = best_width(small, y, setting.found.dof)
     signal = small @ fit.mean
-    solution = np.linalg.lstsq(large, signal, rcond=1e-9)[0]
+    solution = np.linalg.lstsq(large, signal, rcond=RANK)[0]
     return float(np.sum((large @ solution) ** 2)) >= SAME * float(signal @ signal)
 
 

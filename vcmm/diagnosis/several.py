@@ -20,14 +20,13 @@ import numpy as np
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import FALSE_ALARM, MISMATCH
 from vcmm.diagnosis.estimates import as_json
 from vcmm.diagnosis.improve import departure
 from vcmm.diagnosis.job import diagnose
-from vcmm.diagnosis.null import FALSE_ALARM
 from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.result import Answer, Diagnosis, diagnosis_json
 from vcmm.diagnosis.scans import is_change
-from vcmm.diagnosis.select import MISMATCH
 from vcmm.evaluation.gaussian import whitener
 from vcmm.evaluation.sampling import Progress
 from vcmm.response.folds import Mask

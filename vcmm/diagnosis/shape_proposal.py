@@ -17,11 +17,13 @@ def proposal(kernel: Kernel, problem: Problem, rms: float, says: str) -> Unknown
     over = " and ".join(kernel.names)
     own = kernel.component[1:2].lower()
     direction = own if own in modulators(problem) else kernel.direction
-    if kernel.component:
+    if kernel.what:
+        what = kernel.what
+    elif kernel.component:
         what = f"a shape of {kernel.component} over {over}"
     else:
         along = "along the normal" if direction == "normal" else f"in {direction}"
         what = f"a dependence on {over} {along} without a name"
-    drawn = kernel.component[1:2] not in tuple("ABC")
+    drawn = kernel.component[1:2] not in tuple("ABC") and not kernel.what
     text = f"{what} {says.format('the names' if kernel.component == '' else 'its names')}"
     return Unknown(kernel.names[:3], text, rms, direction, len(kernel.names) > 1, drawn=drawn)

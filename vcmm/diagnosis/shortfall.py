@@ -13,18 +13,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from vcmm.core.run import Array
+from vcmm.diagnosis.constants import CHANCE, FALSE_ALARM, FAR, LEAST_SPREAD, MISMATCH
 from vcmm.diagnosis.holdout import Fold, tells
 from vcmm.diagnosis.noise import Audit, chained
-from vcmm.diagnosis.null import FALSE_ALARM
 from vcmm.diagnosis.problem import Problem, generator
 from vcmm.diagnosis.result import Unknown
-from vcmm.diagnosis.select import MISMATCH, Selection
+from vcmm.diagnosis.select import Selection
 from vcmm.evaluation.gaussian import Whitener
 
 DRAWS = 400
-LEAST = 1.0  # nats: the standard deviation of a fold's gain is not taken below
-EXCESS = 0.999  # quantile of the null's scatter
-LIMIT = 3.0  # sigma, as in the hold-out gate
 
 
 def failing_fold(
@@ -40,7 +37,7 @@ def failing_fold(
     raw = np.column_stack([problem.residual, sample])
     gains = np.stack([_gains(p, columns, width, selection.fit.sigma, raw) for p in parts])
     drawn = gains[:, 1:]
-    spread = np.maximum(drawn.std(axis=1), LEAST)[:, None]
+    spread = np.maximum(drawn.std(axis=1), LEAST_SPREAD)[:, None]
     short = (gains - drawn.mean(axis=1)[:, None]) / spread
     short[:, 0] += _forgiven(selection) / spread[:, 0]
     limit = float(np.quantile(short[:, 1:].min(axis=0), FALSE_ALARM))
@@ -75,10 +72,10 @@ def _gains(fold: Fold, columns: Array, width: Array, sigma: float, raw: Array) -
     x, r = fold.fitted.apply(columns[~fold.test]), fold.fitted.apply(raw[~fold.test])
     cov = np.linalg.inv(x.T @ x + np.diag(width**-2.0))
     signal = x @ (cov @ (x.T @ r))
-    limited = signal + np.clip(r - signal, -LIMIT * sigma, LIMIT * sigma)
+    limited = signal + np.clip(r - signal, -FAR * sigma, FAR * sigma)
     mean = cov @ (x.T @ limited)
     x, r = fold.predicted.apply(columns[fold.test]), fold.predicted.apply(raw[fold.test])
-    before, rest = (np.clip(v, -LIMIT * sigma, LIMIT * sigma) / sigma for v in (r, r - x @ mean))
+    before, rest = (np.clip(v, -FAR * sigma, FAR * sigma) / sigma for v in (r, r - x @ mean))
     b = x.T @ rest  # the posterior covariance is sigma^2 cov, so sigma cancels in the quadratic form
     inner = np.linalg.inv(cov) + x.T @ x
     _, volume = np.linalg.slogdet(np.eye(len(cov)) + cov @ (x.T @ x))
@@ -99,7 +96,7 @@ def scatter_excess(selection: Selection, white: Whitener, noise: Audit, null: Ar
         return ""  # outliers, tails, correlation, speed: the scatter has a name
     usual = np.sqrt((null**2).sum(axis=0) / white.dof)
     sigma = selection.fit.sigma if selection.fit else float(np.sqrt(selection.y @ selection.y / white.dof))
-    if sigma <= np.quantile(usual, EXCESS):
+    if sigma <= np.quantile(usual, CHANCE):
         return ""
     return (
         f"the scatter is {sigma / float(np.median(usual)):.2f} times what was stated, beyond what chance gives in"

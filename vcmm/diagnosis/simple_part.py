@@ -7,17 +7,19 @@ from __future__ import annotations
 
 from vcmm.core.effect import parameter
 from vcmm.core.units import in_unit
-from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.candidates import Family, Option, again
+from vcmm.diagnosis.constants import MOSTLY, NOTHING
 from vcmm.diagnosis.evidence import visible
+from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.effects import BY_NAME
 from vcmm.evaluation.gaussian import Whitener
 
-MOSTLY = 0.5  # share of the energy of a curve from which it is called by its straight part
 
-
-def simple_part(selection: Selection, i: int, families: tuple[Family, ...], white: Whitener) -> str:
+def simple_part(
+    selection: Selection, i: int, families: tuple[Family, ...], problem: Problem, white: Whitener
+) -> str:
     """'95 % of it is squareness C0Y, -61.2 urad'; '' where term i is no curve or holds no simple name to that extent."""
     term = selection.terms[i]
     if term.option.columns.shape[1] < 2:
@@ -28,12 +30,13 @@ def simple_part(selection: Selection, i: int, families: tuple[Family, ...], whit
         simple = family.name in BY_NAME and BY_NAME[family.name].simple
         if not simple or not generalises(term.family.name, family.name):
             continue
-        for option in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
-            x = visible(option.columns, white)
-            if x is None:
+        for known in (o for o in family.options if o.columns.shape[1] == 1 and o.effect is not None):
+            option = known if len(known.columns) == problem.m else again(known, problem)
+            x = None if option is None else visible(option.columns, white)
+            if option is None or x is None:
                 continue
             size = float(x[:, 0] @ signal / (x[:, 0] @ x[:, 0]))
-            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), 1e-300)
+            share = size**2 * float(x[:, 0] @ x[:, 0]) / max(float(signal @ signal), NOTHING)
             if share > (best[0] if best else MOSTLY):
                 best = share, family, option, size
     return _text(*best) if best else ""

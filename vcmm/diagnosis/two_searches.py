@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from vcmm.diagnosis.constants import FEW, STRONG
 from vcmm.diagnosis.holdout import Fold, judge
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.select import Selection, Setting, Term, mismatch, select_simply, worth
 
-FEW = 3  # numbers of a name, beyond which it is a shape of its own
-EQUAL = 3.0  # nats: predictions that differ by less are alike
 Gate = Callable[[Problem, Sequence[Fold], Selection, Setting], Selection]
 
 
@@ -38,9 +37,9 @@ def best_road(
         return first, short
     lead = _gain(problem, parts, second, first, setting) - _gain(problem, parts, first, second, setting)
     forgiven = max(mismatch(first), mismatch(second))
-    alike = lead > -EQUAL
+    alike = lead > -STRONG
     cheaper = numbers(second) < numbers(first)
-    if lead > EQUAL or (alike and (cheaper or worth(second, setting) > worth(first, setting) - forgiven)):
+    if lead > STRONG or (alike and (cheaper or worth(second, setting) > worth(first, setting) - forgiven)):
         return second, len(second.terms) < len(simple.terms)
     return first, short
 

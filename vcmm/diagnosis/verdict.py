@@ -12,16 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vcmm.diagnosis.constants import APART, FALSE_ALARM, LEAST_TOLD, STRUCTURED, UNSTATED
 from vcmm.diagnosis.holdout import is_free_curve
 from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.noise import Audit
-from vcmm.diagnosis.null import FALSE_ALARM
 from vcmm.diagnosis.result import Answer, Unknown
-
-UNSTATED = 3.0  # times the stated noise: from there a named cause is not the whole story
-LEAST_TOLD = 0.001
-APART = 1.1  # ratio from which two measures of the scatter are both told
-STRUCTURED = 0.9  # correlation of neighbours, from which each observation tells 0.9^2 = 81 % of the next one's variance
 
 
 def reasons(

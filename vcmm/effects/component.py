@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vcmm.core.axes import axis_of, is_component
+from vcmm.core.axes import axis_of, is_component, whole_turn
 from vcmm.core.declaration import UM, URAD, KnownRange, Typical
 from vcmm.core.effect import COLUMN, Effect, at, param
 from vcmm.core.errors import ModelLimit, UsageError
@@ -66,6 +66,14 @@ def _inside(component: str, axis: str, q: Array, grid: Array) -> Array:
             "extend the table or move the part"
         )
     return np.minimum(np.maximum(q, low), high)
+
+
+def _curve_weights(component: str, axis: str, run: Run, nodes: Array, interpolation: str) -> Array:
+    """(n, nodes); a cubic curve of a rotary axis over one whole turn repeats itself from turn to turn."""
+    q = run.q(axis)
+    if interpolation == "cubic" and whole_turn(axis, nodes):
+        return node_weights(nodes, q, "periodic")
+    return node_weights(nodes, _inside(component, axis, q, nodes), interpolation)
 
 
 def check_increasing(what: str, grid: Array) -> None:
@@ -150,7 +158,7 @@ class ComponentTable(_Component):
 
 @dataclass(frozen=True, eq=False)
 class ComponentSpline(_Component):
-    """A component error as a natural cubic spline through nodes."""
+    """A component error as a natural cubic spline through nodes; of a rotary axis over one whole turn, a periodic one."""
 
     name = "component_spline"
     cites = "de Boor, A Practical Guide to Splines (1978), ch. IV: natural cubic spline"
@@ -195,9 +203,7 @@ class ComponentSpline(_Component):
         return np.asarray(self._weights(run) * weights[:, self.column, None])
 
     def _weights(self, run: Run) -> Array:
-        nodes = np.asarray(self.nodes, dtype=float)
-        q = _inside(self.component, self.link, run.q(self.link), nodes)
-        return node_weights(nodes, q, "cubic")
+        return _curve_weights(self.component, self.link, run, np.asarray(self.nodes, dtype=float), "cubic")
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,5 +308,4 @@ class CalibrationModes(Effect):
         if not self.varies:
             return np.broadcast_to(loadings, (run.n, loadings.shape[1]))
         nodes = np.asarray(self.nodes, dtype=float)
-        q = _inside(self.component, self.link, run.q(self.link), nodes)
-        return node_weights(nodes, q, self.interpolation) @ loadings
+        return _curve_weights(self.component, self.link, run, nodes, self.interpolation) @ loadings

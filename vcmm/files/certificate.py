@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from vcmm.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.files.machine_tables import CertificateTable, MachineFile, machine_table
+from vcmm.files.machine_tables import CertificateTable, MachineFile, found_machine
 from vcmm.files.problems import TableProblems
 from vcmm.files.schema import read_model
+from vcmm.files.toml import Document, read_toml
 
 
 def certificate_from(table: CertificateTable) -> MachineCertificate:
@@ -50,8 +52,26 @@ def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tu
     return out
 
 
+def machine_table(document: Document) -> dict[str, Any]:
+    """The machine of a scenario as a table, whether it stands there or in a file of its own."""
+    found = document.data.get("machine", {})
+    if isinstance(found, str):
+        found = {k: v for k, v in read_toml(document.path.parent / found).data.items() if k != "vcmm"}
+    return found if isinstance(found, dict) else {}
+
+
+def certificate_table(path: str | Path) -> dict[str, Any]:
+    """[certificate] of the machine of a scenario, as it stands. UsageError where there is none."""
+    found = machine_table(read_toml(path)).get("certificate")
+    if not isinstance(found, dict) or not found:
+        raise UsageError(
+            'the machine states no certificate; add [machine.certificate] with E0_MPE = "1.8 um + L/350" (vcmm new certificate)'
+        )
+    return found
+
+
 def stated_certificate(path: str | Path) -> MachineCertificate | None:
     """The certificate that a machine file, or the machine of a scenario, states, whether or not its errors come from it."""
-    document, table, at = machine_table(path)
+    document, table, at = found_machine(path)
     model = read_model(MachineFile, {"vcmm": "machine/1", **table}, document, at)
     return None if model.certificate is None else certificate_from(model.certificate)

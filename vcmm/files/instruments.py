@@ -6,6 +6,7 @@ from pathlib import Path
 
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Run
+from vcmm.core.units import parse_unit
 from vcmm.files.problems import Problems, TableProblems
 from vcmm.files.recording_tables import InstrumentTable
 from vcmm.files.schema import checked_model
@@ -36,20 +37,27 @@ def load_certificate(path: str | Path, recording: Recording) -> InstrumentCertif
     return found
 
 
+def instrument_text(certificate: InstrumentCertificate) -> str:
+    """[instrument] as `load_certificate` reads it."""
+    out = f'[instrument]\nname = "{certificate.instrument.name}"\n'
+    stated = []
+    for name, u in certificate.u.items():
+        unit = certificate.instrument.error(name).unit
+        stated.append(f'{name} = "{u / parse_unit(unit).factor:.10g} {unit}"')
+    if stated:
+        out += f"u = {{ {', '.join(stated)} }}\n"
+    return out + (f'redraw = "{certificate.redraw}"\n' if certificate.redraw != "machine" else "")
+
+
 def _certificate(table: InstrumentTable, recording: Recording) -> InstrumentCertificate:
     try:
         instrument = find(table.name)
     except UsageError as error:
         raise TableProblems([("name", str(error))]) from None
-    if instrument.kind != recording.kind:
-        raise TableProblems(
-            [
-                (
-                    "name",
-                    f'"{table.name}" makes recordings of kind "{instrument.kind}"; this one is of kind "{recording.kind}"',
-                )
-            ]
-        )
+    if recording.kind not in instrument.kinds:
+        kinds = " or ".join(f'"{k}"' for k in instrument.kinds)
+        told = f'"{table.name}" makes recordings of kind {kinds}; this one is of kind "{recording.kind}"'
+        raise TableProblems([("name", told)])
     missing = [(what, c) for what in table.compensated for c in SENSORS[what] if not _has(recording.run, c)]
     if missing:
         what, column = missing[0]

@@ -40,7 +40,7 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
     sheet = read_csv(path)
     names, factor = _coordinates(sheet)
     has_normals = any(n in sheet.header for n in NORMALS)
-    _check_columns(sheet, (*names, *(NORMALS if has_normals else ())), (*WORDS, *names, *NORMALS))
+    check_columns(sheet, (*names, *(NORMALS if has_normals else ())), (*WORDS, *names, *NORMALS))
     points = factor * np.stack([sheet.numbers(n) for n in names], axis=1)
     normals = np.stack([sheet.numbers(n) for n in NORMALS], axis=1) if has_normals else None
     feature, stylus = (_words(sheet, name) for name in ("feature", "stylus"))
@@ -60,10 +60,10 @@ def read_measured_points(path: str | Path) -> tuple[GivenPoints, ...]:
 def read_measured_values(path: str | Path) -> tuple[tuple[GivenValue, ...], ...]:
     """Values of every part, in the order in which the parts appear. Raises DataError: columns, cells, a value given twice."""
     sheet = read_csv(path)
-    columns = [c for c in (_value_column(name) for name in sheet.header) if c is not None]
+    columns = [c for c in (value_column(name) for name in sheet.header) if c is not None]
     known = ["characteristic", "part", "value_mm", "deviation_um", "value_deg"]
     named = ["characteristic", *(c.name for c in columns)]
-    _check_columns(sheet, ["characteristic"], ["part", *named], known)
+    check_columns(sheet, ["characteristic"], ["part", *named], known)
     if not columns:
         at = f"{sheet.path}:{sheet.header_line}"
         raise DataError(f"{at}: there is no column of values; add value_mm (deviation_um, value_deg ...)")
@@ -86,7 +86,7 @@ def _values_of(
             )
         else:
             try:
-                out.append(_value(sheet, i, name, part, filled[0]))
+                out.append(value_in(sheet, i, name, part, filled[0]))
             except ValueError:
                 cell = sheet.rows[i][sheet.header.index(filled[0].name)]
                 problems.append(f'{sheet.at(i)}: "{cell}" in column {filled[0].name} is not a finite number')
@@ -95,7 +95,8 @@ def _values_of(
     return tuple(out)
 
 
-def _value(sheet: Sheet, row: int, name: str, part: str, column: ValueColumn) -> GivenValue:
+def value_in(sheet: Sheet, row: int, name: str, part: str, column: ValueColumn) -> GivenValue:
+    """The number of a row in one column. ValueError: it is no finite number."""
     number = float(sheet.rows[row][sheet.header.index(column.name)])
     if not np.isfinite(number):
         raise ValueError
@@ -109,7 +110,8 @@ def _value(sheet: Sheet, row: int, name: str, part: str, column: ValueColumn) ->
     )
 
 
-def _value_column(name: str) -> ValueColumn | None:
+def value_column(name: str) -> ValueColumn | None:
+    """What a heading such as value_mm or deviation_um means; None for another one."""
     head, _, unit = name.partition("_")
     if head not in ("value", "deviation") or unit not in (*LENGTHS, *ANGLES):
         return None
@@ -130,9 +132,10 @@ def _coordinates(sheet: Sheet) -> tuple[tuple[str, ...], float]:
     )
 
 
-def _check_columns(
+def check_columns(
     sheet: Sheet, needed: Sequence[str], allowed: Sequence[str], shown: Sequence[str] | None = None
 ) -> None:
+    """DataError: a needed column is missing, an unknown one is there."""
     at, known = f"{sheet.path}:{sheet.header_line}", shown or allowed
     problems = [f"{at}: the column {name} is missing" for name in needed if name not in sheet.header]
     for name in sheet.header:

@@ -15,6 +15,7 @@ from vcmm.core.axes import is_rotary, unit_vector
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.core.kinematics import Motion, nominal_tip, tip_motion
 from vcmm.core.machine import Machine
+from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
 from vcmm.files.columns import Sheet, axes_of, axis_column, read_csv, read_positions
 from vcmm.response.pointing import POINTED, pointing_observations
@@ -248,29 +249,6 @@ def _second_ends(run: Run, machine: Machine, sense: Sense, sheet: Sheet) -> tupl
     if "tip_x_mm" in columns:
         columns |= {f"tip_{c}_mm": np.concatenate([run.tip[:, i], start[:, i]]) for i, c in enumerate("xyz")}
     return Run(position, both.offset, columns, both.labels, run.series), direction, run.n + np.arange(run.n)
-
-
-def linear_positions(machine: Machine, run: Run, tip: Array) -> dict[str, Array]:
-    """Axis positions that bring the tip to `tip` (n, 3) mm, workpiece axes; rotary axes and offsets as in the run.
-
-    The tip is linear in the positions of the linear axes. Raises ModelLimit where they cannot reach a place.
-    """
-    letters = [a for a in machine.chain.letters if a in "XYZ"]
-    rest = {a: q if is_rotary(a) else np.zeros(run.n) for a, q in run.position.items()}
-
-    def at(position: dict[str, Array]) -> Array:
-        return nominal_tip(machine.chain, machine.axes, Run(position, run.offset))
-
-    base = at(rest)
-    moves = np.stack([at(rest | {a: np.ones(run.n)}) - base for a in letters], axis=2)
-    q = np.einsum("nai,ni->na", np.linalg.pinv(moves), tip - base)
-    gap = np.linalg.norm(base + np.einsum("nia,na->ni", moves, q) - tip, axis=1)
-    if gap.max(initial=0.0) > 1e-6:
-        raise ModelLimit(
-            f"row {int(gap.argmax()) + 1}: the axes {' '.join(letters)} cannot bring the tip there "
-            f"(they miss it by {gap.max():.3g} mm)"
-        )
-    return rest | {a: q[:, i] for i, a in enumerate(letters)}
 
 
 def axis_direction(machine: Machine, run: Run, axis: str) -> Array:

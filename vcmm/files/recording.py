@@ -63,6 +63,13 @@ def _checked(
     document: Document, machine: Machine | None, problems: Problems
 ) -> tuple[Recording, Machine] | None:
     model = checked_model(RecordingFile, document.data, problems)
+    if model is not None and model.reversal is not None:
+        problems.add(
+            ("reversal",),
+            "a reversal separates machine and artefact by itself: give this file alone to vcmm calibrate or vcmm test --iso 230-7, and "
+            "the machine file that calibrate writes to this command",
+        )
+        return None
     machine = machine or _machine(document, problems)
     if model is None:
         return None

@@ -75,11 +75,32 @@ class InstrumentTable(Table):
     compensated: list[Literal["air", "material"]] = Field(default_factory=list, examples=['["air"]'])
 
 
+class ReversalTable(Table):
+    """How one artefact was turned over against the machine: what of the readings changes sign, or place.
+
+    error: what is sought (EZX, B0C, EXC ...); tilt: of a face test. sense: "+" where the reading in the set-up "normal" grows with
+    the error (face, half turn: when the turning part moves to +Z). probes: of a face test, signed place of each from the axis.
+    """
+
+    test: Literal["straightness", "half-turn", "direct", "donaldson", "face", "multi-step"]
+    error: str = ""
+    tilt: Literal["", "EAC", "EBC"] = ""
+    sense: Literal["+", "-"] = "+"
+    probes: dict[str, str] = Field(default_factory=dict, examples=['{ centre = "0 mm", outer = "25 mm" }'])
+    u_centre: Distance = 0.0
+    harmonics: int = Field(default=15, ge=1, le=200, examples=["15"])
+    axis_tilt: str = Field(default="0 urad", examples=['"0.1 urad"'])
+
+
+DATE = r"^([0-9]{4}-[0-9]{2}-[0-9]{2}([T ][0-9]{2}:[0-9]{2}(:[0-9]{2})?)?)?$"  # ISO 8601, so that text sorts as time
+
+
 class RecordingFile(Table):
     """recording/1"""
 
     vcmm: str
     name: str = ""
+    date: str = Field(default="", pattern=DATE, examples=['"2026-11-22"'])
     data: str = Field(examples=['"touches.csv"'])
     format: Literal["", "table", "points", "iso230", "rtl", "scope", "tpoint", "altaz", "klipper"] = ""
     equinox: Literal["", "date", "J2000"] = ""
@@ -97,6 +118,7 @@ class RecordingFile(Table):
     scope: ScopeTable | None = None
     counter: CounterTable | None = None
     instrument: InstrumentTable | None = None
+    reversal: ReversalTable | None = None
 
     @property
     def shape(self) -> str:

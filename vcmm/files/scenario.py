@@ -17,6 +17,7 @@ from vcmm.core.inputs import Input
 from vcmm.core.knowledge import informed
 from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
+from vcmm.files.certificate import machine_table
 from vcmm.files.environment import (
     EnvironmentTable,
     Temperatures,
@@ -87,12 +88,17 @@ class ScenarioFile(Table):
     record: RecordTable = Field(default_factory=RecordTable)
 
 
-def load_scenario(path: str | Path, machine: str | Path | None = None) -> Scenario:
+def load_scenario(
+    path: str | Path, machine: str | Path | None = None, certificate: dict[str, Any] | None = None
+) -> Scenario:
     """Read a scenario. Raises DataError with every problem of the file (and of the files it names).
 
-    machine: a machine file that takes the place of the scenario's own.
+    machine: a machine file that takes the place of the scenario's own. certificate: a [certificate] in place of its machine's.
     """
     document = read_toml(path)
+    if certificate is not None:
+        stated = {**machine_table(document), "certificate": certificate}
+        document = replace(document, data={**document.data, "machine": stated})
     if machine is not None:
         document = replace(document, data={**document.data, "machine": str(Path(machine).resolve())})
     check_version(document, "scenario")

@@ -114,7 +114,7 @@ def evaluate_values(
 ) -> tuple[EvaluatedPart, ...]:
     """Measured values of one or several parts: the points are those of the plan. DataError: unknown or wrong kind of value."""
     chosen = settings or scenario.settings
-    measured = [_absolute(scenario, values) for values in given]
+    measured = [absolute_values(scenario, values) for values in given]
     task = scenario.task()
     known = PreparedTask(task, evaluate(task, chosen, progress))
     order = [c.name for c in scenario.part.characteristics]
@@ -126,7 +126,7 @@ def evaluate_values(
     )
 
 
-def _absolute(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
+def absolute_values(scenario: Scenario, values: Sequence[GivenValue]) -> dict[str, float]:
     """Characteristic -> mm or rad. DataError: an unknown name, an angle in mm, a value no such characteristic can have."""
     known = {c.name: c for c in scenario.part.characteristics}
     out, problems = {}, []

@@ -6,12 +6,14 @@ The mean length is free unless the bar was calibrated (own error: length). Centr
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.instruments.instrument import Instrument, OwnError, constant
+from vcmm.instruments.laying import joined
 from vcmm.instruments.tracker import lengths_to
 from vcmm.response.recording import Recording
 
@@ -33,10 +35,32 @@ def circle(
     calibrated: bool = False,
 ) -> Recording:
     """A circle (or arc, sweep in degrees) in the plane "XY", "YZ" or "ZX"; centre (3,) mm: where the tip meets the cup."""
-    angle = np.radians(np.linspace(*sweep, points, endpoint=sweep[1] - sweep[0] < 360))
+    angle = np.radians(np.linspace(*sweep, points, endpoint=abs(sweep[1] - sweep[0]) < 360))
     way = np.zeros((points, 3))
     way[:, "XYZ".index(plane[0])] = radius * np.cos(angle)
     way[:, "XYZ".index(plane[1])] = radius * np.sin(angle)
     nuisance = {"centre": ""} if calibrated else {"centre": "", "radius": ""}
     tips: Array = np.asarray(centre, dtype=float) + way
-    return lengths_to(machine, f"circle {plane}", tips, centre, offset, nuisance=nuisance, u=u)
+    one = lengths_to(machine, f"circle {plane}", tips, centre, offset, nuisance=nuisance, u=u)
+    turn = np.sign(sweep[1] - sweep[0])
+    ways = np.round(np.stack([-np.sin(angle), np.cos(angle)]) * turn, 9)
+    senses = {f"sense_{a}": np.sign(w) for a, w in zip(plane, ways) if a in one.run.position}
+    return replace(one, run=one.run.with_columns(senses))
+
+
+def both_senses(
+    machine: Machine,
+    centre: Sequence[float],
+    radius: float,
+    plane: str,
+    u: float,
+    points: int = 72,
+    offset: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Recording:
+    """A full circle counter-clockwise (label run: 1), then clockwise (2)."""
+    ways = [
+        circle(machine, centre, radius, plane, u, points=points, offset=offset, sweep=sweep)
+        for sweep in ((0.0, 360.0), (360.0, 0.0))
+    ]
+    one = joined(f"circle {plane}", ways)
+    return replace(one, run=replace(one.run, labels={"run": np.repeat(["1", "2"], points)}))

@@ -32,13 +32,21 @@ class OwnError:
 
 @dataclass(frozen=True)
 class Instrument:
-    """kind: of its recordings. errors: its own. usual: nuisance words that its recordings usually need."""
+    """kind: of its recordings. errors: its own. usual: nuisance words that its recordings usually need.
+
+    also: further kinds that its recordings may have.
+    """
 
     name: str
     kind: str
     errors: tuple[OwnError, ...]
     usual: tuple[str, ...]
     cites: str
+    also: tuple[str, ...] = ()
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return (self.kind, *self.also)
 
     def error(self, name: str) -> OwnError:
         """One of its errors. Raises UsageError with the closest name."""
@@ -113,9 +121,32 @@ def reading(recording: Recording, run: Run) -> Array:
     return recording.value[:, None]
 
 
+def angle_reading(recording: Recording, run: Run) -> Array:
+    """(m, 1): the reading of an angle; nothing of a length."""
+    return recording.value[:, None] * float(recording.kind == "angle")
+
+
+def across_reading(recording: Recording, run: Run) -> Array:
+    """(m, 1): the reading of a displacement across the travel; nothing of one along it, or of an angle."""
+    way = run.tip[recording.row] - run.tip[recording.row].mean(axis=0)
+    along_travel = np.abs((recording.direction * way).sum(axis=1)).max(initial=0.0) > 1e-3
+    return recording.value[:, None] * float(recording.kind == "displacement" and not along_travel)
+
+
+def since_start(recording: Recording, run: Run) -> Array:
+    """(m, 1): time from the first row, s; zero without time_s."""
+    time = run.columns.get("time_s", np.zeros(run.n))
+    return np.asarray(time[recording.row] - time.min(initial=np.inf))[:, None]
+
+
 def constant(recording: Recording, run: Run) -> Array:
     """(m, 1): the same in every row."""
     return np.ones((recording.m, 1))
+
+
+def half_along_normal(recording: Recording, run: Run) -> Array:
+    """(m, 1): half of a diameter, outwards: what a touch reads of it."""
+    return np.full((recording.m, 1), 0.5)
 
 
 def of_features(recording: Recording, run: Run) -> Array:

@@ -57,6 +57,11 @@ class Dialect:
     peck_clearance: float = 0.254  # mm; G73 retract and G83 re-entry distance
     fix_is_floor: bool = True
 
+    @property
+    def haas(self) -> bool:
+        """Whether it is one of Haas."""
+        return self.name.startswith("haas")
+
 
 _INCH = {"G20": 25.4, "G21": 1.0}
 LINUXCNC = Dialect("linuxcnc", "o", _INCH, everything_home=True)

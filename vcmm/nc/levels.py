@@ -43,20 +43,38 @@ class Telling(Protocol):
     @property
     def setup(self) -> Any: ...
 
-    def remark(self, text: str) -> None: ...
+    def remark(self, text: str, column: int | None = None, kind: str = "") -> None: ...
 
     def assume(
-        self, what: str, value: str, otherwise: str = "", *, blank: SetupEntry | None = None
+        self,
+        what: str,
+        value: str,
+        otherwise: str = "",
+        *,
+        blank: SetupEntry | None = None,
+        column: int | None = None,
     ) -> None: ...
 
 
-def unknown_tool(r: Telling, number: int) -> None:
-    """A tool that the set-up has not: a remark in strict reading, which goes on with a tool without length as the survey does."""
-    if r.setup.strict:
-        r.remark(f"tool {number} is not in the set-up; its length is taken as zero")
-    else:
-        entry = SetupEntry(f"tools.{number}", "length", '"80 mm"')
-        r.assume(f"tool {number}", "a tool without length", blank=entry)
+def unknown_tool(r: Telling, number: int, called: str, column: int | None = None) -> None:
+    """A tool that the set-up has not, the same in every language: a survey goes on with a tool without length.
+
+    Strict: refused where the set-up has tools and lacks this one; without any it is a remark. called: how the program calls it.
+    """
+    tools = sorted(r.setup.tools)
+    entry = SetupEntry(f"tools.{number}" if number else "tools", "length", '"80 mm"')
+    what = f"tool {number}" if number else f"the tool {called}"
+    if r.setup.strict and not tools:
+        r.remark(
+            f"the length of {what} is not known and taken as 0 mm; give the tools with --setup",
+            column,
+            "no tools",
+        )
+        return
+    known = ", ".join(str(n) for n in tools[:12])
+    add = f"[tools.{number}]" if number else f'a tool with name = "{called}"'
+    otherwise = f"{what} ({called}) is not in the set-up file, which has {known}; add {add}" if tools else ""
+    r.assume(what, "a tool without length", otherwise, blank=entry if number else None, column=column)
 
 
 def demand(assumed: Iterable[Assumed], name: str, job: str) -> None:

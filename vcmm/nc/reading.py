@@ -12,7 +12,7 @@ from vcmm.nc.recognition import HERE, Candidate, candidates, told, unsure
 
 def read_bytes(path: Path) -> str:
     """The text of a program, line ends as they are. UTF-8, else Latin-1 (comments of old posts). Raises DataError."""
-    raw = raw_bytes(path)
+    raw = raw_bytes(path).strip(b"\0")  # leader and trailer of a tape, which controls pass over
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise DataError(
             f"{path}:1:1: this text is UTF-16, which no control reads; save it as plain text (ASCII or UTF-8)"

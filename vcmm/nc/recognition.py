@@ -64,6 +64,7 @@ SIGNS: tuple[Sign, ...] = (
     Sign(("fanuc", "haas", "mazak", "mach3"), 1.5, r"\bG43[^\n]*H\d|\bH\d+[^\n]*G43", "G43 H"),
     Sign(("fanuc",), 4, r"\bG0?5\.1[ \t]*Q|\bG54\.1[ \t]*P|\bG0?5[ \t]*P10000|\bG68\.2|\bG43\.[45]|\bG10\.6|#[ \t]*\d{6}\b", "codes of Fanuc"),
     Sign(("fanuc",), 1, r"[GXYZM]", "nothing but words that all controls have"),
+    Sign(("fanuc",), 20, r"\bG291\b", "G291, the ISO mode of Sinumerik, which reads as Fanuc does"),
     Sign(("haas",), 6, r"\bG(?:154[ \t]*P|187\b|150\b|103\b|12[ \t][^\n]*I|13[ \t][^\n]*I|70[ \t]*I|71[ \t]*I|72[ \t]*I)|\bM97[ \t]*P|\bG47[ \t]*P", "codes of Haas"),
     Sign(("haas", "haas-lathe"), 6, r"\bHAAS\b|\bVF-?\d|\bST-?\d\dY?\b", "the name of the control", "comments"),
     Sign(("haas", "haas-lathe"), 2, r"\bG53[ \t]*G0+[ \t]*Z0|\bG0+[ \t]*G53[ \t]*Z0|SAFE ?START", "a header of Haas", "all"),

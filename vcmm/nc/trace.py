@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from vcmm.nc.frames import AffineMap
-from vcmm.nc.moves import Move
+from vcmm.nc.moves import Move, Point
 from vcmm.nc.radius import RadiusCompensation
 from vcmm.nc.state import Modal
 
@@ -37,8 +37,7 @@ class Trace(NamedTuple):
     """What one move came from.
 
     file and line: the block; words: its words by letter (G and M words are not in it); before and after: modal state
-    around the block; programmed: start and end in programmed coordinates (mm, before rotation and shifts);
-    transformation: programmed point -> tip point at the end of the move; runs: how often the block was executed in
+    around the block; transformation: programmed point -> tip point at the end of the move; runs: how often the block was executed in
     the whole program; cycle: the canned cycle that made the move, "" for a move of its own; call: how many subprograms
     are under way; contour: the move as programmed, before radius compensation (the move itself where there is none);
     compensation: side and radius in force.
@@ -49,7 +48,6 @@ class Trace(NamedTuple):
     words: Mapping[str, WordAt]
     before: Modal
     after: Modal
-    programmed: tuple[tuple[float, float, float], tuple[float, float, float]]
     transformation: AffineMap
     runs: int
     cycle: str
@@ -57,6 +55,11 @@ class Trace(NamedTuple):
     contour: Move
     compensation: RadiusCompensation | None
     guard: tuple[float, float] = (0.0, 0.0)  # mm at start and end that a rounding or chamfer takes away
+
+    @property
+    def programmed(self) -> tuple[Point, Point]:
+        """Start and end in programmed coordinates, mm, before rotation and shifts."""
+        return self.transformation.undo(self.contour.start), self.transformation.undo(self.contour.end)
 
 
 class TextCut(NamedTuple):

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from vcmm.nc.moves import Move
 from vcmm.nc.offsetting import piece_of, planar, turn_between
@@ -66,6 +67,7 @@ class Tracer:
     steps: list[ExecutedBlock] = field(default_factory=list)
     runs: dict[tuple[str, int], int] = field(default_factory=dict)
     cycle: Mapping[str, WordAt] = field(default_factory=dict)
+    state: Any = None  # the modal state noted last
 
     def step(self, step: ExecutedBlock) -> None:
         """A block is executed."""
@@ -77,16 +79,22 @@ class Tracer:
         self, r: Recorder, made: int, before: Modal, words: Mapping[str, WordAt], place: BlockPlace
     ) -> None:
         """Traces of the moves from `made` on that no inner block has noted."""
-        after, world = r.modal(), r.world
+        before, after, world = self._once(before), self._once(r.modal()), r.world
         for i in range(made, len(r.moves)):
             if i in self.traces:
                 continue
             move, marker = r.moves[i], r.markers[i]
             self.traces[i] = Trace(
                 file=place.file, line=place.line, words=self.cycle if marker and self.lines else words, before=before,
-                after=after, programmed=(world.undo(move.start), world.undo(move.end)), transformation=world, runs=0,
+                after=after, transformation=world, runs=0,
                 cycle=marker, call=place.call, contour=move, compensation=r.sides[i],
             )  # fmt: skip
+
+    def _once(self, state: Modal) -> Modal:
+        """The same object for the same state as last time: most blocks change nothing, and a program has 10^5 of them."""
+        if state != self.state:
+            self.state = state
+        return self.state
 
     def result(self, r: Recorder) -> tuple[tuple[Trace, ...], tuple[ExecutedBlock, ...]]:
         """All traces in order of the moves, with what roundings take away."""

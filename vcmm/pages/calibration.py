@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.calibrating.identified import is_angle
 from vcmm.calibrating.result import Calibration
+from vcmm.core.axes import is_rotary
 from vcmm.tables.calibrated import residuals
 from vcmm.tables.table import titled_html
 
@@ -17,11 +20,12 @@ def calibration_page(found: Calibration) -> str:
     pictures = [picture(found, c.component) for c in found.kept.curves]
     blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
     if found.kept.pairs:
-        rows = [
-            [p, f"{found.band(p)[1][0] * 1e6:+.2f} µrad", f"{found.band(p)[2][0] * 1e6:.2f} µrad"]
-            for p in found.kept.pairs
-        ]
-        blocks += [r.heading("Squareness"), r.table(["", "angle", "u"], rows, numeric=(1, 2))]
+        rows = []
+        for pair in found.kept.pairs:
+            scale, unit = size_of(pair)
+            _, value, u = found.band(pair)
+            rows.append([pair, f"{value[0] * scale:+.2f} {unit}", f"{u[0] * scale:.2f} {unit}"])
+        blocks += [r.heading("Squareness and location"), r.table(["", "value", "u"], rows, numeric=(1, 2))]
     blocks += [r.heading("Not identified"), *missing(found), *titled_html(residuals(found))]
     footer = f"vcmm {__version__}. Rotations have mean zero, straightness has no slope: the direction of travel is squareness."
     return r.page(
@@ -35,11 +39,22 @@ def calibration_page(found: Calibration) -> str:
 def picture(found: Calibration, name: str) -> str:
     """One curve with its 95 % band."""
     nodes, value, u = found.band(name)
-    scale, unit = (1e6, "µrad") if is_angle(name) else (1e3, "µm")
+    scale, unit = size_of(name)
+    axis = next(c.axis for c in found.kept.curves if c.component == name)
+    turns = is_rotary(axis)
+    nodes = np.degrees(nodes) if turns else nodes
     one = r.PlotSeries(nodes, value * scale, "", (value - 1.96 * u) * scale, (value + 1.96 * u) * scale)
     return r.curve(
-        [one], x_label=f"{name[-1]} in mm", y_label=f"{name} in {unit}", title=f"{name} over {name[-1]}"
+        [one],
+        x_label=f"{axis} in {'deg' if turns else 'mm'}",
+        y_label=f"{name} in {unit}",
+        title=f"{name} over {axis}",
     )
+
+
+def size_of(name: str) -> tuple[float, str]:
+    """(to the unit, unit) in which an error is shown."""
+    return (1e6, "µrad") if is_angle(name) else (1e3, "µm")
 
 
 def missing(found: Calibration) -> list[str]:

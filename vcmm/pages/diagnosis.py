@@ -12,10 +12,10 @@ from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.accepted import written
 from vcmm.diagnosis.comparison import left_by
+from vcmm.diagnosis.constants import LEAST_TOLD
 from vcmm.diagnosis.plain_words import plain_words
 from vcmm.diagnosis.result import Answer, Diagnosis
 from vcmm.diagnosis.several import Several
-from vcmm.diagnosis.verdict import LEAST_TOLD
 from vcmm.diagnosis.written_fit import handed_over
 from vcmm.effects import BY_NAME
 from vcmm.pages.diagnosis_pictures import arrows, location_bars, unknown_picture, zone_maps

@@ -1,7 +1,8 @@
 """The sheet for an auditor: one page per characteristic in print, as a calibration laboratory signs it.
 
-Result in words, who and when, serial numbers, files with their hashes, temperatures, and the budget by EA-4/02 with
-its effective degrees of freedom (Welch-Satterthwaite, JCGM 100:2008, G.4).
+Result in words, who and when, serial numbers, files with their hashes, temperatures and what is done about them, and the budget
+by EA-4/02 with the evidence of every line and its effective degrees of freedom (Welch-Satterthwaite, JCGM 100:2008, G.4).
+What the scenario does not state is a blank to be filled in by hand.
 """
 
 from __future__ import annotations
@@ -13,17 +14,30 @@ from pathlib import Path
 
 from vcmm import __version__
 from vcmm import report as r
+from vcmm.core.run import T0_DEG_C
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult
 from vcmm.inference.job import Evaluated, EvaluatedPart
 from vcmm.measuring.scenario import Scenario
-from vcmm.pages.uncertainty import budget_table
 from vcmm.report.table import Raw
+from vcmm.tables.evaluated import BUDGET, budget_rows
+from vcmm.tables.quantities import SMALL_SCALE
+from vcmm.tables.table import SMALL, ResultTable, html
 
 WORDS = {
     "by": "evaluated by", "date": "date", "laboratory": "laboratory", "machine_serial": "machine, serial number",
     "machine_certificate": "certificate of the machine", "probe": "probe and styli", "part_serial": "part, serial number",
     "drawing": "drawing and revision", "order": "order", "remarks": "remarks",
 }  # fmt: skip
+ALWAYS = (
+    "by",
+    "date",
+    "machine_serial",
+    "machine_certificate",
+    "part_serial",
+    "drawing",
+)  # a blank where not stated
+BLANK = "_" * 16  # a line to write on
+LINES = 8  # of a budget, so that a characteristic keeps to one page; the rest is one line
 
 
 def effective_dof(lines: Iterable[BudgetLine], u: float) -> float:
@@ -76,12 +90,18 @@ def hashes(files: Sequence[Path]) -> list[list[object]]:
 
 
 def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -> str:
-    """The whole sheet as one HTML file: a page for every characteristic, then the files."""
+    """The whole sheet as one HTML file: a page for every characteristic, then the files and a place to sign."""
     blocks = []
     for number, e in enumerate(part.characteristics, 1):
-        blocks.append(f'<section style="break-after: page">{_section(scenario, part, e, number)}</section>')
+        blocks.append(f'<section class="sheet">{_section(scenario, part, e, number)}</section>')
     blocks += [r.heading("Files and their hashes (SHA-256)"), r.table(["file", "hash"], hashes(files))]
     blocks += [r.note(w, "warning") for w in part.warnings]
+    signed = [
+        ["evaluated by", scenario.record.get("by", BLANK)],
+        ["approved by", BLANK],
+        ["date, signature", BLANK],
+    ]
+    blocks += [r.heading("Signed"), r.table(["", ""], signed)]
     footer = f"vcmm {__version__}, seed {part.uncertainty.seed}. The same files, version and seed give the same numbers."
     name = f", part {part.part}" if part.part else ""
     return r.page(
@@ -91,29 +111,69 @@ def sheet_page(scenario: Scenario, part: EvaluatedPart, files: Sequence[Path]) -
 
 def _section(scenario: Scenario, part: EvaluatedPart, e: Evaluated, number: int) -> str:
     c = e.result
-    nu = effective_dof(c.budget, c.u)
     rows: list[list[object]] = [
-        ["result", in_words(e)],
         ["requirement", _decided(c)],
-        ["indicated value", f"{e.measured:.6f} {c.unit}, known bias {c.bias * 1e3:+.3f} µm{' (corrected)' if c.corrected else ''}" if c.unit == "mm" else f"{e.measured:.8f} rad"],
-        ["effective degrees of freedom", "infinite" if math.isinf(nu) else f"{nu:.0f}"],
+        ["indicated value", _indicated(e)],
         ["evaluated as", c.tier],
-        *_stated(scenario.record),
         ["temperatures", _temperatures(scenario)],
-        ["state of the machine", f"errors {scenario.machine.state}, compensation {', '.join(scenario.machine.compensation) or 'not stated'}"],
+        ["compensation", _compensated(scenario)],
+        ["machine", f"{scenario.machine.name}; errors {scenario.machine.state}, active: {', '.join(scenario.machine.compensation) or 'not stated'}"],
     ]  # fmt: skip
     heading = r.heading(f"{number} of {len(part.characteristics)}: {c.name} ({c.type})")
-    return "\n".join([heading, r.table(["", ""], rows), budget_table(c)])
+    facts = r.columns(r.table(["", ""], rows), r.table(["", ""], _stated(scenario.record)))
+    return "\n".join([heading, r.note(in_words(e)), facts, _budget(c), *_without_evidence(c)])
+
+
+def _indicated(e: Evaluated) -> str:
+    c = e.result
+    if c.unit != "mm":
+        return f"{e.measured:.8f} rad, known bias {c.bias * 1e6:+.3f} µrad"
+    return f"{e.measured:.6f} mm, known bias {c.bias * 1e3:+.3f} µm{' (corrected)' if c.corrected else ''}"
+
+
+def _budget(c: CharacteristicResult) -> str:
+    """EA-4/02: the largest lines, the rest together, and y, u, degrees of freedom, k and U."""
+    ranked = sorted(budget_rows(c), key=lambda row: -row.line.u)
+    columns = tuple(column for column in BUDGET if column.head != "redraw")
+    table = ResultTable("", columns, ranked[:LINES])
+    word, scale = SMALL[c.unit], SMALL_SCALE[c.unit]
+    rest, nu = ranked[LINES:], effective_dof(c.budget, c.u)
+    u_rest = r.number(math.hypot(*(row.line.u for row in rest)) * scale, 2)
+    further = f"{len(rest)} further lines together {u_rest} {word} (all in budget.csv). " if rest else ""
+    total = (
+        f"{further}u(y) = {r.number(c.u * scale, 3)} {word}, ν_eff = {'∞' if math.isinf(nu) else f'{nu:.0f}'}, "
+        f"k = {r.number(c.k, 3)}, U = {r.number(c.expanded * scale, 3)} {word}, p = {c.p:.0%}."
+    )
+    return html(table) + r.paragraph(total)
+
+
+def _without_evidence(c: CharacteristicResult) -> list[str]:
+    """Lines of which the scenario does not say where they come from: what an auditor asks for first."""
+    names = [line.input for line in c.budget if not line.evidence and line.share > 1e-3]
+    return [r.paragraph(f"No evidence is stated for: {', '.join(names)}.")] if names else []
 
 
 def _stated(record: Mapping[str, str]) -> list[list[object]]:
-    return [
-        [words, record.get(key, "not stated")]
-        for key, words in WORDS.items()
-        if key in record or key in ("by", "date")
-    ]
+    return [[words, record.get(key, BLANK)] for key, words in WORDS.items() if key in record or key in ALWAYS]
 
 
 def _temperatures(scenario: Scenario) -> str:
+    """Part and scales, and the others where they are not at 20 degC."""
     held = {k: v for k, v in scenario.constants.items() if k.startswith("temp_") and k != "temp_gradient_C"}
-    return ", ".join(f"{k[5:-2].replace('_', ' ')} {v:g} °C" for k, v in held.items()) or "20 °C throughout"
+    shown = {k: v for k, v in held.items() if "part" in k or "scale" in k or v != T0_DEG_C}
+    return ", ".join(f"{k[5:-2].replace('_', ' ')} {v:g} °C" for k, v in shown.items()) or "20 °C throughout"
+
+
+def _compensated(scenario: Scenario) -> str:
+    """Which expansions are taken off, with which coefficient."""
+    out = []
+    for role, what in (("part temperature", "part"), ("scale temperature", "scales")):
+        with_ = {float(e.corrected) for e in scenario.machine.effects if e.role == role}  # type: ignore[attr-defined]
+        if not with_:
+            out.append(f"{what}: no expansion stated")
+        elif with_ == {0.0}:
+            out.append(f"{what}: not corrected to 20 °C")
+        else:
+            said = ", ".join(f"{v * 1e6:g}" for v in sorted(with_))
+            out.append(f"{what}: corrected to 20 °C with {said} µm/(m K)")
+    return "; ".join(out)

@@ -9,7 +9,7 @@ from vcmm import report as r
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
-from vcmm.pages.view import part_items, touch_covariances, touch_items, volume_items
+from vcmm.pages.view import part_items, touch_covariances, touch_items, touch_sources, volume_items
 from vcmm.report.histogram import filled
 from vcmm.tables.evaluated import (
     BUDGET,
@@ -89,7 +89,9 @@ def pictures(result: UncertaintyResult) -> list[str]:
     ]
     close = [
         *part_items(features, t.pose, task.part.mesh),
-        *touch_items(t, touch_covariances(task, result.model.influences)),
+        *touch_items(
+            t, touch_covariances(task, result.model.influences), touch_sources(task, result.model.influences)
+        ),
     ]
     return [
         r.scene(

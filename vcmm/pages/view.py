@@ -113,6 +113,7 @@ def feature_mesh(feature: Feature) -> SceneMesh | None:
     return None
 
 
+SOURCES = 4  # Inputs that a touch names
 MOST_FACES = 20_000  # a larger mesh makes the picture slow; its features are drawn instead
 
 
@@ -130,17 +131,61 @@ def part_items(features: Sequence[Feature], pose: Pose, mesh: Mesh | None = None
     return items
 
 
-def touch_items(t: Touches, covariances: Array | None = None) -> list[Item]:
-    """Touches in the machine, with ellipsoids of their standard uncertainty where covariances (n, 3, 3) are given."""
+def touch_items(
+    t: Touches, covariances: Array | None = None, said: Sequence[str] | None = None
+) -> list[Item]:
+    """Touches in the machine, with ellipsoids of their standard uncertainty where covariances (n, 3, 3) are given.
+
+    said: what each touch tells when pointed at (default: its feature, number and place).
+    """
     points = t.pose.apply(t.points)
-    items: list[Item] = [Points(points, "accent", 2.2, name="touches")]
+    names = said or touch_names(t)
+    items: list[Item] = [Points(points, "accent", 2.2, hover=names, name="touches")]
     if covariances is not None:
         items.append(
             Ellipsoids(
-                points, covariances, magnification(points, covariances), "c4", name="uncertainty of a touch"
+                points, covariances, magnification(points, covariances), "c4", names, "uncertainty of a touch"
             )
         )
     return items
+
+
+def touch_names(t: Touches) -> list[str]:
+    """Feature, number and place of every touch."""
+    names = [""] * len(t.points)
+    for feature, rows in t.rows.items():
+        for number, i in enumerate(rows, 1):
+            x, y, z = t.points[i]
+            names[i] = f"{feature}, point {number}\npart: {x:.3f}, {y:.3f}, {z:.3f} mm"
+    return names
+
+
+def touch_sources(task: Task, influences: Sequence[Influence]) -> list[str]:
+    """What every touch tells: its name, its standard uncertainty along the normal, and the Inputs that own most of it."""
+    t = task.touches
+    normals = t.pose.turn(t.normals)
+    parts: dict[str, Array] = {}
+    for one in influences:
+        spread = _spread(one)
+        if spread is not None:
+            along = np.einsum("ni,nik->nk", normals, spread)
+            parts[one.input.id] = (along**2).sum(axis=1)
+    total = np.sum(list(parts.values()), axis=0) if parts else np.zeros(len(normals))
+    out = []
+    for i, name in enumerate(touch_names(t)):
+        largest = sorted(parts, key=lambda key: -parts[key][i])[:SOURCES]
+        owners = [
+            f"{100 * parts[k][i] / total[i]:.0f} % {k}" for k in largest if total[i] > 0 and parts[k][i] > 0
+        ]
+        out.append("\n".join([name, f"u along the normal: {1e3 * np.sqrt(total[i]):.3g} um", *owners]))
+    return out
+
+
+def _spread(one: Influence) -> Array | None:
+    """(n, 3, k) mm: one standard uncertainty of each independent element; None where it has none."""
+    law, factor = one.input.spread(one.response.shape[2])
+    u = np.asarray(law.u)
+    return np.asarray((one.response @ factor) * u) if np.isfinite(u).all() else None
 
 
 def magnification(points: Array, covariances: Array) -> float:
@@ -158,10 +203,7 @@ def touch_covariances(task: Task, influences: Sequence[Influence]) -> Array:
     """(n, 3, 3) mm^2: covariance of the indication of each touch from all Inputs (those with a finite variance)."""
     total = np.zeros((task.touches.run.n, 3, 3))
     for one in influences:
-        law, factor = one.input.spread(one.response.shape[2])
-        u = np.asarray(law.u)
-        if not np.isfinite(u).all():
-            continue
-        spread = (one.response @ factor) * u
-        total += np.einsum("nik,njk->nij", spread, spread)
+        spread = _spread(one)
+        if spread is not None:
+            total += np.einsum("nik,njk->nij", spread, spread)
     return total

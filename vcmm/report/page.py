@@ -17,6 +17,7 @@ from typing import Literal
 
 from vcmm.core.errors import Environment
 from vcmm.report.palette import css_classes, css_variables
+from vcmm.report.plotly_source import packed_plotly
 from vcmm.report.text import escape
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; connect-src 'self'"
@@ -27,15 +28,21 @@ def asset(name: str) -> str:
 
 
 def scene_script() -> str:
-    """The script that turns 3-D scenes, without indentation and comments."""
+    """The script that draws 3-D scenes, without indentation and comments."""
     lines = (line.strip() for line in asset("scene.js").splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
+
+
+def _scripts() -> str:
+    """What a page with scenes needs once: plotly, packed, and the script that unpacks and uses it."""
+    library = f'<script type="application/octet-stream" id="plotly-gz">{packed_plotly()}</script>\n'
+    return f"{library}<script>\n{scene_script()}</script>\n"
 
 
 def page(title: str, blocks: Sequence[str], *, subtitle: str = "", footer: str = "") -> str:
     """The whole document. `blocks` are HTML strings made by this package; texts are escaped here."""
     body = "\n".join(blocks)
-    script = f"<script>\n{scene_script()}</script>\n" if "data-scene" in body else ""
+    script = _scripts() if "data-scene" in body else ""
     style = css_variables() + css_classes() + "\n" + asset("style.css")
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
     foot = f"<footer>{escape(footer)}</footer>\n" if footer else ""

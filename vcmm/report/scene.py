@@ -1,39 +1,29 @@
-"""A 3-D picture of machine, part, points and uncertainty, as SVG that a reader can turn by dragging.
+"""A 3-D picture of machine, part, points and uncertainty that a reader can turn, point at, clip and print.
 
-The SVG is complete without script (print, mail preview); `scene.js`, which `page` adds once, redraws it.
+The picture is a figure of plotly in the page, drawn when it is scrolled into view; a poster (PNG) stands for it in print,
+without script and without WebGL. The library itself, unpacked by `scene.js`, is put into a page once by `page`.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.report import svg
-from vcmm.report.axes import Array
 from vcmm.report.colormap import NO_VALUE, Bands, bands, colour_legend, legend_width
-from vcmm.report.scene_items import (
-    Arrows,
-    Ellipsoids,
-    Item,
-    Label,
-    Lines,
-    Points,
-    SceneBox,
-    SceneMesh,
-    array,
-    face_values,
-    mesh_arrays,
-)
-from vcmm.report.scene_order import order
-from vcmm.report.scene_paint import LABEL, LIGHT, Display, Encoder, basis, draw, place_labels, project
-from vcmm.report.scene_pieces import pieces_of
-from vcmm.report.text import escape, number, text_width
+from vcmm.report.scene_items import Arrows, Ellipsoids, Item, SceneMesh, face_values, mesh_arrays
+from vcmm.report.scene_poster import poster
+from vcmm.report.scene_traces import reach, traces_of
+from vcmm.report.text import escape, number
 
-HINT = "Drag or use the arrow keys to turn the picture, double-click to reset it."
-MOST_FACES = 30_000  # an SVG of more polygons opens slowly (about 3 MB)
+HINT = "Drag or use the arrow keys to turn the picture, the wheel to come nearer, Home to reset it; point at anything to read it."
+MOST_FACES = 30_000  # a page of more triangles opens slowly (about 3 MB)
+CAMERA = 1.6  # distance of the eye in sizes of the scene: what leaves room for the labels
 
 
 def scene(
@@ -48,21 +38,76 @@ def scene(
 ) -> str:
     """The picture of `items` seen from `view` = (azimuth from +x towards +y, elevation), degrees.
 
-    Orthographic, fitted to the items. `axes`: triad and scale bar. The caption tells the magnification of arrows and
+    Orthographic, fitted to the items. `axes`: axes with mm. The caption tells the magnification of arrows and
     ellipsoids. DataError: bad shapes or numbers that are not finite. ModelLimit: more than 30 000 mesh faces.
     """
+    figure, scale = figure_of(items, view, axes)
+    still = poster(items, scale, (width, height), view)
+    colours = ""
+    if scale is not None:
+        unit = _unit(items)
+        wide = legend_width(scale, unit) + 16
+        bar = colour_legend(scale, unit, 4, 30, 0.72 * height)
+        if _missing(items):
+            bar += svg.rect(4, 0.78 * height, 14, 10, svg.paint(NO_VALUE)) + svg.text(
+                26, 0.78 * height + 9, "none", "muted"
+            )
+        colours = f'<div class="bands" style="flex:0 0 {wide:.0f}px">{svg.document(wide, height, bar, "colours")}</div>'
+    data = json.dumps(figure, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    words = " ".join(w for w in (caption, magnification(items)) if w)
+    picture = (
+        f'<div class="scene" tabindex="0" role="img" aria-label="{escape(title)}" style="height:{height}px">'
+        f'<img class="poster" alt="{escape(title)}" src="data:image/png;base64,{still}"><div class="live"></div></div>'
+    )
+    script = f'<script type="application/json" data-scene>{data}</script>'
+    below = '<div class="clip" hidden></div><p class="hint">' + HINT + "</p>" + script
+    head = f"<figcaption>{escape(title)}{_small(words)}</figcaption>"
+    return f'<figure class="figure">{head}<div class="picture row">{picture}{colours}</div>{below}</figure>'
+
+
+def figure_of(
+    items: Sequence[Item], view: tuple[float, float] = (-60.0, 22.0), axes: bool = True
+) -> tuple[dict[str, Any], Bands | None]:
+    """The figure (data, layout) for plotly, and the colours of its meshes. Errors as of `scene`."""
     _check_size(items)
     scale = _bands(items)
-    display = encode(items, scale, width, height, view, axes)
-    left = width - display["side"] + 12
-    colours = colour_legend(scale, _unit(items), left, 34, 0.72 * height) if scale else ""
-    keys, used = svg.legend(_legend(items), 0, height + 8, width)
-    body = draw(display, view) + colours + keys
-    data = json.dumps(display, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    script = f'<script type="application/json" data-scene>{data}</script>'
-    words = " ".join(w for w in (caption, magnification(items)) if w)
-    whole = svg.document(width, height + (used + 8 if used else 0), body, title)
-    return svg.figure(whole, title, words, '<p class="hint">' + HINT + "</p>" + script)
+    low, high = reach(items)
+    size = float((high - low).max()) or 1.0
+    return {"data": traces_of(items, scale, size), "layout": _layout(view, axes, (low, high))}, scale
+
+
+def eye(view: tuple[float, float]) -> dict[str, float]:
+    """Where the camera stands for an azimuth from +x towards +y and an elevation in degrees."""
+    a, e = math.radians(view[0]), math.radians(view[1])
+    return {
+        "x": CAMERA * math.cos(e) * math.cos(a), "y": CAMERA * math.cos(e) * math.sin(a), "z": CAMERA * math.sin(e),
+    }  # fmt: skip
+
+
+def _layout(view: tuple[float, float], axes: bool, box: tuple[Any, Any]) -> dict[str, Any]:
+    def axis(letter: str, k: int) -> dict[str, Any]:
+        pad = 0.04 * (float((box[1] - box[0]).max()) or 1.0)
+        shown = {"title": {"text": f"{letter} / mm"}, "color": "role:faint", "gridcolor": "role:grid"}
+        return {
+            "visible": axes, "showbackground": False, "showspikes": False, "range": [float(box[0][k] - pad), float(box[1][k] + pad)],
+            "zeroline": False, **shown,
+        }  # fmt: skip
+
+    scene = {
+        "aspectmode": "data", "xaxis": axis("X", 0), "yaxis": axis("Y", 1), "zaxis": axis("Z", 2), "dragmode": "orbit",
+        "camera": {"eye": eye(view), "up": {"x": 0, "y": 0, "z": 1}, "projection": {"type": "orthographic"}},
+    }  # fmt: skip
+    return {
+        "scene": scene, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "paper_bgcolor": "rgba(0,0,0,0)", "autosize": True,
+        "font": {"color": "role:ink", "size": 12}, "showlegend": True,
+        "legend": {"orientation": "h", "x": 0, "y": 0, "yanchor": "top", "bgcolor": "rgba(0,0,0,0)"},
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "role:faint", "activecolor": "role:accent"},
+        "hoverlabel": {"bgcolor": "role:surface", "bordercolor": "role:rule", "font": {"color": "role:ink"}},
+    }  # fmt: skip
+
+
+def _small(words: str) -> str:
+    return f'<span class="caption">{escape(words)}</span>' if words else ""
 
 
 def _check_size(items: Sequence[Item]) -> None:
@@ -84,122 +129,13 @@ def _bands(items: Sequence[Item]) -> Bands | None:
     return bands(np.concatenate(values), symmetric=any(m.symmetric for m in meshes))
 
 
-def encode(
-    items: Sequence[Item], scale: Bands | None, width: float, height: float, view: Sequence[float], axes: bool
-) -> Display:
-    """The display list.
-
-    w, h: size. side: room for a colour legend. fit: centre and half size of the picture. view. grain: mm per unit of
-    v, the vertices. n: unit normals. s: styles, (r, g, b, opacity, hidden from behind, shade) or SVG attributes. f: polygons
-    (style, original face, normal, vertices). e: edges (style, 2 vertices, original faces beside). t: tree (see
-    `Encoder.tree`). q: ellipses (style, vertex, covariance rows). a: arrows (style, 2 vertices). p: points (style,
-    vertex, radius). l: labels (vertex, dx, dy, text). bar: longest scale bar, 0 for no axes. light, label: constants.
-    """
-    pieces = pieces_of(items, scale)
-    corners = np.vstack([p.points for p in pieces] + [_reach(i) for i in items])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    size = float((high - low).max()) or 1.0
-    out = Encoder(_origin(corners, view), size)
-    side = legend_width(scale, _unit(items)) + 24 if scale else 0.0
-    half = ((width - side) / 2, (height - (26 if axes else 0)) / 2)
-    tree = out.tree(order(pieces, size))
-    for item in items:
-        for point in _reach(item):
-            out.vertex(point)
-    overlays, labels = _overlays(items, out)
-    display = {
-        "w": width, "h": height, "side": round(side, 1), "bar": 0.2 * width if axes else 0, "view": list(view),
-        "fit": [*half, half[0] - 18, half[1] - 18], "grain": out.grain, "light": LIGHT, "label": LABEL,
-        "v": list(out.vertices), "n": list(out.normals), "s": list(out.styles), "f": out.faces, "e": out.edges,
-        "t": tree, **overlays,
-    }  # fmt: skip
-    return display | {"l": place_labels(display, project(display, view)[0], labels)}
-
-
-def _origin(corners: Array, view: Sequence[float]) -> Array:
-    """The point to turn about: the centre of the box around everything, moved so that the first view is centred."""
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    frame = basis(*view)
-    seen = (corners - (low + high) / 2) @ frame.T
-    shift = (seen.min(axis=0) + seen.max(axis=0)) / 2
-    return (low + high) / 2 + shift[:2] @ frame[:2]
-
-
 def _unit(items: Sequence[Item]) -> str:
     return next((i.unit for i in items if isinstance(i, SceneMesh) and i.values is not None), "")
 
 
-def _reach(item: Item) -> Array:
-    """Points (n, 3) that the picture must contain besides the pieces."""
-    if isinstance(item, Points):
-        return array(item.xyz, (None, 3), "Points")
-    if isinstance(item, Label):
-        return array(item.xyz, (3,), "A label position")[None]
-    if isinstance(item, Arrows):
-        return np.vstack(_arrow_ends(item))
-    if isinstance(item, Ellipsoids):
-        centres, covariances = _ellipsoid_arrays(item)
-        half = item.scale * np.sqrt(np.einsum("nii->ni", covariances).clip(0))
-        return np.vstack([centres - half, centres + half])
-    return np.zeros((0, 3))
-
-
-def _arrow_ends(item: Arrows) -> tuple[Array, Array]:
-    origin, vector = (
-        array(item.origin, (None, 3), "Arrow origins"),
-        array(item.vector, (None, 3), "Arrow vectors"),
-    )
-    return origin, origin + item.scale * vector
-
-
-def _ellipsoid_arrays(item: Ellipsoids) -> tuple[Array, Array]:
-    centres = array(item.centres, (None, 3), "Ellipsoid centres")
-    covariances = array(item.covariances, (None, 3, 3), "Ellipsoid covariances")
-    if len(centres) != len(covariances):
-        raise DataError(
-            f"{len(centres)} ellipsoid centres but {len(covariances)} covariances: give one each."
-        )
-    least = np.linalg.eigvalsh(covariances)[:, 0] if len(covariances) else np.zeros(1)
-    if (least < -1e-9 * np.abs(covariances).max(initial=0.0)).any():
-        raise DataError("An ellipsoid covariance has a negative eigenvalue: it is not a covariance.")
-    return centres, covariances
-
-
-def _overlays(items: Sequence[Item], out: Encoder) -> tuple[Display, list[tuple[int, str, float]]]:
-    """Ellipses, arrows and points; labels as (vertex, escaped text, width)."""
-    found: dict[str, list[list[object]]] = {"q": [], "a": [], "p": []}
-    labels: list[tuple[int, str, float]] = []
-    for item in items:
-        if isinstance(item, Points):
-            style = out.style(svg.paint(item.colour, "surface", 0.8))
-            xyz = array(item.xyz, (None, 3), "Points")
-            found["p"] += [[style, out.vertex(p), item.size] for p in xyz]
-            labels += [_label(out.vertex(p), words) for p, words in zip(xyz, item.labels or ())]
-        elif isinstance(item, Arrows):
-            style = out.style(svg.paint(item.colour, item.colour, 1.2))
-            found["a"] += [[style, out.vertex(a), out.vertex(b)] for a, b in zip(*_arrow_ends(item))]
-        elif isinstance(item, Ellipsoids):
-            style = out.style(_ellipse_style(item))
-            factor = (item.scale / out.grain) ** 2
-            found["q"] += [
-                [style, out.vertex(p), *_rows(c * factor)] for p, c in zip(*_ellipsoid_arrays(item))
-            ]
-        elif isinstance(item, Label):
-            labels.append(_label(out.vertex(array(item.xyz, (3,), "A label position")), item.text))
-    return found, labels
-
-
-def _label(vertex: int, words: str) -> tuple[int, str, float]:
-    return vertex, escape(words), text_width(words, 12)
-
-
-def _ellipse_style(item: Ellipsoids) -> str:
-    return svg.paint(item.colour, item.colour, 0.9) + ' fill-opacity=".25"'
-
-
-def _rows(covariance: Array) -> list[list[float]]:
-    """The rows with 7 digits."""
-    return [[float(f"{v:.7g}") for v in row] for row in covariance]
+def _missing(items: Sequence[Item]) -> bool:
+    found = (face_values(i) for i in items if isinstance(i, SceneMesh))
+    return any(v is not None and bool(np.isnan(v).any()) for v in found)
 
 
 def magnification(items: Sequence[Item]) -> str:
@@ -214,33 +150,3 @@ def magnification(items: Sequence[Item]) -> str:
 
 def _thousands(value: float) -> str:
     return f"{value:,.0f}".replace(",", "\u202f") if value >= 100 else number(value, 2)
-
-
-def _legend(items: Sequence[Item]) -> list[tuple[str, str]]:
-    out = []
-    for item in items:
-        if isinstance(item, Label) or not item.name:
-            continue
-        if isinstance(item, Points):
-            swatch = svg.circle(8, 5, min(item.size, 5), svg.paint(item.colour))
-        elif isinstance(item, Lines):
-            how = svg.paint(stroke=item.colour, width=item.width, dash="5 4" if item.dashed else "")
-            swatch = svg.line(0, 5, 16, 5, how)
-        elif isinstance(item, Arrows):
-            swatch = svg.path("M0 5H9M16 5L9 2V8Z", svg.paint(item.colour, item.colour, 1.2))
-        elif isinstance(item, Ellipsoids):
-            swatch = f'<ellipse cx="8" cy="5" rx="8" ry="5" {_ellipse_style(item)}/>'
-        else:
-            swatch = _solid_swatch(item)
-        out.append((swatch, item.name))
-    missing = [
-        v
-        for v in (face_values(i) for i in items if isinstance(i, SceneMesh))
-        if v is not None and np.isnan(v).any()
-    ]
-    return out + ([(svg.rect(0, 0, 16, 10, svg.paint(NO_VALUE)), "not evaluated")] if missing else [])
-
-
-def _solid_swatch(item: SceneBox | SceneMesh) -> str:
-    how = svg.paint(item.colour if item.opacity > 0 else "", item.colour, 1.0)
-    return svg.rect(0.5, 0.5, 15, 9, how + f' fill-opacity="{svg.px(item.opacity)}"')

@@ -61,34 +61,37 @@ class Lines:
 
 @dataclass(frozen=True)
 class Points:
-    """Dots (n, 3) of radius `size` pixels, with an optional label each. Always drawn in front of surfaces."""
+    """Dots (n, 3) of radius `size` pixels, with an optional label each; hover: what each says when pointed at."""
 
     xyz: npt.ArrayLike
     colour: str = "accent"
     size: float = 3.0
     labels: Sequence[str] | None = None
+    hover: Sequence[str] | None = None
     name: str = ""
 
 
 @dataclass(frozen=True)
 class Arrows:
-    """Vectors (n, 3) at origins (n, 3), mm, drawn `scale` times too long. Always in front of surfaces."""
+    """Vectors (n, 3) at origins (n, 3), mm, drawn `scale` times too long; hover: what each says (default: its length)."""
 
     origin: npt.ArrayLike
     vector: npt.ArrayLike
     scale: float = 1.0
     colour: str = "c2"
+    hover: Sequence[str] | None = None
     name: str = ""
 
 
 @dataclass(frozen=True)
 class Ellipsoids:
-    """Covariances (n, 3, 3), mm^2, at centres (n, 3): the outline of semi-axes `scale` x standard uncertainty."""
+    """Covariances (n, 3, 3), mm^2, at centres (n, 3): semi-axes `scale` x standard uncertainty; hover as above."""
 
     centres: npt.ArrayLike
     covariances: npt.ArrayLike
     scale: float = 1.0
     colour: str = "c4"
+    hover: Sequence[str] | None = None
     name: str = ""
 
 

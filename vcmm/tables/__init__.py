@@ -1,5 +1,5 @@
 """Every table of results: columns declared once for terminal, page, CSV and documents.
 
-Imports core, gps, report, nc, motion, measuring, response, evaluation, inference, placing, machining, compensating,
-diagnosis, calibrating.
+Imports core, gps, report, nc, motion, measuring, response, evaluation, inference, routes, placing, machining,
+compensating, diagnosis, calibrating.
 """

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.units import plain
+from vcmm.diagnosis.constants import LEAST_TOLD
 from vcmm.diagnosis.estimates import Estimate
 from vcmm.diagnosis.locate import Place
 from vcmm.diagnosis.power import Detectable
 from vcmm.diagnosis.result import Answer, Diagnosis, NextStep
-from vcmm.diagnosis.verdict import LEAST_TOLD, told
+from vcmm.diagnosis.verdict import told
 from vcmm.tables.quantities import percent
 from vcmm.tables.table import NUMBER_TEXT, WORDS, Column, ResultTable
 

@@ -53,15 +53,15 @@ def moves(name: str, program: Program) -> ResultTable[Move]:
     return ResultTable(f"{name}: moves", MOVES, program.moves)
 
 
-def move_json(m: Move) -> dict[str, Any]:
+def move_json(m: Move, axes: str = "ABC") -> dict[str, Any]:
     """One move; rotary axes, tool axes and the time of a dwell only where there are any.
 
-    led: the points are those of the tip in the workpiece as it lies with the rotary axes at zero.
+    led: the points are those of the tip in the workpiece as it lies with the rotary axes at zero. axes: those of the machine.
     """
     out = records(MOVES, [m])[0]
     if any(m.rotary_start) or any(m.rotary_end) or m.led:
-        out["rotary_start_rad"] = _angles(m.rotary_start, m.tool_axis_start)
-        out["rotary_end_rad"] = _angles(m.rotary_end, m.tool_axis_end)
+        out["rotary_start_rad"] = _angles(m.rotary_start, m.tool_axis_start, axes)
+        out["rotary_end_rad"] = _angles(m.rotary_end, m.tool_axis_end, axes)
     if m.led or m.tool_axis_end is not None:
         ways = (("tool_axis_start", m.tool_axis_start), ("tool_axis_end", m.tool_axis_end))
         out |= {name: None if way is None else list(way) for name, way in ways} | {"led": m.led}
@@ -70,10 +70,10 @@ def move_json(m: Move) -> dict[str, Any]:
     return out
 
 
-def _angles(angles: Sequence[float], axis: Sequence[float] | None) -> dict[str, float] | None:
+def _angles(angles: Sequence[float], axis: Sequence[float] | None, axes: str) -> dict[str, float] | None:
     """By axis; None where the tool points away from Z by angles that only the machine knows (it is not in the set-up)."""
     unknown = axis is not None and axis[2] < UPRIGHT and not any(angles)
-    return None if unknown else dict(zip("ABC", angles))
+    return None if unknown else {a: angle for a, angle in zip("ABC", angles) if a in axes or angle}
 
 
 def kinds(name: str, program: Program, total: ProgramSummary) -> ResultTable[Any]:

@@ -44,7 +44,7 @@ def test_end_of_program():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("CYCL DEF 262 THREAD MILLING", "part.h:2:10: Cycle 262 is not understood"),
+        ("CYCL DEF 263 THREAD MILLING", "part.h:2:10: Cycle 263 is not understood"),
         ("CYCL DEF 251 RECTANGULAR POCKET", "part.h:2:10: cycle 251 has no Q218"),
         ("CALL PGM OTHER.H", "CALL PGM OTHER.H: there is no such file"),
         ("FN 18: SYSREAD Q1 = ID50 NR3 IDX1", "ID50 NR3 IDX1 is known to the machine only"),
@@ -125,13 +125,13 @@ def test_a_position_without_l_is_read_as_one():
 
 def test_missing_programs_cycles_and_free_contours_are_holes():
     program, told = survey(
-        "CALL PGM TNC:\\\\X\\\\SUB.H\nFL X+5\nCYCL DEF 262 THREAD\nL X+3 FMAX M99\nL X+4 FMAX M99"
+        "CALL PGM TNC:\\\\X\\\\SUB.H\nFL X+5\nCYCL DEF 263 THREAD\nL X+3 FMAX M99\nL X+4 FMAX M99"
     )
     hole = "a hole in the path: its moves are missing"
     assert told == {
         "the program SUB.H": (2, hole),
         "the free contour (FK: FL, FC ...)": (3, hole),
-        "cycle 262": (5, hole),
+        "cycle 263": (5, hole),
     }
     assert [m.end[0] for m in program.moves] == [3, 4]
 
@@ -208,3 +208,10 @@ def test_splines_and_conditions_on_texts_are_told():
     )
     assert [m.end[:2] for m in program.moves] == [(10, 5), (3, 5)]
     assert {"splines (SPL)", "a condition on texts"} <= told.keys()
+
+
+def test_a_repetition_with_its_label_behind_the_call_is_a_jump_and_told():
+    text = "BEGIN PGM A MM\nCALL LBL 1 REP 2\nL X+1 FMAX\nLBL 1\nL IX+5 FMAX\nL Y+9 FMAX\nEND PGM A MM\n"
+    program = read(text, "a.h", Setup(strict=False))
+    assert [m.end[:2] for m in program.moves] == [(5, 0), (5, 9)]
+    assert [(a.line, a.what) for a in program.assumed] == [(2, "CALL LBL REP with its label behind it")]

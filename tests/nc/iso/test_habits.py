@@ -6,6 +6,7 @@ import pytest
 
 from vcmm.core.errors import DataError
 from vcmm.nc.interpret import interpret
+from vcmm.nc.reading import guess
 from vcmm.nc.setup import Setup
 
 SURVEY = Setup(strict=False)
@@ -174,3 +175,15 @@ def test_a_subprogram_called_by_its_name(tmp_path):
     program = read_program(tmp_path / "main.nc", "fanuc", SURVEY)
     assert [m.end[0] for m in program.moves] == [0, 1, 2, 3]
     assert [a.what for a in program.assumed] == ["the subprogram GONE (GONE)"]
+
+
+def test_a_colon_before_a_tool_change_is_a_block_number():
+    """Posts write the block of a tool change as :0030 T01 M06; a program number stands alone."""
+    text = ":0001\nN10 G21 G90\n:0020 T01 M06\nN30 G0 X1.\nM30\n"
+    assert [m.tool for m in interpret(text, "fanuc", Setup(strict=False)).moves] == [1]
+
+
+def test_the_iso_mode_of_sinumerik_is_read_as_fanuc():
+    dialect, why = guess("G291\nG90 G54\nG0 X10. Y5.\nG290\nM30\n", None)
+    assert dialect == "fanuc"
+    assert "G291" in why

@@ -66,3 +66,11 @@ def test_what_has_no_like_is_told(text: str, what: str):
     lines = OkumaLines(f"\n{text}", True)
     assert lines.translated().strip() == ""
     assert [(line, told) for line, told, _, _ in lines.told] == [(2, what)]
+
+
+def test_turret_and_spindle_move_nothing_and_g116_changes_the_tool():
+    assert [line.strip() for line in lathe("G13 G140")] == [""]
+    assert mill("G116 T3")[0].split() == ["T3", "M6"]
+    told = OkumaLines("G141\nG0 X1", True)
+    told.translated()
+    assert [t[:2] for t in told.told] == [(1, "G141 (the other spindle)")]

@@ -89,7 +89,7 @@ def test_missing_subprograms_are_holes_told_once():
     text = 'L140(2) ;HEAD\nSPEC_UGV\nMSG("A"<<R1)\nprintln("X")\nSPEC_UGV\nCYCLE95("CONTOUR",1)\nG0 X1'
     hole = "a hole in the path: its moves are missing"
     assert told(text) == {
-        "the subprogram L140": (1, hole), "the subprogram SPEC_UGV": (2, hole), "the subprogram PRINTLN": (4, hole), "the cycle CYCLE95": (6, hole),
+        "the subprogram L140": (1, hole), "the subprogram SPEC_UGV": (2, hole), "the subprogram PRINTLN": (4, hole), "the contour CONTOUR of CYCLE95": (6, hole),
     }  # fmt: skip
     assert len(moves(text, SURVEY)) == 1
 

@@ -16,13 +16,14 @@ from vcmm.nc.heidenhain.machining import Action, MachiningCycle
 from vcmm.nc.heidenhain.milling import OLD_POCKETS, POCKETS
 from vcmm.nc.heidenhain.planes import working_plane
 from vcmm.nc.heidenhain.text import KlartextReader
+from vcmm.nc.heidenhain.threads import thread_milling
 from vcmm.nc.heidenhain.traces import words_of
 from vcmm.nc.heidenhain.transforms import KlartextFrames
 from vcmm.nc.moves import PLANES
 from vcmm.nc.recorder import Recorder
 from vcmm.nc.trace import WordAt
 
-MACHINING = {**HOLES, **POCKETS}
+MACHINING = {**HOLES, **POCKETS, "262": (("Q335", "Q239", "Q201", "Q200", "Q203", "Q207"), thread_milling)}
 OLD: Mapping[str, Action] = {**OLD_HOLES, **OLD_POCKETS}
 _DRILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG",), 4: ("DWELL",), 5: ("F",)}
 _MILL = {1: ("DIST",), 2: ("DEPTH",), 3: ("PECKG", "PLUNGE")}

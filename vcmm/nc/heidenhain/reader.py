@@ -313,6 +313,10 @@ class _Runner:
                 raise reader.fault(f"{times} repetitions are more than {LONGEST} blocks; check REP")
             if reader.accept("/"):
                 reader.value("REP")
+            if (
+                target > here
+            ):  # a repetition counts its passes at the call, which the way on does not meet again
+                self.recorder.assume("CALL LBL REP with its label behind it", "a jump to the label, once")
             remaining = self.left.pop(here, times)
             if remaining > 0:
                 self.left[here] = remaining - 1

@@ -44,14 +44,14 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
         number = round(reader.value("TOOL CALL"))
         known = p.defined.get(number) or tools.get(number)
         if known is None and number:
-            unknown_tool(p.r, number)
+            unknown_tool(p.r, number, f"TOOL CALL {number}")
         return known or Tool(number), f"TOOL CALL {number}"
     reader.at += 1
     name = token.text[1:-1]
     named = next((t for t in tools.values() if t.name.upper() == name.upper()), None)
     if named is not None:
         return named, name
-    p.r.remark(f'no tool of the set-up has the name "{name}"; its length is taken as zero')
+    unknown_tool(p.r, 0, name)
     again = {n: k for k, n in p.r.called.items()}
     return Tool(again.get(name, max([*tools, *p.r.called, 0]) + 1), name=name), name
 

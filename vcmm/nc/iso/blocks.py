@@ -238,7 +238,7 @@ def _item(reader: LineReader, block: IsoBlock, dialect: Dialect) -> None:
     if here == "%" and dialect.survey:  # the end of the record behind a last block
         reader.at = len(reader.text)
         return
-    if here.upper() not in _LETTERS and not (here == "$" and dialect.words == "o"):
+    if here.upper() not in _LETTERS and not (here in "$@^" and dialect.words == "o"):
         raise reader.fault(
             f"{here!r} cannot be understood here; words are a letter and a number, as in X12.5"
         )

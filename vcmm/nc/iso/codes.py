@@ -80,7 +80,12 @@ class IsoWords:
             c.remark(f"{code} changes no path here and is passed over", column, code)
             self.used |= {"P", "Q", "R", "E", "L", "D", "I", "J", "K"}
             return
-        if group in self.g and not (c.language.survey and self.macro):  # Fanuc: the last one counts
+        beside = group in self.g and c.language.words == "o" and "G80" in (code, self.g[group])
+        if beside and code == "G80":
+            return  # the interpreter of LinuxCNC goes by the other motion code of the block, in either order
+        if (
+            group in self.g and not beside and not (c.language.survey and self.macro)
+        ):  # Fanuc: the last one counts
             both = f"{self.g[group]} and {code}"
             raise BlockFault(column, f"{both} belong to one group and exclude each other; keep one of them")
         self.g[group], self.g_columns[group] = code, column
@@ -158,7 +163,7 @@ class IsoWords:
 
     @property
     def any_axis(self) -> bool:
-        return any(a in self.values for a in "XYZABC")
+        return any(a in self.values for a in "XYZABC@^")
 
 
 def number_of(c: IsoControl, word: Word) -> float | None:

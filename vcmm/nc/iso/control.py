@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 from vcmm.nc.dialects import Dialect
 from vcmm.nc.faults import BlockFault
@@ -58,6 +58,8 @@ class IsoControl(Recorder):
     tilt: AffineMap = UNMOVED  # G68.2
     vectors: bool = False  # G43.5: I J K of a line are the direction of the tool
     polar: PolarWords | None = None  # G16
+    winding: Any = None  # G12.1, G7.1: vcmm.nc.iso.winding.Winding
+    wound_from: Any = None  # the last one of polar interpolation
     base_motion: str = "G0"  # what G80 leaves in force, where cycles are a group of their own
     unit_said: bool = False  # G20 or G21 has been read
     turning_words: dict[str, float] = field(

@@ -11,7 +11,8 @@ from vcmm.nc.drilling import Hole
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
-from vcmm.nc.iso.motion import CENTRE_WORDS, length, target, thread_to, turned
+from vcmm.nc.iso.lengths import length, turned
+from vcmm.nc.iso.motion import CENTRE_WORDS, target, thread_to
 from vcmm.nc.moves import PLANES
 
 CYCLES = ("G73", "G74", "G76", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89")

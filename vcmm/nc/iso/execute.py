@@ -14,8 +14,9 @@ from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, rigid_tap
 from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
 from vcmm.nc.iso.grooving import SINGLE, single_cut
+from vcmm.nc.iso.lengths import length
 from vcmm.nc.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
-from vcmm.nc.iso.motion import arc, length, line, thread
+from vcmm.nc.iso.motion import arc, line, thread
 from vcmm.nc.iso.offsets import (
     coordinate_turn,
     go_home,
@@ -28,6 +29,7 @@ from vcmm.nc.iso.offsets import (
 )
 from vcmm.nc.iso.patterns import nonmodal
 from vcmm.nc.iso.tools import radius_compensation, tool_length
+from vcmm.nc.iso.winding import wind
 from vcmm.nc.moves import Source
 
 
@@ -77,6 +79,8 @@ def _shifts(c: IsoControl, w: IsoWords) -> None:
     for group, action in (("scaling", scaling), ("mirror", mirror), ("tilt", tilted)):
         if group in g:
             action(c, w, g[group], column_of(w, group))
+    if "winding" in g:
+        wind(c, w, g["winding"], column_of(w, "winding"))
     if "polar" in g:
         polar_words(c, g["polar"])
     if "other" in g:
@@ -165,7 +169,7 @@ def _motion_code(c: IsoControl, w: IsoWords) -> tuple[str | None, int]:
 
 
 def _axis_left(c: IsoControl, w: IsoWords) -> bool:
-    letters = "XYZABCUVW" if c.language.lathe else "XYZABC"
+    letters = "XYZABCUVW" if c.language.lathe else "XYZABC@^"
     return any(a in w.values and a not in w.used for a in letters)
 
 
@@ -247,7 +251,7 @@ def _unused(c: IsoControl, w: IsoWords) -> None:
         c.assume(f"the axis {letter}", "not modelled: it stays", refusal, column=w.column(letter))
         return
     text = f'nothing in this block uses the word "{letter}"'
-    if c.language.unused == "refuse" or letter in "XYZABC":
+    if c.language.unused == "refuse" or letter in "XYZABC@^":
         raise BlockFault(w.column(letter), f"{text}; remove it, or add the code that it belongs to")
     c.remark(f"{text}; it is passed over", w.column(letter), f"unused {letter}")
 

@@ -12,7 +12,8 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import AffineMap, rotation, translation
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl, PolarWords
-from vcmm.nc.iso.motion import CENTRE_WORDS, length
+from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.motion import CENTRE_WORDS
 from vcmm.nc.moves import Point
 
 

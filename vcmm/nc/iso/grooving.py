@@ -12,7 +12,8 @@ from collections.abc import Callable
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
-from vcmm.nc.iso.motion import length, target
+from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.motion import target
 
 MOST_PECKS = 100_000
 SINGLE = {"G90": "turn", "G92": "thread", "G94": "face", "G77": "turn", "G78": "thread", "G79": "face"}

@@ -46,7 +46,8 @@ _FANUC = {
     "exact": "G9",
     "macro": "G65 G66 G66.1 G67",
     "tilt": "G68.2 G68.3 G53.1",
-    "harmless": "G5 G5.1 G8 G11 G13.1 G22 G23 G25 G26 G40.1 G49.1 G50.2 G54.2 G60 G69.1 G113 G150.1",
+    "winding": "G12.1 G13.1 G112 G113 G7.1 G107",
+    "harmless": "G5 G5.1 G8 G11 G22 G23 G25 G26 G40.1 G49.1 G50.2 G54.2 G60 G69.1 G150.1 G290 G291",
 }
 _HAAS = {
     **{k: v for k, v in _FANUC.items() if k != "tilt"},
@@ -58,7 +59,7 @@ _HAAS = {
     "mirror": "G100 G101",
     "tilt": "G254 G255 G253 G268 G269",
     "cycle": f"{_DRILLING} G77",
-    "harmless": "G5 G8 G35 G36 G37 G47 G93.1 G102 G103 G107 G141 G160 G161 G174 G184 G187 G188 G266",
+    "harmless": "G5 G8 G35 G36 G37 G47 G93.1 G102 G103 G141 G160 G161 G174 G184 G187 G188 G266",
 }
 _LATHE = {
     **{k: v for k, v in _FANUC.items() if k not in ("retract", "distance", "spindle", "feed", "tilt")},
@@ -71,7 +72,7 @@ _LATHE = {
     "turning": "G70 G71 G72 G73 G74 G75 G76",
     "other": "G10 G28 G30 G50 G52 G92.1",
     "scaling": "G51",
-    "harmless": "G5 G8 G11 G13.1 G14 G15 G18.1 G22 G23 G25 G26 G40.1 G50.1 G50.2 G51.2 G61.1 G69.1 G103 G111 G113 G187 G199",
+    "harmless": "G5 G8 G11 G14 G15 G18.1 G22 G23 G25 G26 G40.1 G50.1 G50.2 G51.2 G61.1 G69.1 G103 G111 G187 G199",
 }
 _LATHE_B = {
     **_LATHE,
@@ -81,7 +82,7 @@ _LATHE_B = {
     "feed": "G93 G94 G95",
     "retract": "G98 G99",
     "other": "G10 G28 G30 G52 G92 G92.1",
-    "harmless": "G5 G8 G11 G13.1 G14 G15 G22 G23 G25 G26 G40.1 G50 G50.1 G50.2 G51.2 G69.1 G113",
+    "harmless": "G5 G8 G11 G14 G15 G22 G23 G25 G26 G40.1 G50 G50.1 G50.2 G51.2 G69.1",
 }
 
 

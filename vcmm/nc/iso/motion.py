@@ -14,13 +14,15 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.frames import in_plane
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
+from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.polar import polar_ends, radial_ends
+from vcmm.nc.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Point
 
 CENTRE_WORDS = "IJK"
 TINY = 1e-12
 FULL_CIRCLE = 1e-6  # rad: an arc that ends where it begins is a whole turn
-POINTLESS = 20.0  # from here on a number without a point counts increments where all coordinates have one
 MOST_TURNS = 10_000
 CHORD = 0.001  # mm: how far straight lines may lie from the arc that they stand for
 SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding and not worth a remark
@@ -29,7 +31,7 @@ SAME_RADIUS = 0.001  # mm: below this the difference of the radii is rounding an
 def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
     """Programmed end point and rotary position from the axis words of a block."""
     p = list(c.p)
-    polar = _polar_words(c, w, p) if c.polar is not None else ()
+    polar = polar_ends(c, w, p) if c.polar is not None else radial_ends(c, w, p)
     for i, axis in enumerate(AXES):
         number = w.take(axis)
         if number is not None and i not in polar:
@@ -39,26 +41,7 @@ def target(c: IsoControl, w: IsoWords) -> tuple[Point, Point]:
             p[i] = value if c.absolute else p[i] + value
     if c.language.lathe:
         _increments(c, w, p)
-    return (p[0], p[1], p[2]), turned(c, w)
-
-
-def _polar_words(c: IsoControl, w: IsoWords, p: list[float]) -> tuple[int, int]:
-    """G16: the first axis of the plane is a radius, the second an angle; with G91 the angle counts on, and a radius is one about
-    where the tool stands (FANUC B-64304EN, "polar coordinate command"). The axes that are settled by it."""
-    first, second, _ = PLANES[c.plane]
-    polar = c.polar
-    assert polar is not None
-    radius, angle = w.take(AXES[first]), w.take(AXES[second])
-    if radius is None and angle is None:
-        return first, second
-    if radius is not None:
-        polar.radius = length(c, w, AXES[first], radius)
-        polar.pole = (0.0, 0.0) if c.absolute else (c.p[first], c.p[second])
-    if angle is not None:
-        polar.angle = math.radians(angle) if c.absolute else polar.angle + math.radians(angle)
-    p[first] = polar.pole[0] + polar.radius * math.cos(polar.angle)
-    p[second] = polar.pole[1] + polar.radius * math.sin(polar.angle)
-    return first, second
+    return wound_target(c, w, p)
 
 
 def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
@@ -73,51 +56,15 @@ def _increments(c: IsoControl, w: IsoWords, p: list[float]) -> None:
         p[i] = c.p[i] + (value / 2.0 if letter == "U" and c.diametral() else value)
 
 
-def turned(c: IsoControl, w: IsoWords) -> Point:
-    """The rotary position that a block asks for, rad."""
-    if not any(w.has(a) for a in "ABC"):
-        return c.rotary
-    out = list(c.rotary)
-    for i, axis in enumerate("ABC"):
-        number = w.take(axis)
-        if number is not None:
-            angle = math.radians(number)
-            out[i] = angle if c.absolute else out[i] + angle
-    return (out[0], out[1], out[2])
-
-
-def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
-    """A number of the program in mm, with the decimal point rule of the dialect."""
-    word = w.words.get(letter)
-    if word is not None and number and not word.pointed and c.language.words == "macro":
-        small = c.language.increment[1 if c.unit > 1.0 else 0]
-        if c.language.decimal_point == "increment":
-            return number * small * c.unit
-        if c.points_written and abs(number) >= POINTLESS:
-            text = f"increments of {small:g}, as {letter}{word.text}: every coordinate of this program has its point"
-            c.assume("words without a decimal point", text, column=word.first)
-            return number * small * c.unit
-        _warn_pointless(c, w, letter, number)
-    return number * c.unit
-
-
-def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> None:
-    unit = "inch" if c.unit > 1.0 else "mm"
-    small = number * c.language.increment[1 if c.unit > 1.0 else 0]
-    c.remark(
-        f"{letter}{w.words[letter].text} without a decimal point is read as {number:g} {unit} (calculator type); a control "
-        f'set to increments reads {small:g} {unit}. Write the point, or decimal_point = "increment" in the set-up file',
-        w.column(letter),
-        "decimal point",
-    )
-
-
 def line(c: IsoControl, w: IsoWords, rapid: bool) -> None:
     """G0 or G1. With G43.5 I J K say where the tool points, from its tip to the spindle, in workpiece axes."""
     if c.vectors and any(w.has(k) for k in "IJK"):
         x, y, z = (w.take(k) or 0.0 for k in "IJK")
         c.point_to((x, y, z))
     p, rotary = target(c, w)
+    if c.winding is not None and c.winding.radius:
+        wound_line(c, p, rapid, rotary)
+        return
     c.straight(p, rapid, rotary)
     corner_words(c, w)
 
@@ -156,7 +103,10 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
     named = any(w.has(AXES[i]) for i in plane[:2]) or (c.language.lathe and any(w.has(k) for k in "UW"))
     start = c.p
     p, rotary = target(c, w)
-    ends = ArcEnds(start, p, clockwise, named)
+    wound = c.winding is not None and c.winding.radius > 0
+    if wound:
+        start, p, named = _point(flat(c, start, c.rotary)), _point(flat(c, p, rotary)), True
+    ends = ArcEnds(start, p, clockwise, named or (c.winding is not None and w.has("C")))
     turns = _turns(c, w)
     radius = w.take("R")
     if radius is not None and any(w.has(k) for k in CENTRE_WORDS) and c.language.words == "o":
@@ -180,8 +130,15 @@ def arc(c: IsoControl, w: IsoWords, clockwise: bool) -> None:
         centre = _centre_of_words(c, w, ends)
     centre[plane[2]] = start[plane[2]]
     c.arcs_seen = True
+    if wound:
+        wound_arc(c, list(start), list(p), centre, clockwise)
+        return
     emit_arc(c, ends, (centre[0], centre[1], centre[2]), turns, rotary)
     corner_words(c, w)
+
+
+def _point(values: list[float]) -> Point:
+    return values[0], values[1], values[2]
 
 
 def emit_arc(c: IsoControl, ends: ArcEnds, centre: Point, turns: int, rotary: Point) -> None:

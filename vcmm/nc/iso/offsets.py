@@ -8,7 +8,8 @@ from dataclasses import replace
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
-from vcmm.nc.iso.motion import length, target
+from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.motion import target
 from vcmm.nc.moves import ORIGIN, PLANES, Point
 from vcmm.nc.recorder import UNMOVED
 from vcmm.nc.setup import Tool

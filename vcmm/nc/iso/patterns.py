@@ -11,7 +11,8 @@ from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill_at
-from vcmm.nc.iso.motion import ArcEnds, emit_arc, length
+from vcmm.nc.iso.lengths import length
+from vcmm.nc.iso.motion import ArcEnds, emit_arc
 from vcmm.nc.moves import Point
 
 MOST_HOLES = 10_000

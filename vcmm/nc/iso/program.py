@@ -32,6 +32,7 @@ from vcmm.nc.iso.parameters import attach
 from vcmm.nc.iso.steps import step_of, words_of
 from vcmm.nc.iso.texts import Text
 from vcmm.nc.iso.turning import turning
+from vcmm.nc.iso.winding import with_angles
 from vcmm.nc.moves import ORIGIN, Move, MoveFlow, Program, Remark, Source
 from vcmm.nc.search import folders_of
 from vcmm.nc.setup import Setup
@@ -69,7 +70,7 @@ def run(
     if language.survey and not (c.moves or made):
         _alone(runner)
     made = made or len(c.moves)
-    if made and not c.unit_said and language.survey:
+    if made and not c.unit_said:
         c.source = Source(1, 1, 1)
         c.assume("the unit, for want of G20 and G21", "mm", matters=False)
     if not made:
@@ -81,6 +82,8 @@ def run(
             )
     _tool_left_in_the_changer(c)
     program = c.program(name)
+    if c.wound_from is not None:
+        program = replace(program, moves=with_angles(program.moves, c.wound_from))
     if flow is None:
         return program
     flow.take(program.moves)
@@ -315,7 +318,7 @@ def _plain_lines(r: IsoRunner) -> None:
     c = r.c
     if (
         c.motion not in ("G0", "G1") or c.world.matrix is not UNITY or c.feed_mode != "G94" or c.surface
-        or c.diameter or c.exact_once or c.language.lathe or c.polar is not None
+        or c.diameter or c.exact_once or c.language.lathe or c.polar is not None or c.winding is not None
         or (c.language.words == "macro" and c.language.decimal_point != "calculator")
     ):  # fmt: skip
         return

@@ -17,6 +17,12 @@ _N_WORD = re.compile(r"[ \t]*/?\d?[ \t]*N[ \t]*(\d+)", re.IGNORECASE)
 _LOOP = re.compile(r"(?:^|[^A-Z])(DO|END)[ \t]*([123])", re.IGNORECASE)
 
 
+def _aligns(line: str, match: re.Match[str]) -> bool:
+    """Whether a colon stands for N, as posts write the block of a tool change, :0030 T01 M06: a program number stands alone."""
+    colon = line[match.start(1) - 1 : match.start(1)] == ":"
+    return colon and re.match(r"[ \t]*[A-Z][-+.\d#]", line[match.end(1) :], re.IGNORECASE) is not None
+
+
 class Text:
     """Lines of one file; blocks are read when they are first reached."""
 
@@ -38,7 +44,7 @@ class Text:
                 label = str(int(label)) if label.isdigit() else label
                 if match[2] and self.dialect.words == "o":
                     self.o_words.setdefault(label, []).append((i, match[2].lower()))
-                elif label.isdigit():
+                elif label.isdigit() and not (self.dialect.survey and _aligns(line, match)):
                     self.programs.setdefault(int(label), i)
 
     def block(self, index: int) -> IsoBlock:

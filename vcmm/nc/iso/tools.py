@@ -5,22 +5,17 @@ from __future__ import annotations
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import AXES, IsoControl
-from vcmm.nc.levels import SetupEntry
+from vcmm.nc.levels import SetupEntry, unknown_tool
 from vcmm.nc.moves import ORIGIN, Point
 from vcmm.nc.radius import FANUC_B, LINUXCNC, RadiusCompensation
 from vcmm.nc.setup import FANUC_TIPS, LINUXCNC_TIPS, Tool
 
 
 def tool_of(c: IsoControl, number: int, column: int, letter: str) -> Tool | None:
-    """The tool of a register; None without a tool table. Raises BlockFault: the table is there and lacks it."""
+    """The tool of a register; None where no table has it, which is told where its length is used."""
     tool = c.tools.get(number)
-    if tool is None and c.tools and number:
-        known = ", ".join(str(n) for n in sorted(c.tools)[:12])
-        c.assume(
-            f"tool {number}", "a tool without length", column=column,
-            otherwise=f"tool {number} ({letter}{number}) is not in the set-up file, which has {known}; add [tools.{number}]",
-            blank=SetupEntry(f"tools.{number}", "length", '"80 mm"'),
-        )  # fmt: skip
+    if tool is None and number and (c.tools or letter == "H" or c.language.lathe):
+        unknown_tool(c, number, f"{letter}{number}", column)
     return tool
 
 
@@ -42,7 +37,7 @@ def _offset_of(c: IsoControl, w: IsoWords, code: str, column: int) -> Point:
     if code in ("G43.4", "G43.5", "G143", "G234"):
         c.assume(
             f"{code}, tool centre point control",
-            "the path of the tip over the workpiece; the axes follow from the machine",
+            "the path of the tip over the workpiece; which way the tool points follows from the machine of the set-up",
             column=column,
             matters=False,
         )
@@ -74,15 +69,7 @@ def _register(c: IsoControl, number: int, column: int) -> Point:
     if number in c.lengths:
         return (0.0, 0.0, c.lengths[number])
     tool = tool_of(c, number, column, "H")
-    if tool is None:
-        if number:
-            c.remark(
-                f"the length of tool {number} is not known and taken as 0 mm; give the tools with --setup",
-                column,
-                "no tools",
-            )
-        return ORIGIN
-    return tool.offset
+    return ORIGIN if tool is None else tool.offset
 
 
 def radius_compensation(c: IsoControl, w: IsoWords, code: str, column: int) -> None:

@@ -1,8 +1,7 @@
 """Turning cycles along a programmed contour: G71 and G72 (roughing), G73 (pattern), G70 (finishing); one block or two.
 
 Source: FANUC Series 30i operator's manual for lathes B-64304EN-1, "multiple repetitive cycle"; Haas lathe operator's manual for
-the form in one block. X here is a radius, machine coordinates, mm. Passes are type I: each cuts up to where it first meets the
-contour; the contour itself, with the allowance, is followed at the end.
+the form in one block. X here is a radius, machine coordinates, mm.
 """
 
 from __future__ import annotations
@@ -10,34 +9,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import fields
-from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from vcmm.nc.faults import BlockFault
 from vcmm.nc.iso.codes import IsoWords
 from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.grooving import GROOVING, to_tip
-from vcmm.nc.iso.motion import length
+from vcmm.nc.iso.lengths import length
 from vcmm.nc.moves import Move
+from vcmm.nc.roughing import MOST_PASSES, Cut, Rough, followed, passes
 from vcmm.nc.rounding import round_corners
 
 if TYPE_CHECKING:
     from vcmm.nc.iso.flow import IsoRunner
 
 TOLD = ("assumed", "remarks", "remarked", "called")  # what the reading of a contour leaves behind
-MOST_PASSES = 100_000
-CHORD = 0.001  # mm, of arcs where passes meet them; the contour itself keeps its arcs
-Flat = tuple[float, float]  # X (radius), Z
-Section = list[Flat]
-
-
-class Rough(NamedTuple):
-    """Depth of a pass, retraction (radii), allowances in X (radius) and Z, mm."""
-
-    depth: float
-    escape: float
-    x: float
-    z: float
 
 
 def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) -> None:
@@ -72,7 +58,10 @@ def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callabl
     if code == "G73":
         _pattern(c, w, moves, rough, kept)
     else:
-        _passes(c, moves, rough, "XZ" if code == "G71" else "ZX")
+        order = "XZ" if code == "G71" else "ZX"
+        to_tip(c, (start[0] + rough.x, start[1] + rough.z), True)
+        for cut in passes(moves, start, rough, order, column):
+            _cut(c, cut)
     to_tip(c, start, True)
     r.at = max(last, here) + 1  # the contour may stand before its cycle on Okuma controls
 
@@ -130,85 +119,25 @@ def _finish(r: IsoRunner, first: int, last: int, run: Callable[[int], None]) -> 
     _run(r, first, last, run)
     c.compensation = None
     to_tip(c, start, True)
-    r.at = back if first < back else last + 1
+    r.at = last + 1 if first == back else back  # a contour that stands elsewhere is called like a subprogram
 
 
 # -- roughing ---------------------------------------------------------------------------------------------------------
-def _passes(c: IsoControl, moves: list[Move], rough: Rough, order: str) -> None:
-    """Cuts along the second axis of `order`, one below the other in the first; then the contour with its allowance."""
-    a, b = (0, 1) if order == "XZ" else (1, 0)  # of Flat: across, along
-    entry = moves[0].kind == "rapid"
-    start = (c.tip()[0] + rough.x, c.tip()[2] + rough.z)
-    path = _section(moves[1:], rough)
-    goal, level = path[0][a], start[a]
-    down = 1.0 if goal > level else -1.0
-    along = 1.0 if path[-1][b] > start[b] else -1.0
-    if abs(goal - level) / rough.depth > MOST_PASSES:
-        raise BlockFault(c.column, f"more than {MOST_PASSES} passes; make the depth of cut larger")
-    to_tip(c, start, True)
-    while (goal - (level + down * rough.depth)) * down > 1e-9:
-        level += down * rough.depth
-        end = _meeting(path, a, b, level, down)
-        out = (level - down * rough.escape, end - along * min(rough.escape, abs(end - start[b])))
-        to_tip(c, _flat(a, level, start[b]), entry)
-        to_tip(c, _flat(a, level, end), False)
-        to_tip(c, _flat(a, *out), False)
-        to_tip(c, _flat(a, out[0], start[b]), True)
-    to_tip(c, path[0], entry)
-    _follow(c, moves[1:], rough.x, rough.z)
-
-
-def _flat(a: int, across: float, along: float) -> Flat:
-    return (across, along) if a == 0 else (along, across)
-
-
-def _meeting(path: Section, a: int, b: int, level: float, down: float) -> float:
-    """Where a pass at `level` first meets the contour; its end where it never does."""
-    for p, q in pairwise(path):
-        u, v = (p[a] - level) * down, (q[a] - level) * down
-        if u >= 0.0 and v < 0.0:
-            return p[b] + (q[b] - p[b]) * u / (u - v)
-    return path[-1][b]
-
-
-def _section(moves: list[Move], rough: Rough) -> Section:
-    """The contour with its allowance as a chain of points, arcs within CHORD."""
-    out: Section = [(moves[0].start[0] + rough.x, moves[0].start[2] + rough.z)]
-    for move in moves:
-        for x, z in _points(move):
-            out.append((x + rough.x, z + rough.z))
-    return out
-
-
-def _points(move: Move) -> Section:
-    end = (move.end[0], move.end[2])
-    if move.centre is None:
-        return [end]
-    cx, cz = move.centre[0], move.centre[2]
-    radius = math.hypot(move.start[0] - cx, move.start[2] - cz)
-    first = math.atan2(move.start[0] - cx, move.start[2] - cz)  # plane ZX: Z is its first axis
-    last = math.atan2(end[0] - cx, end[1] - cz)
-    sweep = (first - last if move.clockwise else last - first) % (2.0 * math.pi) or 2.0 * math.pi
-    count = max(1, math.ceil(sweep / (2.0 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))))
-    step = (-sweep if move.clockwise else sweep) / count
-    inner = [
-        (cx + radius * math.sin(first + k * step), cz + radius * math.cos(first + k * step))
-        for k in range(1, count)
-    ]
-    return [*inner, end]
+def _cut(c: IsoControl, cut: Cut) -> None:
+    """One move of a cycle, at the feed of the cycle."""
+    if cut.centre is None:
+        to_tip(c, cut.end, cut.rapid)
+        return
+    end, centre = (cut.end[0], c.tip()[1], cut.end[1]), (cut.centre[0], c.tip()[1], cut.centre[1])
+    feed = c.rate(math.dist(c.tip(), end), c.feeding((c.tip()[0] + end[0]) / 2.0 - c.world.shift[0]))
+    c.emit("arc", end, feed=feed, plane="ZX", centre=centre, clockwise=cut.clockwise, turns=cut.turns)
+    c.locate()
 
 
 def _follow(c: IsoControl, moves: list[Move], x: float, z: float) -> None:
-    """The contour moved by (x, z), at the feed of the cycle."""
-    for move in moves:
-        end = (move.end[0] + x, c.tip()[1], move.end[2] + z)
-        if move.centre is None:
-            to_tip(c, (end[0], end[2]), move.kind == "rapid")
-            continue
-        centre = (move.centre[0] + x, c.tip()[1], move.centre[2] + z)
-        feed = c.rate(math.dist(c.tip(), end), c.feeding((c.tip()[0] + end[0]) / 2.0 - c.world.shift[0]))
-        c.emit("arc", end, feed=feed, plane="ZX", centre=centre, clockwise=move.clockwise, turns=move.turns)
-        c.locate()
+    """The contour moved by (x, z)."""
+    for cut in followed(moves, x, z):
+        _cut(c, cut)
 
 
 def _pattern(c: IsoControl, w: IsoWords, moves: list[Move], rough: Rough, kept: dict[str, float]) -> None:

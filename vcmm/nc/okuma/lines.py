@@ -190,10 +190,12 @@ class OkumaLines:
         code = re.sub(r"\bT(\d\d)(\d\d\d\d)\b", r"T\2", code, flags=re.IGNORECASE)
         if re.search(r"\bG0?[23]\b", code):
             code = re.sub(r"\bL(?=[-+.\d\[])", "R", code)
-        if re.search(r"\bG20\b.*HP|\bG13\d|\bG14[01]\b", code, re.IGNORECASE):
-            self.tell(line, code.split()[0], HOLE)
+        if match := re.search(r"\bG20\b.*HP|\bG13\d", code, re.IGNORECASE):
+            self.tell(line, match[0].split()[0], HOLE)
             return ""
-        code = re.sub(r"\bG1[34]\b", "", code)  # which turret
+        if re.search(r"\bG141\b", code):
+            self.tell(line, "G141 (the other spindle)", "read as the first one")
+        code = re.sub(r"\bG(?:1[34]|14[01])\b", "", code)  # which turret and which spindle
         if match := re.search(r"\b(G7[1-4]|G8[3-6]|G1[78]\d)\b", code):
             self.tell(line, f"the cycle {match[1]}", HOLE)
             return ""
@@ -203,6 +205,8 @@ class OkumaLines:
         """G15 H (work offset), G56 H (length of the tool), G53 (no length), G71 and M52 to M54 (where cycles return to)."""
         if match := re.search(r"\bT(\d+)", code):
             self.tool = int(match[1])
+        if re.search(r"\bG116\b", code):  # the tool change
+            code = re.sub(r"\bG116\b", "", code) + " M6"
         code = re.sub(r"\bG1([56])\s*H(\d+)", lambda m: self._offset(line, m[1] == "6", int(m[2])), code)
         if re.search(r"\bG56\b", code):
             code = re.sub(r"\bH[A-Z]\b", f"H{self.tool}", re.sub(r"\bG56\b", "G43", code))

@@ -209,6 +209,13 @@ def milled(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     (face if item.name == "CYCLE71" else pocket)(i, runner, item, arguments_of(runner, item))  # type: ignore[arg-type]
 
 
+def turned(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
+    """CYCLE95, CYCLE97."""
+    from vcmm.nc.sinumerik.turning import contour, thread
+
+    (contour if item.name == "CYCLE95" else thread)(i, runner, item)  # type: ignore[arg-type]
+
+
 def deep(i: SinumerikControl, runner: SinumerikRunner, item: Item) -> None:
     """CYCLE83 (RTP, RFP, SDIS, DP, DPR, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI): strokes to FDEP, then shorter by DAM each.
 
@@ -278,4 +285,5 @@ CYCLES: dict[str, Cycle] = {
     "CYCLE81": drill, "CYCLE82": drill, "CYCLE83": deep, "CYCLE84": tap, "CYCLE840": tap, "CYCLE85": ream, "CYCLE86": bore, "CYCLE87": bore,
     "CYCLE88": bore, "CYCLE89": ream, "CYCLE832": tolerance, "CYCLE800": swivel, "HOLES1": pattern, "HOLES2": pattern, "CYCLE801": pattern,
     "CYCLE802": pattern, "POCKET1": milled, "POCKET2": milled, "POCKET3": milled, "POCKET4": milled, "CYCLE71": milled,
+    "CYCLE95": turned, "CYCLE97": turned,
 }  # fmt: skip

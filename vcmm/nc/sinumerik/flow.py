@@ -52,6 +52,7 @@ class SinumerikRunner:
     missing: set[str] = field(default_factory=set)  # subprograms that are nowhere
     nested: int = 0  # repeated parts inside one another
     ended: bool = False
+    current: Section | None = None  # the one whose blocks are being executed
 
     def __post_init__(self) -> None:
         self.memory = SinumerikMemory(self.recorder)
@@ -104,7 +105,7 @@ class SinumerikRunner:
 
     def part(self, section: Section, first: int, last: int) -> bool:
         """Blocks first to last; True where the section has ended by M17, RET or the end of the program."""
-        at = first
+        at, self.current = first, section
         while first <= at <= last:
             block = section.blocks[at]
             self.recorder.source = Source(block.line, block.first, block.last)
@@ -327,11 +328,12 @@ class SinumerikRunner:
         r = self.recorder
         source, file = r.source, r.file
         r.file = section.file or file
+        caller = self.current
         for _ in range(self.bounded(times, item.first)):
             self.scopes.append(self._scope(section, given))
             self.run(section)
             self._back(section, given, self.scopes.pop())
-        r.source, r.file = source, file
+        r.source, r.file, self.current = source, file, caller
 
     def _scope(self, section: Section, given: Sequence[Value | None]) -> dict[str, Variable]:
         """The parameters of a call."""

@@ -29,6 +29,7 @@ ARITHMETIC: Mapping[str, Callable[[Any], float]] = {
 SAME: Mapping[str, Callable[[Any], str]] = {
     "AXNAME": lambda s: str(s).upper(), "AXSTRING": str, "TOUPPER": lambda s: str(s).upper(), "TOLOWER": lambda s: str(s).lower(),
 }  # fmt: skip
+MODES = {"_OFF": 0.0, "_FINISH": 1.0, "_SEMIFIN": 2.0, "_ROUGH": 3.0}  # of CYCLE832
 
 
 @dataclass(slots=True)
@@ -86,6 +87,8 @@ class SinumerikMemory:
             return found.value(())
         if name.startswith("$"):
             return self.system(name, (), column)
+        if name in MODES:
+            return MODES[name]
         known = [*self.scopes[-1], *self.scopes[0]]
         self.guess(
             f"the variable {name}, which is not the program's own", "0",

@@ -244,13 +244,13 @@ class SinumerikInterpreter(SinumerikSpecials):
         tools = self.r.setup.tools
         if number is not None:
             if number and number not in tools:
-                unknown_tool(self.r, number)
+                unknown_tool(self.r, number, f"T{number}")
             return tools.get(number, Tool(number))
         for tool in tools.values():
             if tool.name.upper() == name.upper():
                 return tool
         known = {n: k for k, n in self.r.called.items()}
-        self.r.remark(f'no tool of the set-up has the name "{name}"; its length is taken as zero')
+        unknown_tool(self.r, 0, name)
         free = (
             max([*tools, *self.r.called, self.modes.next_tool.number if self.modes.next_tool else 0, 0]) + 1
         )

@@ -1,0 +1,82 @@
+"""vcmm calibrate on files with [reversal]: artefact and machine separated, a machine file of what is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+
+def reversal_command(
+    files: list[Path], structure: str | None, out: Path | None, json: bool, others: list[Any]
+) -> int:
+    """Separate every file; others: options that a reversal does not take, given or not."""
+    from vcmm.calibrating.reversed import check_apart, separate
+    from vcmm.console.documents import document, print_json, sources
+    from vcmm.core.errors import UsageError
+    from vcmm.files.reversal import is_reversal, load_reversal
+
+    rest = [str(path) for path in files if not is_reversal(path)]
+    if rest:
+        raise UsageError(
+            f"{', '.join(rest)}: no reversal. Reversals separate by themselves: calibrate them alone with --out spindle.toml, then the "
+            "other recordings with --machine spindle.toml"
+        )
+    if any(others):
+        raise UsageError(
+            "reversals take --structure, --out and --json; leave out --machine, --errors and --report"
+        )
+    found = [separate(load_reversal(path)) for path in files]
+    check_apart(found)
+    _write(found, structure, out, [f.name for f in files])
+    if json:
+        read = [one for path in files for one in sources(path)]
+        print_json(document("vcmm.calibration/1", _body(found, out), files=read))
+    else:
+        _show(found)
+    return 0
+
+
+def _write(found: Any, structure: str | None, out: Path | None, names: list[str]) -> None:
+    from vcmm.calibrating.reversed_file import reversed_texts
+    from vcmm.console.files import output_folder, write_files
+    from vcmm.console.terminal import say
+    from vcmm.core.errors import UsageError
+    from vcmm.core.kinematics import parse_structure
+
+    chain = None if structure is None else parse_structure(structure)
+    if out is None:
+        return
+    if chain is None:
+        raise UsageError(
+            "a machine file needs the structure of the machine; write for example --structure \"w C' X' b Z t\""
+        )
+    output_folder(out.parent)
+    texts = reversed_texts(found, chain, out, names)
+    write_files(out.parent, texts)
+    say(f"wrote {', '.join(str(out.parent / name) for name in texts)}")
+
+
+def _body(found: Any, out: Path | None) -> dict[str, Any]:
+    """The keys of a calibration; `reversals` holds every curve. residual_um, condition: of the worst file."""
+    return {
+        "machine": None if out is None else str(out),
+        "identified": [row for one in found for row in one.rows()],
+        "not_identified": [
+            {"combination": list(c.names), "text": c.text} for one in found for c in one.combinations
+        ],
+        "condition": max(one.condition for one in found),
+        "residual_um": max(one.scatter for one in found if one.file.kind != "half-turn") * 1e3
+        if any(one.file.kind != "half-turn" for one in found)
+        else None,
+        "reversals": [one.document() for one in found],
+    }
+
+
+def _show(found: Any) -> None:
+    from vcmm.console.terminal import show_table
+    from vcmm.tables.reversed import reversals
+
+    show_table(reversals(found))
+    for one in found:
+        for c in one.combinations:
+            print(f"not identified: {c.text}")

@@ -1,0 +1,62 @@
+"""The numbers that decide an answer: every threshold, prior and gate of the comparison of models, each with its reason.
+
+Nats are natural logarithms of odds. Numbers that say how finely is looked (draws, grids, how many competitors), what a
+readable recording is (see sanity) and how results are printed stand where they are used; `python tools/count_numbers.py` counts
+all of them.
+"""
+
+from __future__ import annotations
+
+from math import log, sqrt
+from statistics import NormalDist
+
+# odds
+FALSE_ALARM = 0.01  # of null recordings that one search may name; names, shapes and neighbours together keep the 3 % of docs/exam.md
+SECURE = 0.95  # with which a simulated quantile is not below the true one: the usual coverage probability
+STRONG = 3.0  # nats, odds of 20: "strong" (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 777); within it names are rivals
+VERY_STRONG = 5.0  # nats, odds of 150: "very strong" there; at most 0.7 % of nulls reach it (Markov)
+SIMPLER = 2.0  # nats by which a larger answer must beat one that it holds: "positive" there (1 to 3)
+EVEN_ODDS = 0.5  # a name below it, with its exact aliases, is more probably wrong than right: no finding
+LEAST_TOLD = 0.001  # probability below which no digits are said: seven nats, more than templates are good for
+RARER = 0.1  # prior of an effect where it is rare (vcmm.core.declaration.Prior): chosen, one recording in ten
+
+# what chance does
+FAR = 3.0  # standard deviations, 1 of 370 of the normal law: rows beyond are pulled in, statements beyond are contradicted
+OUTLYING = 4.5  # standard deviations, 1 of 150 000: in a recording of 1000 rows chance makes none
+QUANTILE = 0.997  # of a statistic of null recordings, the chance of FAR: beyond is a finding on the noise
+CHANCE = 0.999  # the same of the scatter itself, which every recording is asked, named or not
+HEAVY = 4.0  # degrees of freedom of a t law with heavy tails: the most at which a fourth moment is infinite
+RELEVANT = 1.4  # times the stated noise, twice its variance: less is a statement that is somewhat too small
+ALIKE = 0.7  # correlation from which a neighbour tells half of the variance: then the rows move together
+STRUCTURED = 0.9  # the same, 81 % of the variance: a movement and no scatter
+UNSTATED = 3.0  # times the stated noise: eight ninths of the variance have another cause
+APART = 1.1  # ratio from which two measures of one scatter are both told; no answer depends on it
+
+# templates: no shape, time constant or thermometer is quite right
+MISMATCH = 0.05  # of a signal that its template may leave: chosen on concealed mechanisms that are no formula (docs/exam.md)
+ALIAS = 0.15  # of a signal, three times MISMATCH: a larger name that leaves no more holds the simpler one
+EXACT = 0.01  # of a signal, a fifth of MISMATCH: who leaves no more says the same in other words
+SAME = 0.99  # of the energy of a signal, which leaves a tenth of it, twice MISMATCH: then a span holds it
+THIRD = 1 / 3  # of its evidence that a shape must leave a name, else the name was its shadow: chosen
+MOSTLY = 0.5  # of the energy: what is more than half of a thing gives it its name
+FORGIVEN = 0.1  # of what a term wins in the other folds, twice MISMATCH: fit and prediction both err by it
+SEEN = 7.0  # delta at which the right name stands first in 95 % of recordings (docs/exam.md)
+EXCITED = 2.0  # delta in the rows of a fold: at most two nats, less than STRONG: it says nothing
+LEAST_SPREAD = 1.0  # nats: the gain of a fold in simulated recordings is not believed to be better known
+FEW = 3  # numbers of a name, a vector; with more it is a shape of its own
+
+# sizes
+MOST_TERMS = 6  # names of one recording; more have never been asked for
+CLOSING = 2  # names of one number that may close the account of the noise: with more, any would
+MOST_SHAPES = 10  # shapes without a name that are looked at one by one beside an answer: chosen
+FEWEST = 20  # observations of a fold: their scatter is known to 16 %
+VANISHED = 1e-3  # of a signal that must survive nuisance and calibration: of 1 mm that is 1 um
+NOTHING = 1e-300  # in place of a zero below a fraction
+
+# consequences
+UNSEEN = VANISHED**2  # of an energy, what VANISHED is of a length; of singular values, far above rounding
+SUREST = -log(UNSEEN)  # nats that a field or names may have over one another: odds of a million
+LOWEST = UNSEEN**2  # of a chance: beyond seven standard deviations the normal law itself is not believed
+RESOLVED = sqrt(2.0 * STRONG)  # delta s from which STRONG nats separate two names
+DEVIATIONS = NormalDist().inv_cdf(1.0 - FALSE_ALARM)  # of the mean square of noise in a null recording
+MAD = 1.0 / NormalDist().inv_cdf(0.75)  # standard deviations per median of |x|, normal law

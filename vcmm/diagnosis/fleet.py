@@ -1,0 +1,180 @@
+"""Many recordings: what is found where and when, each by itself, and what of it changed on a machine.
+
+A recording that cannot be read or diagnosed becomes a row that says why; the others are diagnosed all the same. Rows are plain values
+that depend on the files and the seed alone, so that it does not matter who works them out, in which order, or how often the
+work is taken up again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vcmm import __version__
+from vcmm.core.errors import DataError, UsageError, VcmmError
+from vcmm.diagnosis.job import diagnose
+from vcmm.diagnosis.result import diagnosis_json
+from vcmm.evaluation.blocks import Block, ShardDone, Shards, Sharing
+from vcmm.files.machine import load_machine
+from vcmm.files.recording import load_recording
+from vcmm.files.toml import read_toml
+
+KEPT = ("verdict", "answer", "unknown", "fit", "searched", "warnings")  # of every diagnosis
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class FolderJob:
+    """What is asked of every recording. machine: a file that is used instead of the one that each names."""
+
+    folder: Path
+    seed: int
+    machine: Path | None = None
+
+
+@dataclass(frozen=True)
+class Change:
+    """A number of a name that was found on a machine at least twice, or found once and once not.
+
+    first, last: file and date; value, u in `unit`; None where the name was not found then. found: in how many of `of`.
+    """
+
+    machine: str
+    name: str
+    parameter: str
+    unit: str
+    first: tuple[str, str]
+    last: tuple[str, str]
+    before: tuple[float, float] | None
+    after: tuple[float, float] | None
+    found: int
+    of: int
+
+    @property
+    def change(self) -> float | None:
+        """Last less first, where both are known."""
+        return self.after[0] - self.before[0] if self.before and self.after else None
+
+    @property
+    def deviations(self) -> float | None:
+        """The change over its standard uncertainty, the two recordings independent."""
+        if self.change is None or self.before is None or self.after is None:
+            return None
+        u = float((self.before[1] ** 2 + self.after[1] ** 2) ** 0.5)
+        return self.change / u if u > 0 else None
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Recording files in a folder and below it: TOML files that say so, and those that cannot be read and may be some.
+
+    Raises UsageError where there is none.
+    """
+    found = [p for p in sorted(folder.rglob("*.toml")) if p.is_file() and _may_be_recording(p)]
+    if not found:
+        raise UsageError(
+            f'{folder} holds no recording: no .toml file there says vcmm = "recording/1"; name another folder, or the file itself'
+        )
+    return found
+
+
+def _may_be_recording(path: Path) -> bool:
+    try:
+        return str(read_toml(path).data.get("vcmm", "")).startswith("recording/")
+    except DataError:
+        return b"recording/" in path.read_bytes()[:100_000]
+
+
+def key_of(asked: FolderJob, files: Sequence[Path], contents: Callable[[Path], Sequence[Path]]) -> str:
+    """Of a job: version, seed, names and bytes of all files that it reads; contents(file): those that a file names."""
+    digest = hashlib.sha256(f"{__version__}\n{asked.seed}".encode())
+    for file in dict.fromkeys([*files, *([asked.machine] if asked.machine else [])]):
+        for one in contents(file):
+            digest.update(f"\n{one.name}\n".encode() + one.read_bytes())
+    return f"diagnose-{digest.hexdigest()[:32]}"
+
+
+def diagnosed_folder(
+    asked: FolderJob, files: Sequence[Path], key: str, sharing: Sharing, progress: Callable[[float], None]
+) -> list[Record]:
+    """A record of every file, in their order. Raises ShardDone where a share is wanted, DataError where a shard lacks some."""
+    every: list[Block] = [(i, 1) for i in range(len(files))]
+    wanted = sharing.share.taken(every) if sharing.share else every
+    found = {b: t[0] for b, t in sharing.store.read(key).items() if b in set(wanted)}
+    todo = [b for b in wanted if b not in found]
+    if todo and isinstance(sharing.store, Shards):
+        sharing.store.write(key, todo[0], [])
+    for i, record in sharing.crew(record_of, asked, [str(files[b[0]]) for b in todo]):
+        sharing.store.write(key, todo[i], [record])
+        found[todo[i]] = record
+        progress(len(found) / len(wanted))
+    sharing.store.done(key)
+    if sharing.share:
+        raise ShardDone(key, {b: [r] for b, r in found.items()})
+    return [found[b] for b in every]
+
+
+def record_of(asked: FolderJob, file: str) -> Record:
+    """One recording as plain values: what of its diagnosis is kept, or `problem`, why there is none."""
+    path = Path(file)
+    known: Record = {"file": path.relative_to(asked.folder).as_posix(), "machine": "", "date": ""}
+    try:
+        known["date"] = str(read_toml(path).data.get("date", ""))
+        recording, machine = load_recording(path, load_machine(asked.machine) if asked.machine else None)
+        known["machine"] = machine.name
+        found = diagnosis_json(diagnose(recording, machine, seed=asked.seed))
+    except VcmmError as error:
+        return {**known, "problem": _first(error).replace(str(asked.folder) + "/", ""), "ours": False}
+    except Exception as error:  # a fault of ours in one of thousands is told and does not end the others
+        return {
+            **known,
+            "problem": f"internal error ({type(error).__name__}: {error}); please report it",
+            "ours": True,
+        }
+    kept = {k: found[k] for k in KEPT if k in found}
+    if kept["unknown"]:  # its curve or map is long, and stands in the document of the recording itself
+        kept["unknown"] = {k: v for k, v in kept["unknown"].items() if k != "shape"}
+    return {**known, "problem": None, "ours": False, **kept}
+
+
+def _first(error: VcmmError) -> str:
+    problems = error.problems if isinstance(error, DataError) else [str(error)]
+    more = f" (and {len(problems) - 1} more problems)" if len(problems) > 1 else ""
+    return problems[0] + more
+
+
+def in_time(records: Sequence[Record]) -> list[Record]:
+    """Machine by machine, by date, then by file."""
+    return sorted(records, key=lambda r: (r["machine"], r["date"], r["file"]))
+
+
+def changes(records: Sequence[Record]) -> list[Change]:
+    """First and last of every number that was found, machine by machine."""
+    out: list[Change] = []
+    good = [r for r in in_time(records) if r["problem"] is None]
+    for machine in dict.fromkeys(r["machine"] for r in good):
+        own = [r for r in good if r["machine"] == machine]
+        numbers = [_numbers(r) for r in own]
+        for key in dict.fromkeys(k for n in numbers for k in n) if len(own) > 1 else ():
+            ends = [(own[i]["file"], own[i]["date"]) for i in (0, -1)]
+            seen = sum(key in n for n in numbers)
+            values = [numbers[i].get(key) for i in (0, -1)]
+            out.append(Change(machine, *key, ends[0], ends[1], values[0], values[1], seen, len(own)))
+    return out
+
+
+def _numbers(record: Mapping[str, Any]) -> dict[tuple[str, str, str], tuple[float, float]]:
+    """(name, parameter, unit) -> value and u of what was found in a recording."""
+    out = {}
+    for a in record["answer"]:
+        if not a["doubtful"] and not a["alias_of"]:
+            for parameter, e in a["parameters"].items():
+                out[name_of(a), parameter, e["unit"]] = (e["value"], e["u"])
+    return out
+
+
+def name_of(answer: Mapping[str, Any]) -> str:
+    """'backlash Y'"""
+    return " ".join((answer["effect"].replace("_", " "), *(str(v) for v in answer["where"].values())))

@@ -1,0 +1,121 @@
+"""What a file of another system becomes: the names and texts of the vcmm files made of it, and what was assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from vcmm.core.errors import DataError
+from vcmm.core.text import csv_of
+from vcmm.exchange.drawn import DrawnPart, mm, part_toml
+from vcmm.exchange.scenario_text import features_of, machine_toml, scenario_toml, target_csv, target_file
+
+KINDS = {".qif": "QIF", ".dmi": "DMIS", ".dmis": "DMIS", ".dms": "DMIS", ".xml": "DCC"}
+
+
+@dataclass(frozen=True)
+class Converted:
+    """kind: QIF part, QIF machine, DMIS, DCC. texts: by file name. notes: what was assumed or left out. check: the file to check."""
+
+    kind: str
+    texts: dict[str, str]
+    notes: tuple[str, ...]
+    counts: dict[str, int]
+    check: str = ""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What stands around a part: name of a machine file and the centre of its volume (mm); characteristics to leave out, and why."""
+
+    machine: str | None = None
+    centre: Sequence[float] | None = None
+    without: Mapping[str, str] = field(default_factory=dict)
+
+
+def convert(path: str | Path, around: Beside = Beside()) -> Converted:
+    """The vcmm files of a file of another system.
+
+    Raises DataError: a kind of file that is not read, and what its reader refuses.
+    """
+    kind = KINDS.get(Path(path).suffix.lower())
+    if kind is None:
+        known = "QIF (.qif), DMIS (.dmi, .dmis, .dms), DCC (.xml)"
+        raise DataError(
+            f'{path}: files named "{Path(path).suffix or "without ending"}" are not converted; {known} are'
+        )
+    if kind == "DCC":
+        return _certificate(path)
+    if kind == "DMIS":
+        from vcmm.exchange.dmis import read_dmis
+
+        return _part("DMIS", read_dmis(path), around)
+    return _qif(path, around)
+
+
+def _qif(path: str | Path, around: Beside) -> Converted:
+    from vcmm.exchange.qif import read_qif
+    from vcmm.exchange.qif_machine import machine_files, read_qif_machine
+    from vcmm.exchange.qif_part import read_qif_part
+
+    root = read_qif(path).root
+    if root.one("Features/FeatureItems") is not None:
+        return _part("QIF part", read_qif_part(path), around)
+    found = read_qif_machine(path)
+    texts = machine_files(found, Path(path).name)
+    counts = {"errors": sum(len(c) for c in found.curves.values()) + len(found.squareness)}
+    return Converted("QIF machine", texts, found.notes, counts, "machine.toml")
+
+
+def _part(kind: str, whole: DrawnPart, around: Beside) -> Converted:
+    drawn = replace(
+        whole,
+        characteristics=[c for c in whole.characteristics if c["name"] not in around.without],
+        notes=[*whole.notes, *(f"{name}: {why}; left out" for name, why in around.without.items())],
+    )
+    texts = {
+        "part.toml": part_toml(drawn),
+        "scenario.toml": scenario_toml(drawn, around.machine, around.centre),
+    }
+    if around.machine is None:
+        texts["machine.toml"] = machine_toml(drawn)
+    for name, rows in drawn.targets.items():
+        texts[target_file(name)] = target_csv(rows)
+    notes = list(drawn.notes)
+    if drawn.points:
+        texts["points.csv"] = _points_csv(drawn)
+        said = "points.csv holds what was measured: vcmm evaluate scenario.toml --points points.csv"
+        notes += _unmeasured(drawn)
+        notes.append(
+            said if drawn.tip_radius is None else f"{said} --tip-centres (tip of {mm(2 * drawn.tip_radius)})"
+        )
+    counts = {
+        "features": len(drawn.features), "characteristics": len(drawn.characteristics),
+        "points": sum(len(p) for p in (*drawn.points.values(), *drawn.targets.values())),
+    }  # fmt: skip
+    return Converted(kind, texts, tuple(notes), counts, "scenario.toml")
+
+
+def _unmeasured(drawn: DrawnPart) -> list[str]:
+    """What `evaluate` will miss: characteristics of features without points."""
+    out = []
+    for c in drawn.characteristics:
+        bare = [n for n in features_of(c) if n not in drawn.points]
+        if bare:
+            out.append(
+                f"{c['name']}: {bare[0]} has no measured points; delete this characteristic before vcmm evaluate"
+            )
+    return out
+
+
+def _points_csv(drawn: DrawnPart) -> str:
+    rows = [[name, *(f"{v:.12g}" for v in p)] for name, points in drawn.points.items() for p in points]
+    return csv_of([["feature", "x_mm", "y_mm", "z_mm"], *rows])
+
+
+def _certificate(path: str | Path) -> Converted:
+    from vcmm.exchange.dcc import quantities_csv, read_dcc
+
+    found = read_dcc(path)
+    return Converted("DCC", {"quantities.csv": quantities_csv(found)}, (), {"quantities": len(found)})

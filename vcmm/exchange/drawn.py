@@ -1,0 +1,113 @@
+"""A part as another system describes it, in the words of part/1, and the TOML text of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from vcmm.core.run import Array
+
+DIGITS = 12  # significant digits of a length in mm: 1e-9 mm at a metre
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnPart:
+    """features, characteristics: the tables of part/1. points: measured, by feature (n, 3) mm. targets: touches of a
+    measuring program by feature, (n, 6): place in mm and outward normal. tip_radius mm: the measured points are centres of
+    such a tip (None: on the surface). notes: what was assumed or left out, with its line.
+    """
+
+    source: str
+    name: str
+    features: dict[str, dict[str, Any]] = field(default_factory=dict)
+    characteristics: list[dict[str, Any]] = field(default_factory=list)
+    points: dict[str, Array] = field(default_factory=dict)
+    targets: dict[str, Array] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    tip_radius: float | None = None
+
+    def free_name(self, wanted: str) -> str:
+        """A name for a characteristic that no other one has."""
+        taken = {c["name"] for c in self.characteristics}
+        number = next(n for n in range(1, len(taken) + 2) if _numbered(wanted, n) not in taken)
+        return _numbered(wanted, number)
+
+    def reference_first(self, features: Sequence[str]) -> list[str]:
+        """Features of a distance as part/1 wants them: a plane first, then axes, centres last; otherwise as they came."""
+        rank = {"plane": 0, "line": 1, "cylinder": 1, "cone": 1}
+        return sorted(features, key=lambda n: rank.get(self.features[n]["type"], 2))
+
+
+def mm(*values: float) -> str:
+    """Lengths as a text with the unit: "1 2 3 mm"."""
+    return " ".join(_digits(v) for v in values) + " mm"
+
+
+def deg(value: float) -> str:
+    """An angle in rad as a text in degrees."""
+    return f"{_digits(np.degrees(value))} deg"
+
+
+def unit(direction: Sequence[float]) -> list[float]:
+    """A direction of length 1, as a list. Raises ValueError for no direction at all."""
+    d = np.asarray(direction, float)
+    size = float(np.linalg.norm(d))
+    if not np.isfinite(size) or size < 1e-9:
+        raise ValueError("the direction has no length")
+    return [float(f"{v:.15g}") for v in d / size]
+
+
+def part_toml(drawn: DrawnPart) -> str:
+    """The text of a part/1 file; the notes stand at its head."""
+    lines = [f"# part of {comment(drawn.source)}, drawing frame = its coordinate system"]
+    lines += [f"# {comment(note)}" for note in drawn.notes]
+    lines += ['vcmm = "part/1"', f"name = {toml_value(drawn.name)}"]
+    lines += [
+        'expansion = "11.5 um/(m K)"             # steel: state yours',
+        'u_expansion = "1 um/(m K)"',
+        "",
+    ]
+    lines += features_toml(drawn, "features")
+    for c in drawn.characteristics:
+        lines += ["", "[[characteristics]]", *(f"{k} = {toml_value(v)}" for k, v in c.items())]
+    return "\n".join(lines) + "\n"
+
+
+def features_toml(drawn: DrawnPart, head: str) -> list[str]:
+    """Lines of the table of features."""
+    return [f"[{head}]", *(f"{_key(n)} = {toml_value(t)}" for n, t in drawn.features.items())]
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML: texts, numbers, lists, inline tables."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, Iterable):
+        return "[" + ", ".join(toml_value(v) for v in value) + "]"
+    return repr(float(value)) if isinstance(value, float) else str(value)
+
+
+def _key(name: str) -> str:
+    plain = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
+    return name if plain else toml_value(name)
+
+
+def comment(text: str) -> str:
+    """A text as the words of one line."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def _digits(value: float) -> str:
+    return f"{value + 0.0:.{DIGITS}g}"
+
+
+def _numbered(name: str, number: int) -> str:
+    return name if number == 1 else f"{name} ({number})"

@@ -1,0 +1,61 @@
+"""Results as they are handed to other systems: taken from the JSON document that was shown, not computed again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vcmm.core.errors import UsageError
+
+
+@dataclass(frozen=True)
+class HandedValue:
+    """One characteristic in mm or rad (`unit`): what was measured, its bias, u, U and k, the tolerance, the decision.
+
+    A characteristic of which only an interval of the true value is known has neither u nor U.
+    """
+
+    name: str
+    type: str
+    unit: str
+    nominal: float
+    measured: float
+    bias: float
+    u: float | None
+    U: float | None
+    k: float | None
+    p: float
+    interval: tuple[float, float] | None
+    tolerance: tuple[float, float] | None
+    decision: str
+
+
+def handed_over(document: Mapping[str, Any]) -> dict[str, list[HandedValue]]:
+    """Values of every part (one nameless part where the document has none) of a document of `evaluate` or `uncertainty`.
+
+    Raises UsageError for another document.
+    """
+    if document.get("schema") != "vcmm.uncertainty/1":
+        raise UsageError("only documents of vcmm evaluate and vcmm uncertainty are handed to other systems")
+    parts = document.get("parts") or [{"part": "", "characteristics": document["characteristics"]}]
+    return {p["part"]: [_value(c) for c in p["characteristics"]] for p in parts}
+
+
+def _value(c: Mapping[str, Any]) -> HandedValue:
+    unit = "mm" if "nominal_mm" in c else "rad"
+
+    def got(key: str) -> Any:
+        return c.get(f"{key}_{unit}")
+
+    measured = got("measured")
+    return HandedValue(
+        name=c["name"], type=c["type"], unit=unit, nominal=got("nominal"),
+        measured=got("value") if measured is None else measured, bias=got("bias") or 0.0, u=got("u"), U=got("U"),
+        k=c.get("k"), p=c["p"], interval=_pair(got("interval")), tolerance=_pair(got("tolerance")),
+        decision=c.get("decision") or "",
+    )  # fmt: skip
+
+
+def _pair(value: Sequence[float] | None) -> tuple[float, float] | None:
+    return None if value is None or None in value else (float(value[0]), float(value[1]))

@@ -1,0 +1,50 @@
+"""Numbers of the program in mm, with the decimal point rule of the dialect."""
+
+from __future__ import annotations
+
+import math
+
+from vcmm.nc.iso.codes import IsoWords
+from vcmm.nc.iso.control import IsoControl
+from vcmm.nc.moves import Point
+
+POINTLESS = 20.0  # from here on a number without a point counts increments where all coordinates have one
+
+
+def length(c: IsoControl, w: IsoWords, letter: str, number: float) -> float:
+    """A number of the program in mm, with the decimal point rule of the dialect."""
+    word = w.words.get(letter)
+    if word is not None and number and not word.pointed and c.language.words == "macro":
+        small = c.language.increment[1 if c.unit > 1.0 else 0]
+        if c.language.decimal_point == "increment":
+            return number * small * c.unit
+        if c.points_written and abs(number) >= POINTLESS:
+            text = f"increments of {small:g}, as {letter}{word.text}: every coordinate of this program has its point"
+            c.assume("words without a decimal point", text, column=word.first)
+            return number * small * c.unit
+        _warn_pointless(c, w, letter, number)
+    return number * c.unit
+
+
+def _warn_pointless(c: IsoControl, w: IsoWords, letter: str, number: float) -> None:
+    unit = "inch" if c.unit > 1.0 else "mm"
+    small = number * c.language.increment[1 if c.unit > 1.0 else 0]
+    c.remark(
+        f"{letter}{w.words[letter].text} without a decimal point is read as {number:g} {unit} (calculator type); a control "
+        f'set to increments reads {small:g} {unit}. Write the point, or decimal_point = "increment" in the set-up file',
+        w.column(letter),
+        "decimal point",
+    )
+
+
+def turned(c: IsoControl, w: IsoWords) -> Point:
+    """The rotary position that a block asks for, rad."""
+    if not any(w.has(a) for a in "ABC"):
+        return c.rotary
+    out = list(c.rotary)
+    for i, axis in enumerate("ABC"):
+        number = w.take(axis)
+        if number is not None:
+            angle = math.radians(number)
+            out[i] = angle if c.absolute else out[i] + angle
+    return (out[0], out[1], out[2])
