@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from vcmm.core.run import Array
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.inversion import Inversion, Inverted
+from vcmm.evaluation.jointly import Joint, judged_jointly
 from vcmm.evaluation.pairs import rest_of
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
@@ -56,6 +58,13 @@ class EvaluatedPart:
     characteristics: tuple[Evaluated, ...]
     uncertainty: UncertaintyResult
     warnings: tuple[str, ...]
+
+    @cached_property
+    def joint(self) -> Joint | None:
+        """All tolerances of the part judged together; None where fewer than two are stated."""
+        found = [e.result for e in self.characteristics]
+        readings = [e.measured for e in self.characteristics]
+        return judged_jointly(self.uncertainty.model, found, readings, self.uncertainty.seed)
 
 
 @dataclass(frozen=True, eq=False)
