@@ -11,7 +11,7 @@ import pytest
 
 from tests.conftest import data_file
 from tests.plate import PLATE, edited
-from vcmm.cli import JOBS, LATER, VERBS, run
+from vcmm.cli import JOBS, VERBS, run
 from vcmm.effects import ALL
 
 HEAD = {"schema", "version", "seed", "inputs", "warnings"}
@@ -253,10 +253,6 @@ def test_doctor_with_something_missing(capsys, monkeypatch):
         (["explain", "backlsh"], 'unknown effect "backlsh". Did you mean "backlash"'),
         (["measure", "x.toml", "--seed", "abc"], 'unable to convert "abc" into int'),
         (["check"], "requires an argument"),
-        (
-            ["serve", "r.toml"],
-            "serve is planned and not built yet; what works today: demo, new, check",
-        ),
     ],
 )
 def test_wrong_command_lines(capsys, words, message):
@@ -275,7 +271,6 @@ def test_help_names_every_verb(capsys):
         assert f" {verb} " in out
         assert text.split()[0] in out
     assert set(JOBS) <= set(VERBS)
-    assert not set(LATER) & set(VERBS)
 
 
 def test_interrupted(tmp_path, capsys, monkeypatch):

@@ -51,6 +51,7 @@ ROOMS = (
     "tables",
     "console",
     "pages",
+    "workbench",
     "papers",
     "papers.echerfaoui2017",
     "papers.gaska2014",

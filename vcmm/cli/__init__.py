@@ -2,7 +2,7 @@
 
 Imports core, fit, part, gps, effects, nc, motion, cutting, measuring, response, instruments, evaluation, inference,
 exchange, routes, placing, machining, files, library, compensating, diagnosis, calibrating, api, tables, console,
-pages, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
+pages, workbench, papers.echerfaoui2017, papers.gaska2014, papers.marin2004, papers.abbe_milling, cases.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
     "cut": "Machine a part virtually: deviations of its features, U, owners, cycle time.",
     "compensate": "Rewrite an NC program so that the machine with its known errors cuts the part right.",
     "convert": "Make vcmm files of a QIF, DMIS or DCC file: part and plan, machine, quantities.",
+    "serve": "A task as a live page on this machine: knobs, and U, decision and budget moving with them.",
     "merge": "Put the shards of a job together (--shard): the document that one computer would have given.",
     "list": "List scenarios, effects, features, strategies, characteristics, laws, aliases, units.",
     "explain": "Explain an effect: formula, sign, parameters, needed columns, source.",
@@ -43,9 +44,8 @@ VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
 }
 JOBS = (
     "demo", "new", "check", "field", "measure", "uncertainty", "evaluate", "audit", "certificate", "routes", "rerun", "place", "diagnose", "compare", "calibrate", "test", "nc", "cut",
-    "compensate", "convert", "merge",
+    "compensate", "convert", "serve", "merge",
 )  # fmt: skip
-LATER = ("serve",)
 BUG, INTERRUPTED, WRONG, ENVIRONMENT = 70, 130, 2, 3
 
 
@@ -137,8 +137,6 @@ def _dispatch(words: list[str]) -> int:
     from cyclopts import CycloptsError
     from rich.console import Console
 
-    if words and words[0] in LATER:
-        raise UsageError(f"{words[0]} is planned and not built yet; what works today: {', '.join(VERBS)}")
     if words and not words[0].startswith("-") and words[0] not in VERBS:
         raise UsageError(f'unknown command "{words[0]}".{choose_from(words[0], VERBS)}')
     app = build_app()

@@ -9,7 +9,7 @@ from vcmm import report as r
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult, common_causes
 from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
-from vcmm.pages.view import part_items, touch_covariances, touch_items, touch_sources, volume_items
+from vcmm.pages.view import Item, part_items, touch_covariances, touch_items, touch_sources, volume_items
 from vcmm.report.histogram import filled
 from vcmm.tables.evaluated import (
     BUDGET,
@@ -77,6 +77,23 @@ def assumptions(scenario: Scenario, result: UncertaintyResult) -> str:
 
 def pictures(result: UncertaintyResult) -> list[str]:
     """The part in the machine, and the part with the ellipsoids of its touches."""
+    overview, close = scenes(result)
+    return [
+        r.scene(
+            overview,
+            title="Part in the machine",
+            caption="Machine frame; the wire box is the reach of the tip.",
+        ),
+        r.scene(
+            close,
+            title="Touches and their standard uncertainty",
+            caption="Ellipsoids: all Inputs together, k = 1.",
+        ),
+    ]
+
+
+def scenes(result: UncertaintyResult) -> tuple[list[Item], list[Item]]:
+    """What the two pictures hold."""
     task = result.model.task
     t = task.touches
     features = list(task.part.features.values())
@@ -93,18 +110,7 @@ def pictures(result: UncertaintyResult) -> list[str]:
             t, touch_covariances(task, result.model.influences), touch_sources(task, result.model.influences)
         ),
     ]
-    return [
-        r.scene(
-            overview,
-            title="Part in the machine",
-            caption="Machine frame; the wire box is the reach of the tip.",
-        ),
-        r.scene(
-            close,
-            title="Touches and their standard uncertainty",
-            caption="Ellipsoids: all Inputs together, k = 1.",
-        ),
-    ]
+    return overview, close
 
 
 def characteristic_blocks(c: CharacteristicResult) -> list[str]:

@@ -33,7 +33,7 @@ def scene_script() -> str:
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
-def _scripts() -> str:
+def scripts() -> str:
     """What a page with scenes needs once: plotly, packed, and the script that unpacks and uses it."""
     library = f'<script type="application/octet-stream" id="plotly-gz">{packed_plotly()}</script>\n'
     return f"{library}<script>\n{scene_script()}</script>\n"
@@ -42,7 +42,7 @@ def _scripts() -> str:
 def page(title: str, blocks: Sequence[str], *, subtitle: str = "", footer: str = "") -> str:
     """The whole document. `blocks` are HTML strings made by this package; texts are escaped here."""
     body = "\n".join(blocks)
-    script = _scripts() if "data-scene" in body else ""
+    script = scripts() if "data-scene" in body else ""
     style = css_variables() + css_classes() + "\n" + asset("style.css")
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
     foot = f"<footer>{escape(footer)}</footer>\n" if footer else ""

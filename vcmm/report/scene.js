@@ -19,6 +19,7 @@
     if (value && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, coloured(v)]));
     return value;
   };
+  window.vcmmScenes = {load, coloured, options: {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["tableRotation", "resetCameraLastSave3d"]}};
   const turned = (eye, around, up) => {
     const r = Math.hypot(eye.x, eye.y, eye.z), a = Math.atan2(eye.y, eye.x) + around;
     const e = Math.min(1.55, Math.max(-1.55, Math.asin(eye.z / r) + up));
@@ -33,7 +34,7 @@
       if (drawn) return;
       drawn = true;
       const plotly = await load(), {data, layout} = coloured(given);
-      await plotly.newPlot(live, data, layout, {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["tableRotation", "resetCameraLastSave3d"]});
+      await plotly.newPlot(live, data, layout, vcmmScenes.options);
       figure.classList.add("drawn");
     };
     const drop = () => {

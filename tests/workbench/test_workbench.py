@@ -1,0 +1,206 @@
+"""The workbench: knobs, previews, one computation at a time, and a server that answers to its own page only."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import shutil
+import subprocess
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.plate import PLATE
+from vcmm.core.errors import Environment, UsageError
+from vcmm.files.scenario import load_scenario
+from vcmm.measuring.scenario import Scenario
+from vcmm.workbench.bench import Bench, GivenUp
+from vcmm.workbench.knobs import knobs_of, turned
+from vcmm.workbench.live import preview
+from vcmm.workbench.server import WorkbenchServer
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
+    path = tmp_path_factory.mktemp("bench") / "plate.toml"
+    path.write_text(PLATE.replace("trials = 20000", "trials = 1000"))
+    return load_scenario(path)
+
+
+@pytest.fixture(scope="module")
+def server(scenario: Scenario) -> Iterator[WorkbenchServer]:
+    with WorkbenchServer(Bench(scenario)) as made:
+        threading.Thread(target=made.serve_forever, daemon=True).start()
+        yield made
+        made.shutdown()
+
+
+def asked(server: WorkbenchServer, path: str, body: Any = None, **headers: str) -> tuple[int, Any]:
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_address[1], timeout=60)
+    given = {"X-Token": server.token, **{k.replace("_", "-"): v for k, v in headers.items()}}
+    connection.request(
+        "POST" if body is not None else "GET", path, None if body is None else json.dumps(body), given
+    )
+    answer = connection.getresponse()
+    text = answer.read().decode()
+    connection.close()
+    return answer.status, json.loads(text) if answer.headers["Content-Type"] == "application/json" else text
+
+
+def test_knobs_stand_where_the_scenario_does(scenario: Scenario) -> None:
+    assert [k.name for k in knobs_of(scenario)] == [
+        "x",
+        "y",
+        "z",
+        "turn",
+        "room",
+        "styli",
+        "touches",
+        "scatter",
+    ]
+    same = turned(scenario, {k.name: k.start for k in knobs_of(scenario)})
+    assert np.allclose(same.pose.rotation, scenario.pose.rotation, atol=1e-15)
+    assert preview(same)["characteristics"] == preview(scenario)["characteristics"]
+
+
+def test_knobs_turn_what_they_say(scenario: Scenario) -> None:
+    start = {k.name: k.start for k in knobs_of(scenario)}
+    moved = turned(
+        scenario,
+        {"x": start["x"] + 7.0, "turn": start["turn"] + 90.0, "room": 2.0, "styli": 2.0, "touches": 3},
+    )
+    assert moved.pose.shift[0] - scenario.pose.shift[0] == pytest.approx(7.0)
+    assert np.degrees(moved.pose.turns()[2] - scenario.pose.turns()[2]) % 360 == pytest.approx(90.0)
+    assert len(moved.plan.steps[0].points) == 3 * len(scenario.plan.steps[0].points)
+    name, stylus = next(iter(scenario.plan.styli.items()))
+    assert moved.plan.styli[name].offset == pytest.approx(2.0 * stylus.offset)
+    for column, value in scenario.constants.items():
+        assert moved.constants[column] - value == pytest.approx(2.0 if column.startswith("temp_") else 0.0)
+
+
+@pytest.mark.parametrize(("knobs", "says"), [({"speed": 1.0}, "no knob"), ({"x": 1e9}, "the knob goes from"), ({"x": "3"}, "finite number"), ({"x": float("nan")}, "finite")])  # fmt: skip
+def test_knobs_that_cannot_be_turned(scenario: Scenario, knobs: dict[str, Any], says: str) -> None:
+    with pytest.raises(UsageError, match=says):
+        turned(scenario, knobs)
+
+
+def test_a_preview_is_what_the_evaluation_says(scenario: Scenario) -> None:
+    """Sizes and distances: u of the linear model; k differs (2 against the quantile of the law)."""
+    from vcmm import api
+
+    seen = {c["name"]: c for c in preview(scenario)["characteristics"]}
+    whole = api.uncertainty(scenario, trials=1000).characteristics
+    plain = [c for c in whole if c.type in ("size", "distance")]
+    assert plain
+    for c in plain:
+        assert seen[c.name]["U"] == pytest.approx(2e3 * c.u, rel=0.02)
+
+
+def test_more_touches_less_scatter(scenario: Scenario) -> None:
+    """Four touches at every place halve the share of the scatter: u^2 falls by three quarters of it."""
+
+    def parts(knobs: dict[str, float]) -> dict[str, float]:
+        found = preview(turned(scenario, knobs))["characteristics"][0]
+        return {b["input"]: b["share"] * found["U"] ** 2 for b in found["budget"]}
+
+    one, four, wide = parts({"touches": 1}), parts({"touches": 4}), parts({"scatter": 2.0})
+    name = next(n for n in one if n.startswith("scatter"))
+    assert four[name] == pytest.approx(one[name] / 4, rel=1e-6)
+    assert wide[name] == pytest.approx(one[name] * 4, rel=1e-6)
+
+
+def test_a_newer_question_ends_an_older_one(scenario: Scenario) -> None:
+    bench = Bench(scenario)
+    started = threading.Event()
+    outcome: list[object] = []
+
+    def slow() -> None:
+        wanted = bench._wanted
+
+        def told(question: int) -> None:
+            started.set()
+            newer.wait(20)
+            wanted(question)
+
+        bench._wanted = told  # type: ignore[method-assign]
+        try:
+            outcome.append(bench.settled({}))
+        except GivenUp as why:
+            outcome.append(why)
+
+    newer = threading.Event()
+    thread = threading.Thread(target=slow)
+    thread.start()
+    assert started.wait(20)
+    bench._ask()
+    newer.set()
+    thread.join(60)
+    assert isinstance(outcome[0], GivenUp)
+
+
+def test_the_page_comes_to_who_has_the_token(server: WorkbenchServer) -> None:
+    status, page = asked(server, f"/?token={server.token}")
+    assert status == 200
+    assert page.count("<script") == 4
+    assert asked(server, "/?token=x")[0] == 403
+    assert asked(server, f"/etc/passwd?token={server.token}")[0] == 404
+    assert asked(server, f"/../../etc/passwd?token={server.token}")[0] == 404
+
+
+@pytest.mark.parametrize("headers", [{"Host": "evil.example:80"}, {"Host": "localhost:1"}, {"Origin": "http://evil.example"}, {"X_Token": "x"}])  # fmt: skip
+def test_other_sites_get_nothing(server: WorkbenchServer, headers: dict[str, str]) -> None:
+    status, answer = asked(server, "/state", {}, **headers)
+    assert status == 403
+    assert set(answer) == {"error"}
+
+
+def test_questions_and_wrong_questions(server: WorkbenchServer) -> None:
+    assert asked(server, "/state", {})[1]["knobs"][0]["name"] == "x"
+    status, answer = asked(server, "/preview", {"knobs": {"scatter": 2.0}})
+    assert status == 200
+    assert answer["preview"] is True
+    assert asked(server, "/preview", {"knobs": {"z": 1e9}})[0] == 422
+    assert asked(server, "/preview", {})[0] == 422
+    assert asked(server, "/preview", [1])[0] == 400
+    assert asked(server, "/run", {})[0] == 404
+    assert asked(server, "/diagnose", {"files": {"../machine.toml": ""}}) == (422, {"error": "a dropped file needs a plain name: letters, digits, dots, dashes"})  # fmt: skip
+    outside = 'vcmm = "recording/1"\nmachine = "/etc/passwd"\ndata = "a.csv"\n'
+    assert (
+        "was not dropped with it"
+        in asked(server, "/diagnose", {"files": {"r.toml": outside, "a.csv": "x"}})[1]["error"]
+    )
+    assert "drop one recording" in asked(server, "/diagnose", {"files": {"a.csv": "x"}})[1]["error"]
+
+
+def test_a_whole_evaluation_brings_its_scenes(server: WorkbenchServer) -> None:
+    status, answer = asked(server, "/settled", {"knobs": {"room": 1.0}})
+    assert status == 200
+    assert answer["schema"] == "vcmm.uncertainty/1"
+    assert [len(f["data"]) > 3 for f in answer["figures"]] == [True, True]
+
+
+def test_a_taken_port_is_said(server: WorkbenchServer, scenario: Scenario) -> None:
+    with pytest.raises(Environment, match="--port"):
+        WorkbenchServer(Bench(scenario), server.server_address[1])
+
+
+@pytest.mark.skipif(
+    not shutil.which("chromium"), reason="chromium is not installed: the script cannot be run"
+)
+def test_a_browser_shows_what_was_evaluated(server: WorkbenchServer, tmp_path: Path) -> None:
+    """The first preview and the whole evaluation arrive in the page, with a slider per knob."""
+    command = [
+        "chromium", "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+        "--ignore-gpu-blocklist", "--no-first-run", "--disable-background-networking", f"--user-data-dir={tmp_path}",
+        "--virtual-time-budget=30000", "--dump-dom", server.address,
+    ]  # fmt: skip
+    dom = subprocess.run(command, capture_output=True, text=True, timeout=120).stdout
+    if "data-settled" not in dom:
+        pytest.skip("chromium does not run here, or not in time")
+    assert re.search(r"<tr><td>bore diameter</td><td>30\.\d{5} mm</td><td>[\d.]+ µm</td>", dom)
+    assert dom.count('<input type="range"') == 8

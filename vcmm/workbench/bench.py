@@ -1,0 +1,110 @@
+"""One task on the bench: previews at once, whole evaluations one at a time, the older one given up when a knob moves on."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vcmm import api
+from vcmm.console.documents import document
+from vcmm.core.errors import UsageError
+from vcmm.measuring.scenario import Scenario
+from vcmm.pages.uncertainty import scenes
+from vcmm.report.scene import figure_of
+from vcmm.tables.evaluated import uncertainty_json
+from vcmm.workbench.knobs import knobs_of, turned
+from vcmm.workbench.live import preview
+
+
+class GivenUp(Exception):
+    """A newer question has come; the answer to this one is no longer wanted."""
+
+
+class Bench:
+    """The task, and which question is the newest. Answers are dictionaries of JSON."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self._working = threading.Lock()
+        self._asked = threading.Lock()
+        self._newest = 0
+
+    def state(self) -> dict[str, Any]:
+        """Name, knobs, and the answer with all knobs where they stand."""
+        knobs = [vars(k) | {"low": k.reach[0], "high": k.reach[1]} for k in knobs_of(self.scenario)]
+        return {"name": self.scenario.name, "knobs": knobs}
+
+    def preview(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Raises UsageError for knobs that do not exist; GivenUp when a newer question has come meanwhile."""
+        mine = self._ask()
+        chosen = turned(self.scenario, values)
+        with self._working:
+            self._wanted(mine)
+            return preview(chosen, chosen.settings.seed)
+
+    def settled(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The whole evaluation with its scenes. GivenUp as soon as a newer question has come."""
+        mine = self._ask()
+        chosen = turned(self.scenario, values)
+
+        def report(text: str, share: float | None) -> None:
+            self._wanted(mine)
+
+        with self._working:
+            self._wanted(mine)
+            result = api.uncertainty(chosen, progress=report)
+            self._wanted(mine)
+        figures = [figure_of(items)[0] for items in scenes(result)]
+        body = {"preview": False, **uncertainty_json(result), "figures": figures}
+        return document("vcmm.uncertainty/1", body, seed=result.seed, files=[], warnings=result.warnings)
+
+    def _ask(self) -> int:
+        with self._asked:
+            self._newest += 1
+            return self._newest
+
+    def _wanted(self, question: int) -> None:
+        if question != self._newest:
+            raise GivenUp
+
+
+def diagnosed(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
+    """What physics a dropped recording holds: its .toml and the tables that it names. Raises UsageError for other sets of files.
+
+    files: by plain name (checked by the caller); folder: an empty one, in which they are read.
+    """
+
+    from vcmm.diagnosis.job import diagnose
+    from vcmm.files.recording import load_recording
+    from vcmm.pages.diagnosis import sentences
+
+    heads = [n for n in files if n.endswith(".toml") and b"recording/" in files[n]]
+    if len(heads) != 1:
+        raise UsageError(
+            f'drop one recording (.toml with vcmm = "recording/1") and its tables; {len(heads)} are among the files'
+        )
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    _check_inside(files, folder)
+    recording, machine = load_recording(folder / heads[0])
+    found = diagnose(recording, machine)
+    answers = [{"effect": a.effect, "where": a.where, "probability": a.probability} for a in found.answer]
+    return {"verdict": found.verdict, "sentences": list(sentences(found)), "answer": answers}
+
+
+def _check_inside(files: Mapping[str, bytes], folder: Path) -> None:
+    """UsageError where a dropped file names one that was not dropped with it: nothing else on this machine is read."""
+    for name in (n for n in files if n.endswith(".toml")):
+        text = files[name].decode("utf-8", errors="replace")
+        for quoted in re.findall(r"[\"']([^\"'\n]*)[\"']", text):
+            if (
+                "\0" in quoted
+                or "\\" in quoted
+                or not (folder / quoted).resolve().is_relative_to(folder.resolve())
+            ):
+                raise UsageError(
+                    f'{name} names "{quoted[:80]}", which was not dropped with it; drop all its files together'
+                )
