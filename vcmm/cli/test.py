@@ -42,8 +42,7 @@ def test_command(
     from vcmm.calibrating.limits import limits_of
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import show_table
-    from vcmm.files.machine import machine_from
-    from vcmm.files.machine_tables import found_machine
+    from vcmm.files.machine import load_machine_of
     from vcmm.files.toml import read_toml
     from vcmm.tables.calibrated import FIGURES
     from vcmm.tables.table import records
@@ -56,7 +55,7 @@ def test_command(
     elif more or str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
         figures = _recorded([file, *more], iso, limits, warnings)
     else:
-        machine = machine_from(*found_machine(file))
+        machine = load_machine_of(file)
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
         figures = predicted(machine, iso, limits, seed, trials)

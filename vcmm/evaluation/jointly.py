@@ -26,7 +26,7 @@ TRIALS = 100_000
 
 
 @dataclass(frozen=True)
-class Joint:
+class JointJudgement:
     """least <= probability that all true values lie within their limits <= most; equal where no extreme value is among them.
 
     independent: the product, as if nothing were shared. reason: why nothing is told (then the numbers are NaN), else empty.
@@ -42,7 +42,7 @@ class Joint:
 
 def judged_jointly(
     model: LinearModel, found: Sequence[CharacteristicResult], readings: Sequence[float], seed: int
-) -> Joint | None:
+) -> JointJudgement | None:
     """Of all toleranced characteristics, `readings` what was indicated of each of `found`; None with fewer than two of them."""
     toleranced = [(c, y) for c, y in zip(found, readings) if c.decision is not None]
     if len(toleranced) < 2:
@@ -51,14 +51,14 @@ def judged_jointly(
     hidden = [c.name for c, _ in toleranced if c.decision is not None and c.decision.p_conform is None]
     if hidden:
         reason = f"coverage is not shown of {', '.join(hidden)}"
-        return Joint(names, math.nan, math.nan, math.nan, UNDECIDED, reason)
+        return JointJudgement(names, math.nan, math.nan, math.nan, UNDECIDED, reason)
     alone = [float(c.decision.p_conform or 0.0) for c, _ in toleranced if c.decision is not None]
     together = [pair for pair in toleranced if isinstance(pair[0].truth, Additive)]
     common = _common(model, together, seed) if together else 1.0
     others = [p for p, (c, _) in zip(alone, toleranced) if not isinstance(c.truth, Additive)]
     least, most = max(common - sum(1.0 - p for p in others), 0.0), min([common, *others])
     text = CONFORMS if least >= ACCEPT else REJECTED if most <= REJECT else UNDECIDED
-    return Joint(names, least, most, math.prod(alone), text)
+    return JointJudgement(names, least, most, math.prod(alone), text)
 
 
 def _common(model: LinearModel, together: Sequence[tuple[CharacteristicResult, float]], seed: int) -> float:

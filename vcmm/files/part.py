@@ -18,10 +18,12 @@ from vcmm.core.units import quantity, shown
 from vcmm.effects import made_for
 from vcmm.files.drawing import (
     GeneralTolerances,
+    compared_with_itself,
     general_from,
     general_of,
     reciprocal,
     size_limits,
+    stated_filter,
     stated_limits,
 )
 from vcmm.files.knowledge import names_in
@@ -44,7 +46,6 @@ from vcmm.files.schema import (
 )
 from vcmm.files.toml import Document, Location
 from vcmm.gps import characteristics as gps
-from vcmm.part.characteristic import Filter
 from vcmm.part.form import Lobes
 from vcmm.part.part import TYPES, Characteristic, Feature, Part, load_mesh, members
 
@@ -377,10 +378,8 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         zone = read("zone", lambda: general_of(t, drawing.features, drawing.general)[1])
     along = read("projected", lambda: t.projected and quantity(t.projected, "length", "projected", "20 mm"))
     sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.own_limits))
-    cutoff = read("cutoff", lambda: t.cutoff and quantity(t.cutoff, "length", "cutoff", "0.8 mm"))
-    if not t.filter and (t.upr is not None or t.cutoff):
-        found.append(("filter", 'upr and cutoff are of a filter; add filter = "gaussian" or "spline"'))
-    found += _compared_with_itself(t)
+    kept = read("filter", lambda: stated_filter(t))
+    found += compared_with_itself(t)
     if found:
         raise TableProblems(found)
     return Characteristic(
@@ -388,19 +387,5 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         datums=tuple(d if isinstance(d, str) else tuple(d) for d in t.datums),  # type: ignore[misc]
         criterion=t.criterion, limits=limits, zone=zone, datum_criterion=t.datum_criterion,
         projected=along or None, zones=t.zones, material=t.material, size_limits=sizes,
-        filter=Filter(t.filter, t.upr, cutoff or None) if t.filter else None,
+        filter=kept,
     )  # fmt: skip
-
-
-def _compared_with_itself(t: CharacteristicTable) -> list[tuple[str, str]]:
-    """(role, complaint) of a feature that is named twice."""
-    datums = [m for d in t.datums for m in ([d] if isinstance(d, str) else d)]
-    given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": datums}
-    found: list[tuple[str, str]] = []
-    seen: set[str] = set()
-    for role, names in given.items():
-        for name in names:
-            if name in seen:
-                found.append((role, f'it compares "{name}" with itself; name another feature in one place'))
-            seen.add(name)
-    return found

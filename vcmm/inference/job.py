@@ -13,7 +13,7 @@ from vcmm.core.run import Array
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.inversion import Inversion, Inverted
-from vcmm.evaluation.jointly import Joint, judged_jointly
+from vcmm.evaluation.jointly import JointJudgement, judged_jointly
 from vcmm.evaluation.pairs import rest_of
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
@@ -60,7 +60,7 @@ class EvaluatedPart:
     warnings: tuple[str, ...]
 
     @cached_property
-    def joint(self) -> Joint | None:
+    def joint(self) -> JointJudgement | None:
         """All tolerances of the part judged together; None where fewer than two are stated."""
         found = [e.result for e in self.characteristics]
         readings = [e.measured for e in self.characteristics]

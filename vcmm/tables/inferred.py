@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from vcmm.evaluation.jointly import Joint
+from vcmm.evaluation.jointly import JointJudgement
 from vcmm.inference.job import Evaluated, EvaluatedPart
 from vcmm.tables.evaluated import DECISION, RESULTS, decided, from_nominal, p_conform
 from vcmm.tables.quantities import DEVIATION, LENGTH, SPAN, percent
@@ -65,7 +65,7 @@ def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
     return {"trials": trials, "parts": listed}
 
 
-def joint_json(joint: Joint | None) -> dict[str, Any]:
+def joint_json(joint: JointJudgement | None) -> dict[str, Any]:
     """The key `joint`: null with fewer than two tolerances."""
     if joint is None:
         return {"joint": None}
@@ -82,7 +82,7 @@ def joint_json(joint: Joint | None) -> dict[str, Any]:
     }
 
 
-def joint_words(joint: Joint | None) -> list[str]:
+def joint_words(joint: JointJudgement | None) -> list[str]:
     """The part as a whole in one sentence; none with fewer than two tolerances."""
     if joint is None:
         return []
