@@ -58,7 +58,7 @@ exam: .venv/.installed-dev ## ten minutes of concealed effects put to diagnose, 
 	$(BIN)/python tools/calibrate_statistics.py 10 design
 	$(BIN)/python -m benchmarks.exam --plan ten-minutes --jobs $(JOBS) --budget 10min --out exam.jsonl
 
-audit: .venv/.installed-dev ## count coverage of the published tasks and write docs/audit.md, about five minutes
+audit: .venv/.installed-dev ## count coverage of the published tasks and write docs/audit.md; goes on where it stopped
 	$(BIN)/python tools/audit_table.py
 
 clean: ## remove .venv, caches and everything that was made

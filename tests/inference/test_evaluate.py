@@ -132,7 +132,18 @@ def test_values_and_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str
             "characteristic,value_deg\nbore diameter,30\n",
             '"bore diameter" is a length: name the column value_mm',
         ),
-        ("characteristic,value_um\nbore diameter,30\n", "for a deviation from nominal"),
+        (
+            "characteristic,value_um\nbore diameter,30\n",
+            "it would fit if it were in metres: name the column value_m",
+        ),
+        (
+            "characteristic,value_mm\nbore diameter,1.1811\n",
+            "it would fit if it were in inches: name the column value_in",
+        ),
+        (
+            "characteristic,value_in\nbore diameter,30\n",
+            "it would fit if it were in mm, not inches: name the column value_mm",
+        ),
         ("characteristic,value_mm\nbore square to top,-0.001\n", "perpendicularity is never negative"),
     ],
 )
@@ -146,6 +157,15 @@ def test_values_that_cannot_be_meant(
     assert out == ""
     assert message in err
     assert "values.csv:2" in err
+
+
+def test_an_undecided_characteristic_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario, values = corrected(tmp_path), tmp_path / "values.csv"
+    values.write_text("characteristic,deviation_um\nbore diameter,0.4\n")  # the lower limit, its bias on it
+    assert run(["evaluate", str(scenario), "--values", str(values), "--out", str(tmp_path / "out")]) == 0
+    why = "bore diameter is undecided: it conforms with a probability of"
+    assert why in " ".join(capsys.readouterr().err.split())
+    assert why in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_command_line_says_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -173,6 +193,28 @@ def test_roundness_held_by_independent_counting(tmp_path: Path) -> None:
         low, high = inverse.interval(0.95, np.ptp(residuals, axis=1), None)
         held = ((low <= 2 * amplitude) & (2 * amplitude <= high)).mean()
         assert held >= 0.92, (amplitude, held)  # 93 % less the scatter of 1500 parts, 0.7 %
+
+
+def test_a_form_is_stated_with_its_filter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Noise of 1 um at 120 points: about 5 um of roundness; of its waves up to 15 UPR about half."""
+    plain, smooth = tmp_path / "plain.toml", tmp_path / "smooth.toml"
+    text = ROUND.replace("n = 24", "n = 120")
+    plain.write_text(text)
+    smooth.write_text(text.replace('type = "roundness"', 'type = "roundness"\nfilter = "gaussian"\nupr = 15'))
+    values = tmp_path / "values.csv"
+    values.write_text("characteristic,value_um\nround,6\n")
+    found = {}
+    for path in (plain, smooth):
+        _, told = document(capsys, "evaluate", str(path), "--values", str(values))
+        found[path] = told["characteristics"][0]
+    assert found[plain]["filter"] is None
+    assert found[smooth]["filter"] == "gaussian filter ISO 16610-21, 15 UPR, tip radius 1 mm"
+    assert 4e-3 < found[plain]["mean_mm"] < 6e-3
+    assert 1.5e-3 < found[smooth]["mean_mm"] < 3.2e-3
+    assert found[smooth]["true_value"]["interval_mm"][0] > found[plain]["true_value"]["interval_mm"][0]
+    smooth.write_text(text.replace('type = "roundness"', 'type = "roundness"\nfilter = "gaussian"\nupr = 50'))
+    assert run(["uncertainty", str(smooth)]) == 2
+    assert "needs 350 points, 7 per wave" in " ".join(capsys.readouterr().err.split())
 
 
 def test_audit_counts_and_its_exit_code_follows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

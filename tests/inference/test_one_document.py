@@ -35,6 +35,14 @@ def test_u_k_and_interval_belong_together_and_warnings_are_about_what_was_measur
     found = json.loads(capsys.readouterr().out)
     for c in found["characteristics"]:
         low, high = c["interval_mm"]
+        if high is None:  # eight angles hardly meet four lobes: no upper end, no U, nothing claimed
+            assert (c["name"], c["U_mm"], c["coverage_shown"], c["decision"]) == (
+                "roundish",
+                None,
+                False,
+                "undecided",
+            )
+            continue
         assert c["U_mm"] == pytest.approx((high - low) / 2)
         assert c["U_mm"] == pytest.approx(c["k"] * c["u_mm"])
     claimed = {c["name"] for c in found["characteristics"] if c["coverage_shown"]}

@@ -65,7 +65,7 @@ def test_the_document_has_every_key_of_the_contract():
     assert set(c) == {
         "name", "type", "nominal_mm", "value_mm", "mean_mm", "bias_mm", "bias_corrected", "u_mm", "U_mm", "k", "p",
         "interval_mm", "interval_kind", "coverage_shown", "tolerance_mm", "decision", "decision_rule", "p_conform",
-        "budget", "interaction_share", "tier", "trials", "linear_error_mm", "true_value", "why_not_shown",
+        "budget", "interaction_share", "tier", "trials", "linear_error_mm", "true_value", "why_not_shown", "filter",
         "common_causes", "zone", "acceptance_limits_mm", "specific_risk", "global_risk",
     }  # fmt: skip
     assert c["true_value"] is None

@@ -15,8 +15,7 @@ from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.files.certificate import certificate_table
-from vcmm.files.machine import machine_from
-from vcmm.files.machine_tables import machine_table
+from vcmm.files.machine import load_machine_of
 from vcmm.files.scenario import load_scenario
 from vcmm.measuring.scenario import Scenario
 from vcmm.measuring.settings import Settings
@@ -61,7 +60,7 @@ def certificate_worth(
     report = progress or (lambda text, share: None)
     table = certificate_table(path)
     scenario, certificate = load_scenario(path), _drawn_from(path)
-    machine = machine_from(*machine_table(path))  # without the part's effects
+    machine = load_machine_of(path)  # without the part's effects
     changes: dict[str, Any] = {k: v for k, v in (("trials", trials), ("seed", seed)) if v is not None}
     settings = replace(scenario.settings, certify=CHECKED, **changes)
     steps = _facts(table)

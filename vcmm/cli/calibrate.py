@@ -65,16 +65,22 @@ def calibrate_command(
     wanted = CalibrationWanted(list(recordings), structure, machine, out, test or [])
     if design is not None or simulate is not None:
         return _planned(design, simulate, wanted, seed, json)
-    wanted.check_named()
     given: dict[str, Any] = {
-        "machine": machine, "errors": errors, "interpolation": interpolation != "spline", "thermal": thermal,
-        "sensors": sensors, "test": test, "residual": residual, "report": report, "growth": growth,
+        "machine": machine, "errors": errors, "interpolation": interpolation, "thermal": thermal, "sensors": sensors,
+        "test": test, "residual": residual, "report": report, "growth": growth,
     }  # fmt: skip
-    special = _special(wanted, given, compare_interpolations, json)
+    return _run(wanted, given, months, compare_interpolations, json)
+
+
+def _run(wanted: Any, given: dict[str, Any], months: float, compare: bool, json: bool) -> int:
+    """The calibration, or the job besides one that is asked for. given: options of the command."""
+    wanted.check_named()
+    kind = given["interpolation"]
+    special = _special(wanted, given | {"interpolation": kind != "spline"}, compare, json)
     if special is None:
-        asked = Asked(errors.replace(",", " ").split(), interpolation, _growth(growth, months, machine))
-        found = _calibrated(wanted, asked, residual)
-        _answer(found, wanted, report, json)
+        names = given["errors"].replace(",", " ").split()
+        asked = Asked(names, kind, _growth(given["growth"], months, given["machine"]))
+        _answer(_calibrated(wanted, asked, given["residual"]), wanted, given["report"], json)
     return special or 0
 
 

@@ -95,10 +95,9 @@ def _certificate_rows(file: Path, machine: Any) -> list[list[str]]:
 
 def _machine_alone(file: Path) -> Any:
     """The machine of a scenario without what part and room add to it: as its own test finds it."""
-    from vcmm.files.machine import machine_from
-    from vcmm.files.machine_tables import machine_table
+    from vcmm.files.machine import load_machine_of
 
-    return machine_from(*machine_table(file))
+    return load_machine_of(file)
 
 
 def _describe_machine(machine: Any) -> list[list[str]]:

@@ -135,11 +135,14 @@ def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, An
 
 def _show(parts: Any, warnings: list[str]) -> None:
     from vcmm.console.terminal import say, show_table
-    from vcmm.tables.evaluated import largest
-    from vcmm.tables.inferred import shown
+    from vcmm.tables.evaluated import largest, stated_with, undecided_because
+    from vcmm.tables.inferred import joint_words, shown
 
     for part in parts:
         show_table(shown(part))
+        found = [e.result for e in part.characteristics]
+        for sentence in (*stated_with(found), *undecided_because(found), *joint_words(part.joint)):
+            say(sentence)
     if len(parts) == 1:
         show_table(largest(e.result for e in parts[0].characteristics))
     for warning in warnings:

@@ -42,6 +42,7 @@ def test_command(
     from vcmm.calibrating.limits import limits_of
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import show_table
+    from vcmm.files.machine import load_machine_of
     from vcmm.files.toml import read_toml
     from vcmm.tables.calibrated import FIGURES
     from vcmm.tables.table import records
@@ -54,7 +55,7 @@ def test_command(
     elif more or str(read_toml(file).data.get("vcmm", "")).startswith("recording/"):
         figures = _recorded([file, *more], iso, limits, warnings)
     else:
-        machine = _machine(file)
+        machine = load_machine_of(file)
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
         figures = predicted(machine, iso, limits, seed, trials)
@@ -76,14 +77,6 @@ def _table(iso: str, figures: Any) -> Any:
     from vcmm.tables.reversed import spindle_figures
 
     return spindle_figures(figures) if iso == "230-7" else figures_table(iso, figures)
-
-
-def _machine(file: Path) -> Any:
-    """Of a machine file, or of a scenario."""
-    from vcmm.files.machine import machine_from
-    from vcmm.files.machine_tables import machine_table
-
-    return machine_from(*machine_table(file))
 
 
 def _stated(file: Path, machine: Any, iso: str, warnings: list[str]) -> tuple[dict[str, Any], bool]:

@@ -127,9 +127,12 @@ def show(result: Any) -> None:
     """The result table, the largest budget lines, and how it was computed."""
     from vcmm.console.terminal import say, show_table
     from vcmm.evaluation.result import common_causes
-    from vcmm.tables.evaluated import computed, largest, results
+    from vcmm.tables.evaluated import computed, largest, results, stated_with, undecided_because
 
-    for table in (results(result), largest(result.characteristics), computed(result)):
+    show_table(results(result))
+    for sentence in (*stated_with(result.characteristics), *undecided_because(result.characteristics)):
+        say(sentence)
+    for table in (largest(result.characteristics), computed(result)):
         show_table(table)
     for c in result.characteristics:
         for cause, (share, names) in common_causes(c.budget).items():

@@ -15,6 +15,9 @@ from vcmm.measuring.settings import Settings
 TANGENT_DRAWS = 200  # for the curvature, even where no exact trials are asked for
 
 
+AT_ONCE, LEAST_DRAWS = 2_000_000, 20  # touches of all trials; of a scan fewer trials say as much
+
+
 @dataclass(frozen=True, eq=False)
 class Check:
     """Per characteristic (C,), mm or rad: largest |tangent - exact| and |linear model - exact| over the trials (inf when
@@ -28,7 +31,9 @@ class Check:
 
 def check(model: LinearModel, gradient: Array, settings: Settings) -> Check:
     """Compare the three on common draws. Raises ModelLimit when a draw leaves the model (a t-law with very small nu)."""
-    drawn = draw_inputs(model, settings.seed, 0, max(settings.certify, TANGENT_DRAWS))
+    most = max(LEAST_DRAWS, AT_ONCE // model.task.touches.run.n)
+    certify = min(settings.certify, most)
+    drawn = draw_inputs(model, settings.seed, 0, min(max(settings.certify, TANGENT_DRAWS), most))
     q = linear_quantities(model, drawn)
     tangent = model.values(model.q0) + (q - model.q0) @ gradient.T
     try:
@@ -38,13 +43,13 @@ def check(model: LinearModel, gradient: Array, settings: Settings) -> Check:
     low, high = np.quantile(tangent, [0.1587, 0.8413], axis=0)
     spread = np.maximum((high - low) / 2, 1e-15)
     curvature = np.sqrt(np.median((linear - tangent) ** 2, axis=0)) / spread
-    if settings.certify == 0:
+    if certify == 0:
         unknown = np.full(len(spread), np.inf)
         return Check(unknown, unknown, curvature)
-    exact = exact_values(model, [d.head(settings.certify) for d in drawn])
+    exact = exact_values(model, [d.head(certify) for d in drawn])
     return Check(
-        np.abs(tangent[: settings.certify] - exact).max(axis=0),
-        np.abs(linear[: settings.certify] - exact).max(axis=0),
+        np.abs(tangent[:certify] - exact).max(axis=0),
+        np.abs(linear[:certify] - exact).max(axis=0),
         curvature,
     )
 

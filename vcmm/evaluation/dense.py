@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,6 +13,7 @@ from vcmm.core.machine import Machine
 from vcmm.core.pose import Pose
 from vcmm.core.run import Array, Run
 from vcmm.evaluation.linear import LinearModel, build
+from vcmm.gps.filters import PER_WAVE
 from vcmm.measuring.plan import Touches
 from vcmm.measuring.task import Task
 from vcmm.part.part import Feature, normal, surface_point
@@ -44,14 +46,18 @@ class Errorless:
         return self.task.machine, self.task.touches.run
 
 
-def all_over(feature: Feature, measured: Array) -> Array:
-    """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh)."""
-    around = np.arange(AROUND) * (2 * np.pi / AROUND)
+def all_over(feature: Feature, measured: Array, most: int = AROUND) -> Array:
+    """Points (m, 3) all over a feature; the measured ones where it has no surface of its own (a point, a mesh).
+
+    most: around a circle and along a line, where a filter needs more.
+    """
+    count = most if feature.kind == "circle" else AROUND
+    around = np.arange(count) * (2 * np.pi / count)
     if feature.kind == "plane":
         u, v = (np.linspace(-e / 2, e / 2, SIDE) for e in feature.extent)
         return surface_point(feature, np.repeat(u, SIDE), np.tile(v, SIDE))
     if feature.kind == "line":
-        return surface_point(feature, np.linspace(0.0, feature.extent[0], AROUND))
+        return surface_point(feature, np.linspace(0.0, feature.extent[0], most))
     if feature.kind == "circle":
         return surface_point(feature, around)
     if feature.kind in ("cylinder", "cone"):
@@ -67,10 +73,18 @@ def all_over(feature: Feature, measured: Array) -> Array:
     return measured
 
 
+def _most(task: Task, name: str) -> int:
+    """Points of a profile: enough for its filters."""
+    feature = task.part.features[name]
+    filters = [c.filter for c in task.part.characteristics if c.filter is not None and name in c.of]
+    waves = [f.upr or feature.extent[0] / float(f.cutoff or feature.extent[0]) for f in filters]
+    return max([AROUND, *(math.ceil(PER_WAVE * w) for w in waves)])
+
+
 def surface_model(task: Task) -> LinearModel:
     """The linear model of the true characteristics of the part of a task, from departures of its surface at dense points."""
     t, features = task.touches, task.part.features
-    points = {name: all_over(features[name], t.points[rows]) for name, rows in t.rows.items()}
+    points = {n: all_over(features[n], t.points[rows], _most(task, n)) for n, rows in t.rows.items()}
     normals = {
         name: t.normals[t.rows[name]]
         if features[name].kind in ("point", "mesh")

@@ -40,6 +40,7 @@ from vcmm.part.part import Characteristic
 
 PARTS, BY_CONTACT = (6000, 24_000), (3000, 8000)  # drawn for the belts, between these as many as trials;
 # fewer where elements by contact are searched in every one of them
+NUMBERS = 6e6  # points of all parts for the belts, at most
 COUNTED = 600, 2000  # drawn anew to count, between these as many as trials
 FIXED, FIXED_BLIND = (0.0, 20.0), (0.0, 6.0)  # form over noise, counted by themselves; of values alone
 FIXED_RATIOS = (0.0, 6.0, 20.0)
@@ -174,6 +175,7 @@ class DrawnParts:
     def known(self) -> Sequence[Pairs]:
         """For the belts, one family after another."""
         few, many = BY_CONTACT if in_contact(self.drawing.task) else PARTS
+        many = int(np.clip(NUMBERS / self.drawing.measured.task.touches.run.n, few, many))
         return self._of_families("known", int(np.clip(self.settings.trials, few, many)), self.settings.seed)
 
     @property

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.evaluation.montecarlo import Term
 from vcmm.evaluation.streams import copy_code
@@ -25,6 +26,7 @@ from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_point
 from vcmm.part.part import Characteristic, frame
 from vcmm.response.influence import Influence, Product
 
+MOST_POINTS = 3000  # of a feature whose single points count: 70 MB for the operator
 PLACED = ("position",)  # evaluated in the frame of the alignment
 
 
@@ -186,6 +188,11 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
         rows = t.rows[name]
         feature = task.part.features[name]
         fixed = feature.axis if feature.kind == "circle" else None
+        if len(rows) > MOST_POINTS and (name in shapes or name in contact):
+            raise ModelLimit(
+                f'"{name}" has {len(rows)} points: form, run-out, profile and elements by contact keep the square of their number; '
+                f"take at most {MOST_POINTS} of them (sizes, distances and angles take any number)"
+            )
         s = sensitivity(fitted, points[rows], fixed_axis=fixed, residuals=name in shapes)
         parts = [s.point, s.axis, s.sizes]
         if s.residuals is not None:

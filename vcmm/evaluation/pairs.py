@@ -16,6 +16,7 @@ import numpy as np
 from vcmm.core.errors import ModelLimit
 from vcmm.core.run import Array
 from vcmm.evaluation.dense import surface_model
+from vcmm.evaluation.exact import draw_inputs
 from vcmm.evaluation.form_family import FAMILIES, KNOWN, left_over, motions
 from vcmm.evaluation.linear import LinearModel, build
 from vcmm.evaluation.montecarlo import simulate
@@ -25,6 +26,7 @@ from vcmm.measuring.task import Task
 from vcmm.response.trials import Draws
 
 BLOCK = 2000
+FOLDED = 300  # touches beyond which Inputs are drawn one by one
 LOST = 0.02  # of the drawn parts may have no element by a criterion of contact: rarer than what the quantiles tell
 LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
 FORMLESS = 0.1  # share of parts without form
@@ -77,11 +79,27 @@ def machine_part(model: LinearModel, seed: int, first: int, count: int) -> Array
     Trials of the collapsed model whose quantities are the touches themselves: Inputs of normal law are drawn together.
     """
     n = model.task.touches.run.n
+    if n > FOLDED:
+        return _one_by_one(model, seed, first, count)
     of_touches = replace(model, operator=np.eye(n), q0=np.zeros(n))
     terms, multiplied = multiplying(of_touches, of_touches.terms())
     carried = len(terms[0].gain) if terms else n
     drawn = np.concatenate(list(simulate(np.zeros(carried), terms, seed=seed, trials=count, first=first)))
     return drawn if multiplied is None else multiplied(drawn)
+
+
+def _one_by_one(model: LinearModel, seed: int, first: int, count: int) -> Array:
+    """The same, every Input by itself: in time proportional to the touches."""
+    drawn = draw_inputs(model, seed, first, count)
+    total = np.zeros((count, model.task.touches.run.n))
+    for one in drawn:
+        total += of_input(model, one)
+    for product in model.products:
+        a, b = drawn[product.first], drawn[product.second]
+        along = np.einsum("ni,ni->n", product.response, model.task.touches.run.normal)
+        departures = a.departures[:, a.influence.codes, 0] * b.departures[:, b.influence.codes, 0]
+        total += departures * along
+    return total
 
 
 def of_input(model: LinearModel, one: Draws) -> Array:

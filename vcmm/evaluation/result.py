@@ -108,6 +108,7 @@ class CharacteristicResult:
         None  # U of a part that is off as far as it may be, where U depends on the true value
     )
     true_value: TrueValue | None = None  # of extreme values
+    filtered: str = ""  # filter, cut-off and tip radius with which a form is stated
     production: tuple[float, float] | None = (
         None  # mean from the middle of the tolerance, and u, of what the process makes
     )

@@ -36,8 +36,9 @@ from vcmm.evaluation.truth import Additive, Predicted, Truth, holds
 from vcmm.evaluation.world import World
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import chosen, notes
+from vcmm.gps.filters import words
 from vcmm.measuring.settings import CORRECTED, Settings
-from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
+from vcmm.measuring.task import Task, check_densities, evaluate_all, fit_features, measured_points
 from vcmm.part.part import Characteristic
 from vcmm.response.influence import Influence
 
@@ -46,7 +47,6 @@ PRODUCT_SHARE = 1e-4  # a product of two Inputs that adds more than this share o
 CURVATURE = (
     0.01  # a smooth output that departs from its tangent by more than this share of its spread is sampled
 )
-NOTHING = 1e-6  # mm or rad: of a U below a nanometre, where nothing uncertain acts, no share is told
 ERROR_SHARE = 0.1  # of U: an error of the linear model above this makes the interval one of another quantity
 CLOSED = "closed form; interval by inversion of the characteristic function"
 SAMPLED, EXACT = "collapsed Monte Carlo", "exact transforms, contact and fits"
@@ -82,6 +82,7 @@ def prepared(task: Task, world: World | None = None) -> LinearModel:
         raise UsageError(
             "nothing is uncertain: add [repeatability], [errors] uncertainty or [[inputs]] to the machine or scenario"
         )
+    check_densities(task)
     model = build(without_unknown(task) if task.forms else task, world)
     model.values(model.q0)
     return model
@@ -286,9 +287,18 @@ class _Evaluation:
             interaction_share=1.0 - sum(line.share for line in outcome.lines) if np.isfinite(u) and u > 0 else float("nan"),
             tier=outcome.tier, trials=outcome.summary.trials if outcome.summary else 0, linear_error=outcome.linear_error,
             summary=outcome.summary, indicated=float(self.indicated[i]), one_sided=gps.one_sided(c), why_not_shown=why,
-            production=self.settings.production.get(c.name), truth=truth, half_width=outcome.half,
+            production=self.settings.production.get(c.name), filtered=self._filter(c), truth=truth, half_width=outcome.half,
         )  # fmt: skip
         return at_indication(result, result.indicated, self.settings.rule)
+
+    def _filter(self, c: Characteristic) -> str:
+        """Filter, cut-off and tip with which a form is stated; empty without a filter."""
+        if c.filter is None:
+            return ""
+        radii = sorted(
+            {float(r) for r in self.model.task.touches.tip_radius[self.model.task.touches.rows[c.of[0]]]}
+        )
+        return f"{words(c.filter)}, tip radius {' and '.join(f'{r:g}' for r in radii)} mm"
 
     def _why_not_shown(self, i: int, c: Characteristic, outcome: _Outcome, truth: Additive) -> str:
         """Why the interval is not shown to hold the true value of a part that was measured; empty where it is."""
@@ -308,7 +318,7 @@ def _why_not_linear(outcome: _Outcome, settings: Settings) -> str:
         return ""
     low, high = outcome.law.interval(settings.p, settings.kind)
     half = (high - low) / 2 if outcome.half is None else outcome.half
-    most = ERROR_SHARE * half if half > NOTHING else NOTED
+    most = max(ERROR_SHARE * half, NOTED)
     return "the linear model errs by more than a tenth of U" if outcome.linear_error > most else ""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from vcmm.core.run import Array
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import notes
-from vcmm.measuring.task import Task, evaluate_all, fit_features, measured_points
+from vcmm.measuring.task import Task, check_densities, evaluate_all, fit_features, measured_points
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class Measurement:
 
 def measure_task(task: Task, seed: int | None = None) -> Measurement:
     """Measure once with the exact engine. seed=None: every error at its estimate; else one draw of all Inputs."""
+    check_densities(task)
     run = task.touches.run
     if seed is None or not task.inputs:
         errors = task.machine.indication_error(run, exact=True)

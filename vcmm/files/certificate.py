@@ -7,7 +7,7 @@ from typing import Any
 
 from vcmm.certified.certificate import POSITIONING, MachineCertificate, length_limit, short_limit
 from vcmm.core.errors import UsageError, choose_from
-from vcmm.files.machine_tables import CertificateTable, MachineFile, machine_table
+from vcmm.files.machine_tables import CertificateTable, MachineFile, found_machine
 from vcmm.files.problems import TableProblems
 from vcmm.files.schema import read_model
 
@@ -53,7 +53,7 @@ def _positioning(table: dict[str, str], found: list[tuple[str, str]]) -> dict[tu
 
 def certificate_table(path: str | Path) -> dict[str, Any]:
     """[certificate] of the machine of a scenario, as it stands. UsageError where there is none."""
-    _, table, _ = machine_table(path)
+    _, table, _ = found_machine(path)
     found = table.get("certificate")
     if not isinstance(found, dict) or not found:
         raise UsageError(
@@ -64,6 +64,6 @@ def certificate_table(path: str | Path) -> dict[str, Any]:
 
 def stated_certificate(path: str | Path) -> MachineCertificate | None:
     """The certificate that a machine file, or the machine of a scenario, states, whether or not its errors come from it."""
-    document, table, at = machine_table(path)
+    document, table, at = found_machine(path)
     model = read_model(MachineFile, {"vcmm": "machine/1", **table}, document, at)
     return None if model.certificate is None else certificate_from(model.certificate)

@@ -14,6 +14,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.gps.contradictions import contradictions
 from vcmm.gps.general import classes, general_limits, general_zone
 from vcmm.gps.iso286 import is_code, limits_of_code
+from vcmm.part.characteristic import Filter
 from vcmm.part.part import Characteristic, Feature
 
 Pair = tuple[float, float]
@@ -160,3 +161,25 @@ def note_contradictions(
         return
     for i, text in contradictions(characteristics, features):
         problems.add((*at, "characteristics", i), text)
+
+
+def stated_filter(t: Any) -> Filter | None:
+    """The filter of a form, with its cut-off in mm or undulations per revolution."""
+    if not t.filter and (t.upr is not None or t.cutoff):
+        raise UsageError('upr and cutoff are of a filter; add filter = "gaussian" or "spline"')
+    cutoff = quantity(t.cutoff, "length", "cutoff", "0.8 mm") if t.cutoff else None
+    return Filter(t.filter, t.upr, cutoff) if t.filter else None
+
+
+def compared_with_itself(t: Any) -> list[tuple[str, str]]:
+    """(role, complaint) of a feature that is named twice."""
+    datums = [m for d in t.datums for m in ([d] if isinstance(d, str) else d)]
+    given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": datums}
+    found: list[tuple[str, str]] = []
+    seen: set[str] = set()
+    for role, names in given.items():
+        for name in names:
+            if name in seen:
+                found.append((role, f'it compares "{name}" with itself; name another feature in one place'))
+            seen.add(name)
+    return found

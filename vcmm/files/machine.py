@@ -19,7 +19,7 @@ from vcmm.files.certificate import certificate_from
 from vcmm.files.effects import build_effect
 from vcmm.files.knowledge import further_effects, further_inputs, names_in, tables_in
 from vcmm.files.known_errors import known_errors
-from vcmm.files.machine_tables import AxisTable, MachineFile
+from vcmm.files.machine_tables import AxisTable, MachineFile, found_machine
 from vcmm.files.problems import Problems
 from vcmm.files.schema import checked_model
 from vcmm.files.toml import Document, Location, check_version, read_toml
@@ -30,6 +30,11 @@ def load_machine(path: str | Path) -> Machine:
     document = read_toml(path)
     check_version(document, "machine")
     return machine_from(document, document.data, ())
+
+
+def load_machine_of(path: str | Path) -> Machine:
+    """The machine of a machine file or of a scenario, without the part's effects."""
+    return machine_from(*found_machine(path))
 
 
 def machine_from(document: Document, data: dict[str, Any], at: Location) -> Machine:

@@ -106,7 +106,7 @@ class MachineFile(Table):
     certificate: CertificateTable | None = None
 
 
-def machine_table(path: str | Path) -> tuple[Document, dict[str, Any], Location]:
+def found_machine(path: str | Path) -> tuple[Document, dict[str, Any], Location]:
     """The table of a machine file, or of the machine of a scenario, which may name a file."""
     document = read_toml(path)
     stated = document.data.get("machine")
@@ -114,7 +114,7 @@ def machine_table(path: str | Path) -> tuple[Document, dict[str, Any], Location]
         check_version(document, "machine")
         return document, document.data, ()
     if isinstance(stated, str):
-        return machine_table(document.path.parent / stated)
+        return found_machine(document.path.parent / stated)
     if not isinstance(stated, dict):
         raise DataError(
             f"{document.path}: the scenario states no machine; add [machine], or name a machine file"

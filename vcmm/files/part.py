@@ -18,11 +18,13 @@ from vcmm.core.units import quantity, shown
 from vcmm.effects import made_for
 from vcmm.files.drawing import (
     GeneralTolerances,
+    compared_with_itself,
     general_from,
     general_of,
     note_contradictions,
     reciprocal,
     size_limits,
+    stated_filter,
     stated_limits,
 )
 from vcmm.files.knowledge import names_in
@@ -136,6 +138,9 @@ class CharacteristicTable(Table):
     reciprocity: bool = False
     projected: str | None = Field(default=None, examples=['"20 mm"'])
     zones: str = Field(default="CZ", examples=['"CZ"'])
+    filter: str = Field(default="", examples=['"gaussian"'])
+    upr: float | None = Field(default=None, gt=0, allow_inf_nan=False, examples=["50"])
+    cutoff: str | None = Field(default=None, examples=['"0.8 mm"'])
 
 
 class GeneralTable(Table):
@@ -375,7 +380,8 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         zone = read("zone", lambda: general_of(t, drawing.features, drawing.general)[1])
     along = read("projected", lambda: t.projected and quantity(t.projected, "length", "projected", "20 mm"))
     sizes = read("material", lambda: size_limits(t, drawing.tables, drawing.features, drawing.own_limits))
-    found += _compared_with_itself(t)
+    kept = read("filter", lambda: stated_filter(t))
+    found += compared_with_itself(t)
     if found:
         raise TableProblems(found)
     return Characteristic(
@@ -383,18 +389,5 @@ def _characteristic(t: CharacteristicTable, drawing: _Drawing) -> Characteristic
         datums=tuple(d if isinstance(d, str) else tuple(d) for d in t.datums),  # type: ignore[misc]
         criterion=t.criterion, limits=limits, zone=zone, datum_criterion=t.datum_criterion,
         projected=along or None, zones=t.zones, material=t.material, size_limits=sizes,
+        filter=kept,
     )  # fmt: skip
-
-
-def _compared_with_itself(t: CharacteristicTable) -> list[tuple[str, str]]:
-    """(role, complaint) of a feature that is named twice."""
-    datums = [m for d in t.datums for m in ([d] if isinstance(d, str) else d)]
-    given = {"of": [t.of] if isinstance(t.of, str) else t.of, "between": t.between, "datums": datums}
-    found: list[tuple[str, str]] = []
-    seen: set[str] = set()
-    for role, names in given.items():
-        for name in names:
-            if name in seen:
-                found.append((role, f'it compares "{name}" with itself; name another feature in one place'))
-            seen.add(name)
-    return found

@@ -27,7 +27,7 @@ from vcmm.files.environment import (
 )
 from vcmm.files.knowledge import further_effects, further_inputs, note_second, tables_in
 from vcmm.files.machine import machine_from
-from vcmm.files.machine_tables import machine_table
+from vcmm.files.machine_tables import found_machine
 from vcmm.files.obstacles import SurroundingsTable, surroundings_of
 from vcmm.files.part import PartData, part_from
 from vcmm.files.placement import PlacementTable, ProcessTable, placement_from, process_of
@@ -98,7 +98,7 @@ def load_scenario(
     """
     document = read_toml(path)
     if certificate is not None:
-        own = {k: v for k, v in machine_table(path)[1].items() if k != "vcmm"}
+        own = {k: v for k, v in found_machine(path)[1].items() if k != "vcmm"}
         stated = {**own, "certificate": certificate}
         document = replace(document, data={**document.data, "machine": stated})
     if machine is not None:

@@ -12,7 +12,7 @@ distance     of two centres; or of the second feature's centre from the first fe
 angle        between normals, between axes; of an axis to a plane: to the surface, not to its normal. Acute
              or obtuse does not depend on how directions are drawn: the nominal angle is at most 90 deg.
 run-out, profile   pointwise.py · patterns, projected zones, material requirements: drawing.py · common datums: common.py
-form         range of the residuals of the element by the criterion: least squares (G), minimum zone (C), ...
+form         range of the residuals of the element by the criterion: least squares (G), minimum zone (C), ...; filters.py
 orientation  orientation.py · location: location.py
 """
 
@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,6 +40,7 @@ from vcmm.gps.elements import (
     nominal_element,
     place,
 )
+from vcmm.gps.filters import check_filter, filtered
 from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
 from vcmm.gps.pointwise import POINTWISE, PROFILE, RUNOUT, check_pointwise, profile, runout
@@ -95,6 +97,9 @@ def nominal(characteristic: Characteristic, features: Mapping[str, Feature]) -> 
     c = characteristic
     check(c)
     criteria.check_kinds(c, features)
+    if c.filter is not None:
+        check_filter(c, features[c.of[0]])
+        c = replace(c, filter=None)  # the drawing has no profile to filter
     features, _ = with_common(c, features)
     if c.type in POINTWISE:
         check_pointwise(c, features[c.of[0]], [features[d] for d in c.datums])
@@ -220,4 +225,6 @@ def _form(c: Characteristic, e: MeasuredElement) -> Array:
         raise UsageError(f'"{c.name}": {c.type} is for a {suits}, not for a {e.feature.kind}.')
     # a line lies on a surface: its deviation counts along the outward normal of that surface
     signed = e.offsets @ frame(e.feature)[0] if e.feature.kind == "line" else e.residuals
+    if c.filter is not None:
+        signed = filtered(c.filter, e.feature, e.points.reshape(-1, *e.points.shape[-2:])[0], signed)
     return np.asarray(signed.max(axis=-1) - signed.min(axis=-1))

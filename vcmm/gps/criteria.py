@@ -117,7 +117,7 @@ def _demands(c: Characteristic) -> Iterable[tuple[str, str]]:
     yield from zip((*c.of, *c.between), choice.of)
     for datum, letter in zip(c.datums, choice.datums):
         yield from ((name, letter) for name in members(c, datum))
-    if c.type in ON_POINTS:
+    if c.type in ON_POINTS or c.filter is not None:
         yield from ((name, POINTS) for name in c.of)
 
 

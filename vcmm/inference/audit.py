@@ -32,6 +32,7 @@ PARTS = 2000
 RATIOS = (0.0, 2.0, 6.0, 20.0)  # form over noise of the machine
 STATED, PRIOR, ANOTHER = "stated knowledge", "prior over forms", "another family of forms"
 BLOCK = 250
+CERTAIN = 0.025  # of a count to lie as far outside by chance: one end of a 95 % interval
 BAND = 0.02  # either side of the target
 ABOVE = (
     0.04  # over the prior of forms: an interval that holds each of two families holds more of both together
@@ -62,10 +63,19 @@ class Audited:
         return wilson(self.attained, self.parts)
 
     @property
+    def p_value(self) -> float:
+        """Probability of a count as far or further out, were the coverage at the end of the band: 1 inside (exact binomial test)."""
+        from scipy.stats import binom
+
+        held = round(self.attained * self.parts)
+        if self.attained < self.least:
+            return float(binom.cdf(held, self.parts, self.least))
+        return float(binom.sf(held - 1, self.parts, self.most)) if self.attained > self.most else 1.0
+
+    @property
     def outside(self) -> bool:
-        """Claimed, and certainly outside the band."""
-        low, high = self.interval95
-        return self.claimed and (high < self.least or low > self.most)
+        """Claimed, and outside the band by more than the count may err."""
+        return self.claimed and self.p_value < CERTAIN
 
 
 def wilson(share: float, count: int, z: float = 1.959964) -> tuple[float, float]:

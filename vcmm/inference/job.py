@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from vcmm.core.run import Array
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.inversion import Inversion, Inverted
+from vcmm.evaluation.jointly import JointJudgement, judged_jointly
 from vcmm.evaluation.pairs import rest_of
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.sampling import Progress
@@ -28,6 +30,13 @@ from vcmm.part.part import Characteristic
 NEAR = (
     1.0  # mm between touches of two parts that share an evaluation: errors of machines change over tens of mm
 )
+
+UNITS_TAKEN = {
+    "in inches": (25.4, "value_in"),
+    "in metres": (1000.0, "value_m"),
+    "in micrometres": (1e-3, "value_um"),
+    "in mm, not inches": (1 / 25.4, "value_mm"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +59,13 @@ class EvaluatedPart:
     characteristics: tuple[Evaluated, ...]
     uncertainty: UncertaintyResult
     warnings: tuple[str, ...]
+
+    @cached_property
+    def joint(self) -> JointJudgement | None:
+        """All tolerances of the part judged together; None where fewer than two are stated."""
+        found = [e.result for e in self.characteristics]
+        readings = [e.measured for e in self.characteristics]
+        return judged_jointly(self.uncertainty.model, found, readings, self.uncertainty.seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,12 +167,24 @@ def _implausible(c: Characteristic, nominal: float, value: float, given: GivenVa
         return f'"{c.name}": {c.type} is never negative' if value < 0 else ""
     if abs(value - nominal) <= 0.1 * max(abs(nominal), 1.0):
         return ""
+    meant = _other_unit(nominal, value) if gps.unit(c) == "mm" else ""
+    if meant and not given.deviation:
+        return f'"{c.name}" = {value:g} mm is far from its nominal {nominal:g} mm; {meant}'
     if not given.deviation and abs(value) < 0.1 * nominal:
         return (
             f'"{c.name}" = {given.number:g} is far from its nominal {nominal:g}; for a deviation from nominal name the column '
             "deviation_um (deviation_mm)"
         )
     return f'"{c.name}" = {value:g} is more than a tenth off its nominal {nominal:g}; check the unit in the column name'
+
+
+def _other_unit(nominal: float, value: float) -> str:
+    """What to do where a number would be the nominal one, within 1 %, in another unit."""
+    for words, (factor, column) in UNITS_TAKEN.items():
+        if nominal and abs(value * factor / nominal - 1.0) < 0.01:
+            small = " (or deviation_mm, if it is meant from nominal)" if abs(value) < 1.0 else ""
+            return f"it would fit if it were {words}: name the column {column}{small}"
+    return ""
 
 
 def _part(

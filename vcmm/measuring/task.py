@@ -20,6 +20,7 @@ from vcmm.core.run import Array
 from vcmm.fit import Fitted, gauss
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import with_criteria
+from vcmm.gps.filters import check_density
 from vcmm.measuring.contact import touch
 from vcmm.measuring.plan import Ints, Plan, Touches
 from vcmm.part.alignment import align
@@ -132,3 +133,10 @@ def evaluate_all(task: Task, fitted: Mapping[str, Fitted]) -> Array:
         return np.zeros((0,))
     columns = [gps.evaluate(c, features, fitted, pose) for c in task.part.characteristics]
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+def check_densities(task: Task) -> None:
+    """UsageError where the touches of a filtered profile are too few for its cut-off, or not spaced as its filter needs."""
+    for c in task.part.characteristics:
+        if c.filter is not None and c.of[0] in task.touches.rows:
+            check_density(c, task.part.features[c.of[0]], task.touches.points[task.touches.rows[c.of[0]]])

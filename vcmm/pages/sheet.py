@@ -60,10 +60,11 @@ def in_words(e: Evaluated) -> str:
     half = (c.interval[1] - c.interval[0]) / 2
     if c.true_value is not None:
         low, high = (f"{x * 1e3:.2f}" for x in c.interval)
+        stated = f" Stated with {c.filtered}." if c.filtered else ""
         claim = "" if c.true_value.claimed else " Its coverage was counted and is not claimed."
         return (
             f"{c.name}: indicated {e.measured * 1e3:.2f} µm. The true value lies between {low} µm and {high} µm with a coverage "
-            f"probability of {c.p:.0%}.{claim}"
+            f"probability of {c.p:.0%}.{claim}{stated}"
         )
     value, expanded = rounded(sum(c.interval) / 2, half)
     k = "" if not math.isfinite(c.k) else f", k = {c.k:.2f}"

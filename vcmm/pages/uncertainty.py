@@ -11,14 +11,28 @@ from vcmm.evaluation.truth import Predicted
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.view import Item, task_in_machine, touches_of
 from vcmm.report.histogram import filled
-from vcmm.tables.evaluated import BUDGET, budget_rows, computed, more_than_rounding, results
+from vcmm.tables.evaluated import (
+    BUDGET,
+    budget_rows,
+    computed,
+    more_than_rounding,
+    results,
+    stated_with,
+    undecided_because,
+)
 from vcmm.tables.quantities import SMALL_SCALE
 from vcmm.tables.table import SMALL, ResultTable, html, on_page
 
 
 def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     """One self-contained HTML file."""
-    blocks = [r.heading("Results"), html(results(result)), *(r.note(w, "warning") for w in result.warnings)]
+    why = [*stated_with(result.characteristics), *undecided_because(result.characteristics)]
+    blocks = [
+        r.heading("Results"),
+        html(results(result)),
+        *(r.note(w) for w in why),
+        *(r.note(w, "warning") for w in result.warnings),
+    ]
     blocks += [r.heading("What was assumed"), assumptions(scenario, result)]
     blocks += [r.heading("Where it was measured"), *pictures(result)]
     for c in result.characteristics:

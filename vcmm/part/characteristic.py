@@ -34,13 +34,24 @@ TYPES: Mapping[str, Roles] = MappingProxyType(
 
 
 @dataclass(frozen=True)
+class Filter:
+    """Of a profile (ISO 16610). kind: "gaussian" or "spline"; upr: cut-off of a closed profile, undulations per revolution;
+    cutoff: of an open one, mm.
+    """
+
+    kind: str
+    upr: float | None = None
+    cutoff: float | None = None
+
+
+@dataclass(frozen=True)
 class Characteristic:
     """One requirement. `limits` (lower, upper) count from nominal; `zone` is the width of a tolerance zone.
 
     `datums` may hold tuples of names: one common datum of several features (ISO 5459, A-B). `projected`: position of the axis
     over this length beyond the end of the feature (negative: beyond its beginning). `zones` of a position of several features: CZ,
     one pattern, or SZ, each by itself. `material`: "M" or "L", maximum or least material requirement (ISO 2692), with `size_limits`,
-    the absolute limits of the size in mm.
+    the absolute limits of the size in mm. `filter`: what a roundness or straightness keeps of its profile.
 
     mm, or rad for an angle. `criterion` and `datum_criterion`: the association of features and datums, words of
     vcmm.gps.criteria (GG, G = least squares).
@@ -60,6 +71,7 @@ class Characteristic:
     zones: str = "CZ"
     material: str = ""
     size_limits: tuple[float, float] | None = None
+    filter: Filter | None = None
 
     def __post_init__(self) -> None:
         common = dict(self.common)

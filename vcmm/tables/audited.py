@@ -11,10 +11,17 @@ from vcmm.tables.table import COUNT, WORDS, Column, ResultTable, entry, records
 
 
 def verdict(a: Audited) -> str:
-    """Inside its band, outside, or not claimed."""
+    """Inside its band, outside it by no more than such a count errs, outside, or not claimed."""
     if not a.claimed:
         return "not claimed"
-    return "outside" if a.outside else "inside"
+    if a.outside:
+        return "outside"
+    return "inside" if a.p_value == 1.0 else "within counting error"
+
+
+def _in_words(a: Audited) -> str:
+    """The verdict, with the probability of the exact binomial test where the count lies outside."""
+    return verdict(a) if a.p_value == 1.0 or not a.claimed else f"{verdict(a)} (p = {a.p_value:.2g})"
 
 
 AUDIT: tuple[Column[Audited], ...] = (
@@ -28,12 +35,17 @@ AUDIT: tuple[Column[Audited], ...] = (
     entry("claimed", lambda a: a.claimed),
     Column("band", lambda a: f"{a.least:.2f} to {a.most:.2f}", WORDS),
     entry("band", lambda a: [a.least, a.most]),
-    Column("verdict", verdict, WORDS, key="verdict", csv="verdict"),
+    Column("verdict", _in_words, WORDS),
+    Column(None, verdict, WORDS, key="verdict", csv="verdict"),
+    Column(None, lambda a: a.p_value, key="p_value", csv="p_value"),
 )
 
 
 def audit_table(rows: Sequence[Audited]) -> ResultTable[Audited]:
-    caption = "Share of drawn parts whose true value lies in their interval; form is given in units of the machine's noise."
+    caption = (
+        "Share of drawn parts whose true value lies in their interval; form is given in units of the machine's noise. Verdicts: "
+        "exact binomial test against the nearer end of the band; outside below 2.5 %."
+    )
     return ResultTable("coverage, counted", AUDIT, rows, caption)
 
 

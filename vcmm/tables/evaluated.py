@@ -9,6 +9,7 @@ from typing import Any
 
 from vcmm.evaluation.judgement import decision_risk, production_risk, reading_limits, zone_of
 from vcmm.evaluation.result import BudgetLine, CharacteristicResult, UncertaintyResult, common_causes
+from vcmm.gps.decision import ACCEPT, GUARD_BAND, REJECT, UNDECIDED
 from vcmm.tables.quantities import (
     DASH,
     DEVIATION,
@@ -54,6 +55,26 @@ COVERAGE = Writing(lambda shown, unit: "yes" if shown else "not shown", _coverag
 
 def decided(c: CharacteristicResult) -> str | None:
     return None if c.decision is None else c.decision.text
+
+
+def stated_with(results: Iterable[CharacteristicResult]) -> list[str]:
+    """Filter, cut-off and tip of every form that is stated with them."""
+    return [f"{c.name} is stated with {c.filtered}" for c in results if c.filtered]
+
+
+def undecided_because(results: Iterable[CharacteristicResult]) -> list[str]:
+    """Why nothing is decided, one sentence per characteristic that is undecided."""
+    out = []
+    for c in results:
+        if c.decision is not None and c.decision.text == UNDECIDED:
+            p = c.decision.p_conform
+            why = "" if p is None else f"it conforms with a probability of {p:.1%}"
+            if p is not None and c.decision.rule == GUARD_BAND:
+                why += ", and a limit lies within the coverage interval"
+            elif p is not None:
+                why += f", neither at least {ACCEPT:.0%} nor at most {REJECT:.0%}"
+            out.append(f"{c.name} is undecided: {c.decision.reason or why}")
+    return out
 
 
 def p_conform(c: CharacteristicResult) -> float | None:
@@ -115,6 +136,7 @@ RESULTS: tuple[Column[CharacteristicResult], ...] = (
     Column("interval from nominal", lambda c: from_nominal(c.interval, c), SPAN),
     entry("interval_kind", lambda c: c.interval_kind),
     entry("true_value", lambda c: _true_value(c)),
+    entry("filter", lambda c: c.filtered or None),
     entry("why_not_shown", lambda c: c.why_not_shown or None),
     entry("coverage_shown", lambda c: c.coverage_shown),
     entry("tolerance_{unit}", lambda c: None if c.tolerance is None else list(c.tolerance)),

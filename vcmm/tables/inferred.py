@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from vcmm.evaluation.jointly import JointJudgement
 from vcmm.inference.job import Evaluated, EvaluatedPart
 from vcmm.tables.evaluated import DECISION, RESULTS, decided, from_nominal, p_conform
 from vcmm.tables.quantities import DEVIATION, LENGTH, SPAN, percent
@@ -52,9 +53,44 @@ def evaluate_json(parts: Sequence[EvaluatedPart]) -> dict[str, Any]:
     """The body of the JSON document: as of `uncertainty` for one part, a list of parts for several."""
     trials = parts[0].uncertainty.trials
     if len(parts) == 1 and not parts[0].part:
-        return {"trials": trials, "characteristics": records(DOCUMENT, parts[0].characteristics)}
-    listed = [{"part": p.part, "characteristics": records(DOCUMENT, p.characteristics)} for p in parts]
+        return {
+            "trials": trials,
+            "characteristics": records(DOCUMENT, parts[0].characteristics),
+            **joint_json(parts[0].joint),
+        }
+    listed = [
+        {"part": p.part, "characteristics": records(DOCUMENT, p.characteristics), **joint_json(p.joint)}
+        for p in parts
+    ]
     return {"trials": trials, "parts": listed}
+
+
+def joint_json(joint: JointJudgement | None) -> dict[str, Any]:
+    """The key `joint`: null with fewer than two tolerances."""
+    if joint is None:
+        return {"joint": None}
+    known = not joint.reason
+    return {
+        "joint": {
+            "characteristics": list(joint.names),
+            "p_conform_least": joint.least if known else None,
+            "p_conform_most": joint.most if known else None,
+            "p_independent": joint.independent if known else None,
+            "decision": joint.decision,
+            "reason": joint.reason or None,
+        }
+    }
+
+
+def joint_words(joint: JointJudgement | None) -> list[str]:
+    """The part as a whole in one sentence; none with fewer than two tolerances."""
+    if joint is None:
+        return []
+    if joint.reason:
+        return [f"all {len(joint.names)} tolerances together: {joint.decision}, {joint.reason}"]
+    least, most = f"{joint.least:.1%}", f"{joint.most:.1%}"
+    p = least if least == most else f"between {least} and {most}"
+    return [f"all {len(joint.names)} tolerances together: {joint.decision}, probability {p}"]
 
 
 def values_csv(parts: Sequence[EvaluatedPart]) -> str:

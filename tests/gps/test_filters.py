@@ -1,0 +1,130 @@
+"""Filters of ISO 16610 on waves whose share that passes is computed by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vcmm.core.errors import UsageError
+from vcmm.fit import gauss
+from vcmm.gps import characteristics as gps
+from vcmm.gps.criteria import with_criteria
+from vcmm.gps.filters import ALPHA, check_density, filtered, transmission, words
+from vcmm.part.characteristic import Filter
+from vcmm.part.part import Characteristic, Feature, surface_point
+
+RING = Feature("ring", "circle", np.zeros(3), np.array([0.0, 0, 1]), np.array([15.0]), inside=True)
+EDGE = Feature(
+    "edge", "line", np.zeros(3), np.array([1.0, 0, 0]), np.zeros(0), extent=(40.0,), u=np.array([0.0, 0, 1])
+)
+ROUND = Characteristic("round", "roundness", of=("ring",), zone=0.01, filter=Filter("gaussian", upr=50))
+
+
+def ring(n: int, jitter: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    turn = (np.arange(n) + jitter * np.random.default_rng(1).uniform(-0.5, 0.5, n)) * 2 * np.pi / n
+    return turn, surface_point(RING, turn)
+
+
+def edge(n: int) -> tuple[np.ndarray, np.ndarray]:
+    at = np.linspace(0.0, 40.0, n)
+    return at, surface_point(EDGE, at)
+
+
+def share(values: np.ndarray, wave: np.ndarray) -> float:
+    return float(values @ wave / (wave @ wave))
+
+
+def test_the_constant() -> None:
+    assert pytest.approx(0.4697, abs=5e-5) == ALPHA  # sqrt(ln 2 / pi)
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "spline"])
+@pytest.mark.parametrize("jitter", [0.0, 0.4])
+def test_half_passes_at_the_cut_off_of_a_closed_profile(kind: str, jitter: float) -> None:
+    """Gaussian: 2^-(k / 50)^2: 50 waves 1/2, 25 waves 2^-0.25 = 0.8409, 100 waves 2^-4 = 0.0625. Spline: 1/2 at 50."""
+    if kind == "spline" and jitter:
+        return  # refused, below
+    turn, points = ring(720, jitter)
+    by_hand = {50: 0.5} if kind == "spline" else {50: 0.5, 25: 0.8409, 100: 0.0625}
+    for waves, expected in by_hand.items():
+        wave = np.cos(waves * turn)
+        passed = filtered(Filter(kind, upr=50), RING, points, wave)
+        assert share(passed, wave) == pytest.approx(expected, abs=2e-3 if jitter else 1e-4)
+
+
+def test_the_spline_falls_more_steeply() -> None:
+    """At twice the cut-off, 720 points: 1 / (1 + (sin 25 deg / sin 12.5 deg)^4) = 1 / (1 + 1.9526^4) = 0.0644."""
+    f = Filter("spline", upr=50)
+    ratio = math.sin(100 * math.pi / 720) / math.sin(50 * math.pi / 720)
+    assert 1 / (1 + ratio**4) == pytest.approx(0.0644, abs=1e-4)
+    turn, points = ring(720)
+    wave = np.cos(100 * turn)
+    assert share(filtered(f, RING, points, wave), wave) == pytest.approx(1 / (1 + ratio**4), abs=1e-9)
+    assert (
+        transmission(f, np.array([25.0]), 720)[0]
+        > transmission(Filter("gaussian", upr=50), np.array([25.0]), 720)[0]
+    )
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "spline"])
+def test_half_passes_at_the_cut_off_of_an_open_profile(kind: str) -> None:
+    """A wave of 2 mm at a cut-off of 2 mm, away from the ends; a straight line passes whole in the middle, any order of points."""
+    at, points = edge(801)
+    wave, inner = np.cos(2 * np.pi * at / 2.0), slice(200, 601)
+    passed = filtered(Filter(kind, cutoff=2.0), EDGE, points, wave)
+    assert share(passed[inner], wave[inner]) == pytest.approx(0.5, abs=2e-3)
+    sloped = filtered(Filter(kind, cutoff=2.0), EDGE, points, 0.1 * at)
+    assert sloped[inner] == pytest.approx(0.1 * at[inner], abs=1e-9)
+    assert filtered(Filter(kind, cutoff=2.0), EDGE, points, np.ones(801)) == pytest.approx(np.ones(801))
+    order = np.random.default_rng(2).permutation(801)
+    assert filtered(Filter(kind, cutoff=2.0), EDGE, points[order], wave[order]) == pytest.approx(
+        passed[order]
+    )
+
+
+def test_an_uneven_open_profile() -> None:
+    at = np.sort(np.random.default_rng(3).uniform(0, 40.0, 2000))
+    wave = np.cos(2 * np.pi * at / 4.0)
+    passed = filtered(Filter("gaussian", cutoff=4.0), EDGE, surface_point(EDGE, at), wave)
+    assert share(passed[500:1500], wave[500:1500]) == pytest.approx(0.5, abs=0.02)
+
+
+def test_roundness_with_a_filter() -> None:
+    """5 um of 3 lobes and 2 um of 100 waves: 2 x 5 x 2^-(3/50)^2 + at most 2 x 2 / 16 um. Without: more than 13.5 um."""
+    turn, points = ring(720)
+    away = 5e-3 * np.cos(3 * turn) + 2e-3 * np.cos(100 * turn)
+    measured = points * (1.0 + away / 15.0)[:, None]
+    fitted = {"ring": gauss("circle", measured, fixed_axis=RING.axis)}
+    for c, low, high in (
+        (ROUND, 9.95e-3, 10.25e-3),
+        (Characteristic("r", "roundness", of=("ring",)), 13.5e-3, 14.01e-3),
+    ):
+        also = with_criteria([c], {"ring": RING}, lambda name: measured, fitted)
+        assert low < float(gps.evaluate(c, {"ring": RING}, also)) < high
+
+
+def test_what_is_refused() -> None:
+    features = {"ring": RING, "edge": EDGE}
+    cases = (
+        (Filter("gauss", upr=50), "roundness", "ring", 'filter = "gauss"'),
+        (Filter("gaussian"), "roundness", "ring", "needs its upr alone"),
+        (Filter("gaussian", upr=50, cutoff=0.8), "roundness", "ring", "needs its upr alone"),
+        (Filter("gaussian", upr=50), "straightness", "edge", "needs its cutoff alone"),
+        (Filter("gaussian", upr=50), "size", "ring", "of one profile"),
+    )
+    for f, kind, of, message in cases:
+        with pytest.raises(UsageError, match=message):
+            gps.nominal(Characteristic("c", kind, of=(of,), filter=f), features)
+    with pytest.raises(UsageError, match="needs 350 points, 7 per wave"):
+        check_density(ROUND, RING, ring(200)[1])
+    spline = Characteristic("c", "roundness", of=("ring",), filter=Filter("spline", upr=15))
+    with pytest.raises(UsageError, match="evenly spaced"):
+        check_density(spline, RING, ring(200, 0.8)[1])
+    check_density(spline, RING, ring(200)[1])
+
+
+def test_words() -> None:
+    assert words(Filter("gaussian", upr=50)) == "gaussian filter ISO 16610-21, 50 UPR"
+    assert words(Filter("spline", cutoff=0.8)) == "spline filter ISO 16610-22, cut-off 0.8 mm"
