@@ -118,11 +118,12 @@ def test_a_band_is_two_standard_uncertainties_wide():
         np.array([0.0, 2e-3, -1e-3]),
         np.array([1e-3, 5e-4, 1e-3]),
     )
-    ax = Calibration.plot(SimpleNamespace(band=lambda name: (nodes, value, u)), "EXX")
+    found = SimpleNamespace(band=lambda name: (nodes, value, u), along=lambda name: (nodes, value, u))
+    ax = Calibration.plot(found, "EXX")
     assert ax.get_lines()[0].get_ydata() == pytest.approx([0.0, 2.0, -1.0])
     edge = ax.collections[0].get_paths()[0].vertices[:, 1]
     assert (edge.min(), edge.max()) == pytest.approx((-3.0, 3.0))
-    turned = Calibration.plot(SimpleNamespace(band=lambda name: (nodes, value, u)), "EBX")
+    turned = Calibration.plot(found, "EBX")
     assert (ax.get_ylabel(), turned.get_ylabel()) == ("µm", "µrad")
 
 

@@ -79,7 +79,7 @@ def _run(wanted: Any, given: dict[str, Any], months: float, compare: bool, json:
     special = _special(wanted, given | {"interpolation": kind != "spline"}, compare, json)
     if special is None:
         names = given["errors"].replace(",", " ").split()
-        asked = Asked(names, kind, _growth(given["growth"], months, given["machine"]))
+        asked = CalibrationAsked(names, kind, _growth(given["growth"], months, given["machine"]))
         _answer(_calibrated(wanted, asked, given["residual"]), wanted, given["report"], json)
     return special or 0
 
@@ -145,7 +145,7 @@ def _answer(found: Any, wanted: Any, report: Path | None, json: bool) -> None:
 
 
 @dataclass(frozen=True)
-class Asked:
+class CalibrationAsked:
     """Names of the errors to look for, the interpolation, and by how much (mm) errors may have grown."""
 
     only: list[str]
@@ -168,7 +168,7 @@ def _growth(text: str | None, months: float, machine: Path | None) -> float:
     return float(rate * months**0.5)
 
 
-def _calibrated(wanted: Any, asked: Asked, residual: Path | None) -> Any:
+def _calibrated(wanted: Any, asked: CalibrationAsked, residual: Path | None) -> Any:
     """The calibration; its machine files are written where they shall be."""
     from vcmm.calibrating.interpolation import interpolation_of
     from vcmm.calibrating.job import calibrate
