@@ -118,7 +118,11 @@ def test_a_band_is_two_standard_uncertainties_wide():
         np.array([0.0, 2e-3, -1e-3]),
         np.array([1e-3, 5e-4, 1e-3]),
     )
-    found = SimpleNamespace(band=lambda name: (nodes, value, u), along=lambda name: (nodes, value, u))
+    found = SimpleNamespace(
+        band=lambda name: (nodes, value, u),
+        along=lambda name: (nodes, value, u),
+        kept=SimpleNamespace(curves=()),
+    )
     ax = Calibration.plot(found, "EXX")
     assert ax.get_lines()[0].get_ydata() == pytest.approx([0.0, 2.0, -1.0])
     edge = ax.collections[0].get_paths()[0].vertices[:, 1]
