@@ -21,11 +21,13 @@ from tests.calibrating.turning import (
     set_ups,
     truth,
 )
-from vcmm.calibrating.job import calibrate
+from vcmm.calibrating.checks import check_agreement
+from vcmm.calibrating.job import calibrate, ranges_of, spans_of
 from vcmm.calibrating.model import error_model
+from vcmm.calibrating.readings import readings
 from vcmm.calibrating.rotary import average_line
 from vcmm.cli import run
-from vcmm.core.errors import ModelLimit
+from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.grid import node_weights
 from vcmm.core.run import Run
 from vcmm.effects.component import ComponentPolynomial
@@ -224,3 +226,16 @@ def test_three_ball_bars_tell_the_location():
     for name, true in zip(names, (15e-3, 0.0, 0.0, 30e-6)):
         _, value, u = found.band(name)
         assert abs(value[0] - true) < 4 * u[0], name
+
+
+def test_an_r_test_near_zero_contradicts_nothing():
+    """Scatter of 0.2 um about no error at all agrees with any factor; an R-test reads um, never arcsec."""
+    machine, rng = bare(TABLE), np.random.default_rng(0)
+    read = recorded(machine, set_ups(machine, "C"), rng)
+    model = error_model(ranges_of(spans_of(read), machine), 5)
+    parts = [readings(r, machine, model) for r in read]
+    check_agreement(parts, model)
+    turned = replace(parts[0], value=-parts[0].value - 0.1 * parts[0].errors[:, -4])  # X0C = 0.1 mm
+    shifted = [replace(p, value=p.value + 0.1 * p.errors[:, -4]) for p in parts[1:]]
+    with pytest.raises(UsageError, match=r"R-test 1 contradicts.*times -1; its sign"):
+        check_agreement([turned, *shifted], model)

@@ -17,8 +17,10 @@ from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.response.recording import Recording
 
-FACTORS = {  # a recording times this would agree with the others: what usually was done
+TURNED = {  # a recording times this would agree with the others: what usually was done
     -1.0: "its sign is the other way round: check the direction nx ny nz and indicated - true against actual - commanded",
+}
+ARCSEC = {  # of angles alone
     4.848137: "its values look like arcsec taken for urad (1 arcsec = 4.848 urad)",
     0.2062648: "its values look like urad that were taken for arcsec and converted (1 arcsec = 4.848 urad)",
 }
@@ -26,6 +28,7 @@ SURE = (
     15.0  # nats that the other recordings must win for another sign or unit, beyond what it wins without them
 )
 FITS = 2.0  # chi-squared per reading that it may leave then
+CONTRADICTED = 1e-3  # chance of a misfit as large, by the stated noise
 ROUGH = 0.15  # correlation length in parts of the travel: the others' prediction must not be too sure between their readings
 PART = 0.9  # of the travel that other recordings of the axis have
 LARGE, STEEP = 1.0, 1e-3  # mm, rad: no machine errs so much; a unit does
@@ -123,8 +126,11 @@ def _on_the_fly(recording: Recording) -> list[str]:
 def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
     """Raises UsageError where one recording contradicts all others and would agree with them in another unit or sign.
 
-    Each recording is predicted from the others (nothing known before, stated noise). Only what several recordings see can be told.
+    Each recording is predicted from the others (nothing known before, stated noise). Only what several recordings see can be told, and
+    only a prediction that the stated noise does not explain (chi-squared) is a contradiction.
     """
+    from scipy.stats import chi2
+
     columns, _ = columns_of(parts, Before.nothing(model))
     white = [project(p, c, 1 / p.u**2) for p, c in zip(parts, columns)]
     a, b = np.sum([w.gram for w in white], axis=0), np.sum([w.x.T @ w.y for w in white], axis=0)
@@ -135,14 +141,17 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
         mean, known = conditioned_factor(Reduced(a - one.gram, b - one.x.T @ one.y, model), factor)
         nothing = np.zeros(len(mean))
         gains, misfits = {}, {}
-        for times in (1.0, *FACTORS):
+        factors = TURNED | ARCSEC if part.recording.kind == "angle" else TURNED
+        for times in (1.0, *factors):
             told, misfits[times] = log_likelihood(one, mean, known, times)
             gains[times] = told - log_likelihood(one, nothing, factor, times)[0]
-        times = max(FACTORS, key=lambda t: gains[t])
+        if chi2.sf(misfits[1.0], part.m - one.rank) > CONTRADICTED:
+            continue
+        times = max(factors, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:
             raise UsageError(
                 f"{part.recording.name} contradicts the other recordings, and would agree with them times {times:g}; "
-                f"{FACTORS[times]}"
+                f"{factors[times]}"
             )
 
 
