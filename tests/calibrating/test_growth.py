@@ -13,6 +13,7 @@ from vcmm.calibrating.job import calibrate
 from vcmm.calibrating.machine_file import machine_texts
 from vcmm.calibrating.result import Calibration
 from vcmm.cli import run
+from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
 from vcmm.effects.component import ComponentPolynomial
@@ -61,6 +62,12 @@ def test_variances_grow_by_the_month_and_readings_bring_them_back(tmp_path):
     assert later.band("EYX")[1] == pytest.approx(np.interp(nodes, *first.band("EYX")[:2]), abs=5e-5)
     assert "may have changed by u = 1 um (1 urad)" in " ".join(later.warnings)
     assert not any("what happened" in w for w in later.warnings)
+
+
+def test_nothing_known_cannot_grow():
+    read = lines(("EXX",), scale(10.0), np.random.default_rng(1))
+    with pytest.raises(UsageError, match="the machine file states none; leave --growth out"):
+        calibrate(read, bare(), only=("EXX",), growth=1e-3)
 
 
 def test_more_change_than_stated_is_said(tmp_path):

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from vcmm.cli import run
+from vcmm.core.laws import StudentT
+from vcmm.files.machine import load_machine
 from vcmm.files.setups import MAKERS
 from vcmm.instruments import ALL
 
@@ -151,3 +153,23 @@ def test_every_instrument_has_a_set_up(plan, capsys):
     assert document["setups"] == 4
     assert {"EBX", "ECX"} <= set(document["all"]["identified"])
     assert np.isfinite(document["all"]["volume_um"])
+
+
+def test_the_bare_machine_repeats_as_the_true_one(tmp_path, capsys):
+    """Repeatability is no error of geometry. And what a rotary axis is asked for is an angle."""
+    (tmp_path / "truth.toml").write_text(TRUTH + '[repeatability]\nlaw = "t"\nscale = "0.7 um"\ndof = 6\n')
+    (tmp_path / "plan.toml").write_text(PLAN)
+    simulate(tmp_path, "read")
+    (stated,) = load_machine(tmp_path / "read" / "machine" / "bare.toml").inputs
+    assert stated.law == StudentT(0.7e-3, 6.0)
+    (tmp_path / "plan.toml").write_text(PLAN.replace(', C = "0 deg"', "", 1))
+    capsys.readouterr()
+    words = [
+        "calibrate",
+        "--simulate",
+        str(tmp_path / "plan.toml"),
+        "--machine",
+        str(tmp_path / "truth.toml"),
+    ]
+    assert run([*words, "--out", str(tmp_path / "again")]) == 2
+    assert 'does not say where C stood; add at = { C = "0 deg" }' in capsys.readouterr().err

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.calibrating.drawn import bare
-from vcmm.calibrating.acceptance import predicted
+from vcmm.calibrating.acceptance import predicted, without_rounding
 from vcmm.calibrating.deviations import RecordedTest
 from vcmm.calibrating.limits import limits_of
 from vcmm.calibrating.recorded_lines import recorded_positioning
@@ -149,3 +149,18 @@ def test_exchanged_direction_labels_are_refused():
 def test_limits_that_are_refused(text):
     with pytest.raises(UsageError):
         limits_of([text])
+
+
+def test_what_no_file_states_is_not_predicted():
+    # no repeatability: R is rounding and passes no limit; 0.5 um of scatter gives it back
+    found, said = without_rounding(predicted(bare(), "230-2", limits_of(["R = 2 um"]), trials=20))
+    figures = {f.name: f for f in found}
+    assert (figures["R X"].value_um, figures["R X"].u_um, figures["R X"].p_pass) == (None, None, None)
+    assert figures["R X"].limit_um == pytest.approx(2.0)
+    assert figures["B X"].value_um is not None
+    assert said[0].startswith("the machine file states no repeatability: R X, R+ X, R- X, R Y")
+    noisy = bare().with_effect(Scatter())
+    noisy = replace(noisy, inputs=(Input(Scatter.name, "", "value", Normal(0.5e-3), "touch", "test"),))
+    found, said = without_rounding(predicted(noisy, "230-2", limits_of(["R = 9 um"]), trials=20))
+    assert not said
+    assert {f.name: f for f in found}["R X"].p_pass == 1.0

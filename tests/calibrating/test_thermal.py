@@ -208,6 +208,18 @@ def test_a_file_that_has_the_term_already(found):
         thermal_model([timeless], machine)
 
 
+def test_a_test_without_a_clock_is_refused_before_anything_is_written(found, capsys):
+    folder = found[0]
+    rows = [line.split(",") for line in (folder / "first.csv").read_text().splitlines()]
+    clock = rows[0].index("time_s")
+    (folder / "still.csv").write_text("".join(",".join(r[:clock] + r[clock + 1 :]) + "\n" for r in rows[:-1]))
+    (folder / "still.toml").write_text((folder / "first.toml").read_text().replace("first", "still"))
+    words = ["calibrate", str(folder / "first.toml"), "--machine", str(folder / "machine.toml"), "--thermal"]
+    assert run([*words, "--test", str(folder / "still.toml"), "--out", str(folder / "unwritten.toml")]) == 2
+    assert "still: a thermal model needs the column time_s" in capsys.readouterr().err
+    assert not (folder / "unwritten.toml").exists()
+
+
 TASK = """
 vcmm = "scenario/1"
 machine = "shown.toml"

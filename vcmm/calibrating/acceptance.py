@@ -6,7 +6,7 @@ draws (what the test is expected to give), u = its standard deviation, p_pass = 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,14 +39,19 @@ TESTS = ("230-2", "230-4", "230-6", "230-7", "10360-2")
 RUNS = 5
 FORM, SIZE = "P_Form_Sph_1x25", "P_Size_Sph_1x25"
 Limit = Callable[[float], float]  # length mm -> mm
+UNTOLD = {  # figures that may be nothing but rounding, and why
+    **dict.fromkeys(("R", "R+", "R-", "R0", "asynchronous"), "the machine file states no repeatability"),
+    "fundamental": "errors of the axis average line have no once-per-turn part",
+}
+ROUNDED = 1e-6  # um, urad: no machine is so good
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a test, um; limit and p_pass where a limit was stated."""
+    """One figure of a test, um (None: the machine file does not tell it); limit and p_pass where a limit was stated."""
 
     name: str
-    value_um: float
+    value_um: float | None
     u_um: float | None
     limit_um: float | None = None
     p_pass: float | None = None
@@ -66,6 +71,19 @@ def predicted(
     if test not in makers:
         raise UsageError(f'there is no test "{test}" here.{choose_from(test, TESTS)}')
     return makers[test](machine, limits or {}, np.random.default_rng(seed), trials)
+
+
+def without_rounding(figures: Sequence[Figure]) -> tuple[list[Figure], list[str]]:
+    """Figures of which the machine file says nothing lose value and chance to pass; and sentences that say why."""
+    out, why = [], dict[str, list[str]]()
+    for one in figures:
+        reason = UNTOLD.get(one.name.split(" ")[0])
+        if reason is None or one.value_um is None or one.value_um > ROUNDED:
+            out.append(one)
+            continue
+        why.setdefault(reason, []).append(one.name)
+        out.append(replace(one, value_um=None, u_um=None, p_pass=None))
+    return out, [f"{reason}: {', '.join(names)} cannot be predicted" for reason, names in why.items()]
 
 
 def tip_errors(machine: Machine, run: Run, rng: np.random.Generator, trials: int) -> Array:

@@ -97,6 +97,10 @@ def calibrate(
     before = known_ranges(machine)
     _check_reach(before, ranges)
     _check_anew(kind, before)
+    if growth and not any(e.calibrated for e in machine.effects):
+        raise UsageError(
+            "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
+        )
     ranges = ranges | before
     job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress=progress, growth=growth)
     progress("reading", 0.1)

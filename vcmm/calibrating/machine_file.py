@@ -16,11 +16,11 @@ from vcmm.core.axes import is_location
 from vcmm.core.effect import place_fields
 from vcmm.core.errors import UsageError
 from vcmm.core.inputs import Input
-from vcmm.core.laws import MultivariateNormal
+from vcmm.core.laws import MultivariateNormal, Normal, StudentT
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
 from vcmm.diagnosis.machine_file import effect_toml, input_toml
-from vcmm.effects import BY_NAME
+from vcmm.effects import BY_NAME, has_role
 from vcmm.files.isg import ErrorFile, ErrorTable
 from vcmm.files.isg_writer import isg_text
 from vcmm.files.joint_covariance import JointCovariance, covariance_text
@@ -132,6 +132,17 @@ def bare_text(machine: Machine) -> str:
                 lines.append(f"{key} = [{', '.join(texts)}]")
         lines += [f'error_frame = "{axis.error_frame}"'] if axis.error_frame != "moving" else []
     return "\n".join(lines) + "\n"
+
+
+def stated_repeatability(machine: Machine) -> str:
+    """[repeatability] of a machine that states it by a normal or t law of one number; nothing for another."""
+    for one in machine.inputs:
+        if has_role(one.effect, "repeatability") and isinstance(one.law, Normal | StudentT):
+            t = one.law.dof if isinstance(one.law, StudentT) else None
+            key, law = ("u", "normal") if t is None else ("scale", "t")
+            dof = "" if t is None else f"dof = {t:.10g}\n"
+            return f'[repeatability]\nlaw = "{law}"\n{key} = "{one.law.scale * 1e3:.10g} um"\n{dof}'
+    return ""
 
 
 def _repeatability(found: Calibration) -> str:

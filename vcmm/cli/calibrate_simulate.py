@@ -58,7 +58,7 @@ def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> lis
     """One row per recording. What the instruments read follows from the file as it was written: order of the rows and all."""
     import numpy as np
 
-    from vcmm.calibrating.machine_file import bare_text
+    from vcmm.calibrating.machine_file import bare_text, stated_repeatability
     from vcmm.console.files import write_text
     from vcmm.core.errors import UsageError
     from vcmm.files.instruments import instrument_text
@@ -69,7 +69,7 @@ def _written(setups: Any, planned: Any, truth: Any, out: Path, seed: int) -> lis
     rng, rows, seen = np.random.default_rng(seed), [], set()
     output = out / BARE
     output.parent.mkdir(parents=True, exist_ok=True)
-    write_text(output, bare_text(planned))
+    write_text(output, bare_text(planned) + stated_repeatability(truth))
     for name, recordings, _, certificate in setups:
         for recording in recordings:
             stem = re.sub(r"[^\w-]+", "_", recording.name).strip("_")

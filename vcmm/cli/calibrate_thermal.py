@@ -12,9 +12,11 @@ def thermal_command(wanted: CalibrationWanted, sensors: list[str], json: bool) -
     """Fit the terms, write the file, tell what it predicts; the document is vcmm.thermal/1."""
     from vcmm.calibrating.thermal import thermal_model
     from vcmm.calibrating.thermal_file import thermal_text, written_terms
+    from vcmm.calibrating.thermal_terms import warm_readings
     from vcmm.console.documents import document, print_json
     from vcmm.console.files import output_folder, write_text
     from vcmm.console.terminal import say, show_table
+    from vcmm.files.recording import load_recording
     from vcmm.tables.calibrated import TESTS, independent_tests
     from vcmm.tables.table import records
     from vcmm.tables.thermal import TERMS, term_rows, terms
@@ -23,13 +25,16 @@ def thermal_command(wanted: CalibrationWanted, sensors: list[str], json: bool) -
     assert wanted.machine is not None
     if out is not None:
         output_folder(out.parent)
+    asked = [load_recording(path, given.machine)[0] for path in wanted.test]
+    for one in asked:
+        warm_readings(one, given.machine)  # refused before anything is written
     found = thermal_model(given.recordings, given.machine, sensors)
     rows = term_rows(found, written_terms(found))
     if out is not None:
         files = [f.name for f in wanted.files]
         write_text(out, thermal_text(found, given.machine, wanted.machine, out, files))
         say(f"wrote {out}")
-    tests, nets = wanted.tests(), _nets(wanted, given, list(found.trained))
+    tests, nets = wanted.tests(), _nets(asked, given, list(found.trained))
     if json:
         body = {
             "machine": None if out is None else str(out),
@@ -48,12 +53,10 @@ def thermal_command(wanted: CalibrationWanted, sensors: list[str], json: bool) -
     return 0
 
 
-def _nets(wanted: CalibrationWanted, given: Any, sensors: list[str]) -> list[float]:
+def _nets(asked: list[Any], given: Any, sensors: list[str]) -> list[float]:
     """um that a net from the same sensors leaves of every test."""
     from vcmm.calibrating.thermal_net import net_left
-    from vcmm.files.recording import load_recording
 
-    asked = [load_recording(path, given.machine)[0] for path in wanted.test]
     return [net_left(given.recordings, one, given.machine, sensors) * 1e3 for one in asked]
 
 

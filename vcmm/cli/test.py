@@ -38,7 +38,7 @@ def test_command(
     json
         Print one JSON document.
     """
-    from vcmm.calibrating.acceptance import predicted
+    from vcmm.calibrating.acceptance import predicted, without_rounding
     from vcmm.calibrating.limits import limits_of
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import show_table
@@ -58,7 +58,8 @@ def test_command(
         machine = load_machine_of(file)
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
-        figures = predicted(machine, iso, limits, seed, trials)
+        figures, untold = without_rounding(predicted(machine, iso, limits, seed, trials))
+        warnings += untold
     _refuse_unused(limits, figures, parts=iso == "230-7")
     read = [f for one in (file, *more) for f in sources(one)]
     body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
@@ -113,6 +114,7 @@ def _refuse_unused(limits: Any, figures: Any, parts: bool) -> None:
 
 def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials: int) -> Any:
     """ISO 230-7 of a test with [reversal], or predicted from a machine file."""
+    from vcmm.calibrating.acceptance import without_rounding
     from vcmm.calibrating.reversed import separate
     from vcmm.calibrating.spindle import predicted_spindle, recorded_spindle
     from vcmm.core.errors import UsageError
@@ -129,7 +131,9 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
             f'{file}: a spindle test says in [reversal] how artefact and probe were turned; test = "direct" where the artefact is '
             "taken as perfect (docs/reversal.md)"
         )
-    return predicted_spindle(load_machine(file), limits, seed, trials)
+    figures, untold = without_rounding(predicted_spindle(load_machine(file), limits, seed, trials))
+    warnings += untold
+    return figures
 
 
 def _one(files: list[Path]) -> Path:

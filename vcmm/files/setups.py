@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
+from vcmm.core.axes import is_rotary
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array
@@ -81,13 +82,18 @@ def _axis(table: SetupTable, machine: Machine) -> tuple[Array, Mapping[str, floa
         raise UsageError(
             f'the set-up "{table.name}" moves "{table.axis}".{choose_from(table.axis, machine.axes)}'
         )
-    at = {a: quantity(v, "length" if a in "XYZ" else "angle", a, "250 mm") for a, v in table.at.items()}
+    at = {a: quantity(v, "length" if a in "XYZ" else "angle", a, _somewhere(a)) for a, v in table.at.items()}
     missing = [a for a in machine.chain.letters if a not in (table.axis, table.across_axis) and a not in at]
     if missing:
         raise UsageError(
-            f'the set-up "{table.name}" does not say where {" ".join(missing)} stood; add at = {{ {missing[0]} = "250 mm" }}'
+            f'the set-up "{table.name}" does not say where {" ".join(missing)} stood; add at = {{ {missing[0]} = "{_somewhere(missing[0])}" }}'
         )
     return np.linspace(*machine.axes[table.axis].travel, table.n), at
+
+
+def _somewhere(axis: str) -> str:
+    """A position of an axis that a message shows."""
+    return "0 deg" if is_rotary(axis) else "250 mm"
 
 
 def _line(table: SetupTable, machine: Machine, u: float) -> Recordings:
