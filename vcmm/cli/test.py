@@ -38,7 +38,7 @@ def test_command(
     json
         Print one JSON document.
     """
-    from vcmm.calibrating.acceptance import predicted, without_rounding
+    from vcmm.calibrating.acceptance import predicted
     from vcmm.calibrating.limits import limits_of
     from vcmm.console.documents import document, print_json, sources
     from vcmm.console.terminal import show_table
@@ -58,8 +58,7 @@ def test_command(
         machine = load_machine_of(file)
         stated, drawn = _stated(file, machine, iso, warnings)
         limits = {**stated, **limits}
-        figures, untold = without_rounding(predicted(machine, iso, limits, seed, trials))
-        warnings += untold
+        figures = _told(predicted(machine, iso, limits, seed, trials), warnings)
     _refuse_unused(limits, figures, parts=iso == "230-7")
     read = [f for one in (file, *more) for f in sources(one)]
     body = {"test": f"ISO {iso}", "figures": records(FIGURES, figures)}
@@ -114,7 +113,6 @@ def _refuse_unused(limits: Any, figures: Any, parts: bool) -> None:
 
 def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials: int) -> Any:
     """ISO 230-7 of a test with [reversal], or predicted from a machine file."""
-    from vcmm.calibrating.acceptance import without_rounding
     from vcmm.calibrating.reversed import separate
     from vcmm.calibrating.spindle import predicted_spindle, recorded_spindle
     from vcmm.core.errors import UsageError
@@ -131,7 +129,14 @@ def _spindle(file: Path, limits: Any, warnings: list[str], *, seed: int, trials:
             f'{file}: a spindle test says in [reversal] how artefact and probe were turned; test = "direct" where the artefact is '
             "taken as perfect (docs/reversal.md)"
         )
-    figures, untold = without_rounding(predicted_spindle(load_machine(file), limits, seed, trials))
+    return _told(predicted_spindle(load_machine(file), limits, seed, trials), warnings)
+
+
+def _told(figures: Any, warnings: list[str]) -> Any:
+    """Figures without those that are rounding, and a warning of these."""
+    from vcmm.calibrating.acceptance import without_rounding
+
+    figures, untold = without_rounding(figures)
     warnings += untold
     return figures
 
