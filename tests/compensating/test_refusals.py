@@ -246,3 +246,26 @@ def test_a_program_that_would_get_worse_is_not_written(tmp_path, monkeypatch):
         "worse than the original: 20.00 um off at line 4, where the original is off by no more than 10.00 um"
         in message
     )
+
+
+def test_a_program_of_another_control_than_that_of_the_setup(tmp_path):
+    message = refused(
+        tmp_path, "O1005\nG21 G90 G54\nG91 G1 X10. F100\nM30\n", setup=replace(SETUP, dialect="sinumerik")
+    )
+    assert "was read as sinumerik, that of the set-up; it looks like fanuc" in message
+    assert "perhaps --dialect fanuc" in message
+
+
+def test_a_stock_removal_cycle_is_refused_by_its_line(tmp_path):
+    text = 'G18 G90 G95 G54\nT1 D1\nS800 M4\nG0 X60 Z2\nCYCLE95("ANF:ENDE",2,0,0,0,0.2,0.1,0.1,9,,,1)\nM30\nANF:\nG1 X20 Z0\nZ-20\nX40\nENDE:\n'
+    message = refused(tmp_path, text, scale(100.0), setup=replace(SETUP, dialect="sinumerik"))
+    assert "part.nc:5" in message
+    assert "the cycle CYCLE95 is not rewritten" in message
+
+
+def test_a_swivel_with_the_name_of_its_head_is_compensated(tmp_path):
+    """CYCLE800(..., "TC1", ...) by A = 0: X at 100 mm is cut 10 um too long on this machine."""
+    text = 'G17 G90 G54\nT1 D1\nCYCLE800(1,"TC1",0,57,0,0,0,0,0,0,0,0,0,-1,100,1)\nG0 X0 Y0 Z20\nG1 X100 F200\nM30\n'
+    found = run(tmp_path, text, scale(100.0), replace(SETUP, dialect="sinumerik"))
+    assert 'CYCLE800(1,"TC1",0,57' in found.text
+    assert "X99.990" in found.text

@@ -123,6 +123,9 @@ def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
         if word := next((k for k in POLAR_WORDS if k in t.words), None):
             said = f"the polar word {word} is not rewritten; write the end point with X and Y"
             raise at_line(DataError, t.file, t.line, said, t.words[word].first)
+        if t.cycle.startswith("CYC") and t.cycle not in HEIGHTS_MOVE:
+            said = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
+            raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
         if t.cycle.startswith("G") and (t.cycle not in CYCLES or (dialect.lathe and t.cycle in TURNING)):
             line, column = _called(source, t)
             raise _not_rewritten(t.file, line, column, t.cycle)
@@ -195,10 +198,6 @@ def _check_rewritable(trace: Trace, name: str, at: str) -> None:
         )
     if any(k in trace.words for k in "UVW"):
         raise DataError(f"{at}: increments by U, V or W are not rewritten; use X, Y and Z with G91")
-    if trace.cycle.startswith("CYC") and trace.cycle not in HEIGHTS_MOVE:
-        raise DataError(
-            f"{at}: the cycle {trace.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
-        )
     if trace.cycle == "G76" and trace.contour.kind == "thread":
         raise DataError(
             f"{at}: the threading cycle G76 is not rewritten; write its passes as single G33 moves"
