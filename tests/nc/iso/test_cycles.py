@@ -48,6 +48,13 @@ def test_heights_stay_where_they_are_when_the_mode_changes(dialect):
     assert {m.end[2] for m in moves if m.kind == "rapid"} == {50, 2}
 
 
+def test_a_lathe_keeps_the_heights_of_its_cycle_under_g91():
+    # R counts from the height where the cycle begins: 5 - 3 = 2; the depth is the Z of the G90 block; X4. is a diameter
+    text = "G21 G90 G0 X0. Z5.\nG97 S100 M3\nG83 Z-12. R-3. F100.\nG91 X4. K2\nG80\nM30"
+    moves = interpret(text, "fanuc-lathe-b").moves
+    assert [(m.start[2], m.end[2]) for m in moves if m.kind == "line"] == [(2, -12)] * 3
+
+
 def test_the_plate_of_haas_in_inches():
     text = "G20 G90 G98 G0 X0. Y0. Z1.\nG81 Z-1.5 R.1 F15.\nG91 X1.0 L9\nG80\nM30"
     holes = [m.end for m in interpret(text, "haas").moves if m.kind == "line"]
