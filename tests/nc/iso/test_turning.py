@@ -80,3 +80,11 @@ def test_what_a_contour_needs():
         tips("G0 X40. Z2.\nG71 U2. R1.\nG71 P10 Q99 U1. W0.1\nN10 G0 X1.\n")
     with pytest.raises(DataError, match="no depth of cut"):
         tips(f"G0 X40. Z2.\nG71 P10 Q20 U1. W0.1\n{CONTOUR}")
+
+
+def test_the_number_of_passes_of_g73_is_no_length():
+    for text in ("G73 U4. W2. R3\nG73 P10 Q20 U0 W0 F0.3\n", "G73 P10 Q20 I4. K2. U0 W0 D3 F0.3\n"):
+        whole = f"O1\nG21 G99 G97 S1000 M3\nG0 X40. Z2.\n{text}{CONTOUR}M30\n"
+        program = interpret(whole, "haas-lathe", Setup(strict=False))
+        assert not [r.text for r in program.warnings if "decimal point" in r.text]
+        assert len([m for m in program.moves if m.kind == "line" and m.end[2] in (-8, -9, -10)]) == 6
