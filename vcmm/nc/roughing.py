@@ -38,7 +38,7 @@ class Cut(NamedTuple):
     turns: int = 1
 
 
-class Stretch(NamedTuple):
+class SectionChord(NamedTuple):
     """A straight piece of a section; centre: of the arc that both ends lie on, None where it is a line."""
 
     begin: Flat
@@ -88,7 +88,7 @@ def _flat(a: int, across: float, along: float) -> Flat:
     return (across, along) if a == 0 else (along, across)
 
 
-def _meeting(stretches: Sequence[Stretch], a: int, b: int, level: float, down: float) -> float:
+def _meeting(stretches: Sequence[SectionChord], a: int, b: int, level: float, down: float) -> float:
     """Where a pass at `level` first meets the contour, arcs on their circle; its end where it never does."""
     for p, q, centre in stretches:
         u, v = (p[a] - level) * down, (q[a] - level) * down
@@ -105,15 +105,15 @@ def _on_circle(point: Flat, centre: Flat, axes: tuple[int, int], level: float, n
     return min(centre[b] - half, centre[b] + half, key=lambda place: abs(place - near))
 
 
-def _stretches(moves: Sequence[Move], rough: Rough) -> list[Stretch]:
+def _stretches(moves: Sequence[Move], rough: Rough) -> list[SectionChord]:
     """The contour with its allowance in straight stretches, arcs within CHORD."""
-    out: list[Stretch] = []
+    out: list[SectionChord] = []
     begin = (moves[0].start[0] + rough.x, moves[0].start[2] + rough.z)
     for m in moves:
         centre = None if m.centre is None else (m.centre[0] + rough.x, m.centre[2] + rough.z)
         for x, z in _points(m):
             end = (x + rough.x, z + rough.z)
-            out.append(Stretch(begin, end, centre))
+            out.append(SectionChord(begin, end, centre))
             begin = end
     return out
 
