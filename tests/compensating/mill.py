@@ -29,6 +29,12 @@ def mill(*effects: Effect, travel: float = 1e4) -> Machine:
     return Machine("test mill", "machine-tool", parse_structure("w X' Y' b Z t"), axes, effects)
 
 
+def lathe() -> Machine:
+    """X 100 um/m too long."""
+    axes = {a: Axis(a, (-1e4, 1e4)) for a in "XZ"}
+    return Machine("test lathe", "lathe", parse_structure("w b Z X t"), axes, (ScaleFactor("X", 100e-6),))
+
+
 def scale(k_um_m: float, axis: str = "X") -> Machine:
     return mill(ScaleFactor(axis, k_um_m * 1e-6))
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.compensating.mill import SETUP, body, rough, run, scale
+from vcmm.nc.interpret import interpret
 
 FANUC = (
     "%\nO1\nG54 G90 G17 S1000 M3 F100\nG0 X0 Y0 Z50.\nG98 G83 X50. Y20. Z-30. R2. Q5.\nX350.\nG80\nM30\n%\n"
@@ -61,3 +63,20 @@ def test_a_digit_of_an_inch_program_is_told_in_mm(tmp_path):
     found = run(tmp_path, text, scale(150.0))
     assert any("X2.9996" in line for line in body(found))
     assert found.rounding.largest == pytest.approx(1.2682e-3, rel=1e-3)
+
+
+def drilled(text: str) -> list[tuple[float, ...]]:
+    return [m.end for m in interpret(text, "fanuc", SETUP).moves if m.kind == "line"]
+
+
+def test_heights_of_fanuc_given_under_g90_serve_holes_under_g91(tmp_path):
+    """The holes of `G90 G81 ...` and `G91 X... K3` get the numbers that they get one by one under G90, within a digit."""
+    text = "%\nO1\nG21 G54 G90 G17 S1000 M3 F100.\nG0 X0. Y0. Z50.\nG98 G81 X10. Y10. Z-12. R2.\n{}\nG80\nM30\n%\n"
+    # the second block under G91: R 50 - 47 = 3, Z 3 - 15 = -12
+    steps = text.format("G91 X80. K3\nZ-15. R-47.\nX-40.\nG90 X20. Y30.")
+    apart = text.format("X90.\nX170.\nX250.\nX250. R3.\nX210.\nX20. Y30.")
+    assert drilled(steps) == drilled(apart)
+    one, other = (run(tmp_path, each, rough()) for each in (steps, apart))
+    assert one.met
+    assert np.abs(np.array(drilled(one.text)) - np.array(drilled(other.text))).max() < 1.1e-3
+    assert drilled(one.text)[3][2] == pytest.approx(-12.005)  # EZX and the squareness at X 250

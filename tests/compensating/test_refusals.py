@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.compensating.mill import SETUP, mill, rough, run, scale
+from tests.compensating.mill import SETUP, lathe, mill, rough, run, scale
 from vcmm.cli import run as vcmm
 from vcmm.core.errors import DataError, ModelLimit, UsageError
 
@@ -185,3 +185,87 @@ def test_temperatures_of_the_setup(tmp_path, capsys):
 def test_a_path_wound_about_a_turning_axis(tmp_path):
     text = "%\nO1\nG21 G90 G54 (NOT G12.1 HERE)\nG1 X100. F500\nG12.1\nG1 X40. C10.\nG13.1\nM30\n%\n"
     assert "part.nc:5:1: G12.1 winds the path" in refused(tmp_path, text)
+
+
+def test_polar_words_are_refused_where_they_begin(tmp_path):
+    """G16: X is a radius there; a number in mm beside the workpiece's X would send the tool 29 mm aside."""
+    text = "O1\nG21 G90 G17 G54\nT1 M6\nG0 X0 Y0 Z20.\n{} G81 X30. Y45. Z-5. R2. F100.\nG15 G80\nM30\n"
+    assert "part.nc:5:1: G16 makes X and Y" in refused(tmp_path, text.format("G16"), scale(100.0))
+    assert run(tmp_path, text.format("(G16)"), scale(100.0)).met
+
+
+@pytest.mark.parametrize(
+    ("dialect", "block", "word"),
+    [("sinumerik", "G1 AP=30 RP=50 F200", "AP"), ("linuxcnc", "G1 @50 ^45 F200", "@")],
+)
+def test_polar_words_of_one_block_are_refused(tmp_path, dialect, block, word):
+    text = f"G90 G17 G54\nG0 X100 Y0 Z0\n{block}\nM2\n"
+    message = refused(tmp_path, text, scale(100.0), replace(SETUP, dialect=dialect))
+    assert f"part.nc:3:4: the polar word {word} is not rewritten" in message
+
+
+LATHE_HEAD = "O1\nG21 G18 G40 G99\nT0101\nG97 S1000 M3\nG0 X42. Z2.\n"
+CONTOUR = "N100 G0 X20.\nG1 Z-20. F0.1\nG2 X30. Z-25. R5.\nN200 G1 X42.\n"
+
+
+@pytest.mark.parametrize(
+    ("cycle", "line", "code"),
+    [
+        ("G71 U2. R0.5\nG71 P100 Q200 U0.4 W0.1 F0.3\n" + CONTOUR + "G70 P100 Q200\n", 7, "G71"),
+        ("G72 W2. R0.5\nG72 P100 Q200 U0.4 W0.1 F0.3\n" + CONTOUR, 7, "G72"),
+        ("G70 P100 Q200\n" + CONTOUR, 6, "G70"),
+        ("G74 R1.\nG74 Z-20. Q5000 F0.1\n", 7, "G74"),
+        ("G75 R1.\nG75 X20. P5000 F0.1\n", 7, "G75"),
+        ("G76 P010060 Q100 R0.05\nG76 X38. Z-20. P900 Q300 F1.5\n", 7, "G76"),
+        ("G90 X38. Z-20. F0.2\nX36.\n", 6, "G90"),
+        ("G92 X39. Z-20. F1.5\n", 6, "G92"),
+        ("G94 X30. Z-2. F0.1\n", 6, "G94"),
+    ],
+    ids=["G71 G70", "G72", "G70", "G74", "G75", "G76", "G90", "G92", "G94"],
+)
+def test_turning_cycles_are_refused_with_their_line(tmp_path, cycle, line, code):
+    text = f"{LATHE_HEAD}{cycle}G0 X200. Z100.\nM30\n"
+    message = refused(tmp_path, text, lathe(), replace(SETUP, dialect="fanuc-lathe"))
+    assert f"part.nc:{line}:1: the cycle {code} is not rewritten" in message
+
+
+def test_a_program_that_would_get_worse_is_not_written(tmp_path, monkeypatch):
+    """A fault of ours: a correction twice as large as the error, the other way. 10 um become 20 um; nothing stands on the disk."""
+    from vcmm.compensating import rewriting
+
+    def wrong(*given, **more):
+        fits = real(*given, **more)
+        return [
+            replace(f, pieces=tuple(replace(p, end=p.end - [0.02, 0, 0]) for p in f.pieces)) for f in fits
+        ]
+
+    real = rewriting.targets
+    monkeypatch.setattr(rewriting, "targets", wrong)
+    message = refused(tmp_path, PROGRAM, scale(100.0), error=ModelLimit)
+    assert (
+        "worse than the original: 20.00 um off at line 4, where the original is off by no more than 10.00 um"
+        in message
+    )
+
+
+def test_a_program_of_another_control_than_that_of_the_setup(tmp_path):
+    message = refused(
+        tmp_path, "O1005\nG21 G90 G54\nG91 G1 X10. F100\nM30\n", setup=replace(SETUP, dialect="sinumerik")
+    )
+    assert "was read as sinumerik, that of the set-up; it looks like fanuc" in message
+    assert "perhaps --dialect fanuc" in message
+
+
+def test_a_stock_removal_cycle_is_refused_by_its_line(tmp_path):
+    text = 'G18 G90 G95 G54\nT1 D1\nS800 M4\nG0 X60 Z2\nCYCLE95("ANF:ENDE",2,0,0,0,0.2,0.1,0.1,9,,,1)\nM30\nANF:\nG1 X20 Z0\nZ-20\nX40\nENDE:\n'
+    message = refused(tmp_path, text, scale(100.0), setup=replace(SETUP, dialect="sinumerik"))
+    assert "part.nc:5" in message
+    assert "the cycle CYCLE95 is not rewritten" in message
+
+
+def test_a_swivel_with_the_name_of_its_head_is_compensated(tmp_path):
+    """CYCLE800(..., "TC1", ...) by A = 0: X at 100 mm is cut 10 um too long on this machine."""
+    text = 'G17 G90 G54\nT1 D1\nCYCLE800(1,"TC1",0,57,0,0,0,0,0,0,0,0,0,-1,100,1)\nG0 X0 Y0 Z20\nG1 X100 F200\nM30\n'
+    found = run(tmp_path, text, scale(100.0), replace(SETUP, dialect="sinumerik"))
+    assert 'CYCLE800(1,"TC1",0,57' in found.text
+    assert "X99.990" in found.text

@@ -115,7 +115,46 @@ def test_q_das_text() -> None:
     assert "K2112/1 -0.0254000" in lines
     assert "K2900/1 U = 0.0010000 mm, k = 2, 0.95" in lines
     assert lines[-5:-1] == ["K0001/1 25.4110000", "K0002/1 0", "K0001/2 0.0600000", "K0002/2 0"]
-    assert not any(line.startswith("K2900/2") for line in lines)  # no U is known of it
+    assert "K2900/2 the interval of the true value has no end" in lines
+
+
+def changed(**words: object) -> dict[str, object]:
+    """The document with other words of its first characteristic alone."""
+    first = {**DOCUMENT["characteristics"][0], **words}  # type: ignore[dict-item,index]
+    return {**DOCUMENT, "characteristics": [first]}
+
+
+def test_an_interval_that_is_not_value_and_U_stands_with_its_ends(tmp_path: Path) -> None:
+    """A bias of 0.4 um was taken off: 25.411 +- 0.001 would be another interval than the one that was shown."""
+    handed = handed_over(changed(interval_mm=[25.4096, 25.4116]))
+    path = tmp_path / "r.xml"
+    path.write_text(dcc_results("part", handed), encoding="utf-8")
+    (stated,) = [n for n in read_xml(path).below() if n.name == "measurementUncertaintyUnivariate"]
+    assert stated.one("expandedMU") is None
+    ends = stated.one("coverageIntervalMU")
+    assert ends is not None
+    assert (ends.words("intervalMin"), ends.words("intervalMax")) == ("25.4096", "25.4116")
+    assert "K2900/1 true value 25.4096000 to 25.4116000 mm, 0.95" in dfq_text("part", handed)
+
+
+def test_where_coverage_is_not_shown_no_uncertainty_is_stated() -> None:
+    handed = handed_over(changed(coverage_shown=False, why_not_shown="the known bias is not corrected"))
+    assert "measurementUncertainty" not in dcc_results("part", handed)
+    assert "K2900/1 the known bias is not corrected" in dfq_text("part", handed)
+
+
+def test_several_parts_keep_their_names() -> None:
+    one = DOCUMENT["characteristics"]
+    handed = handed_over(
+        {
+            "schema": "vcmm.uncertainty/1",
+            "parts": [{"part": n, "characteristics": one} for n in ("A", "B,<x>")],
+        }
+    )
+    assert [line for line in dfq_text("p", handed).split("\r\n") if line.startswith("K0014/1")] == [
+        "K0014/1 A",
+        "K0014/1 B,<x>",
+    ]
 
 
 def test_other_endings_and_documents_are_refused() -> None:

@@ -160,7 +160,7 @@ DOCUMENT = {
     "characteristics": [
         {
             "name": "D1", "type": "size", "nominal_mm": 25.4, "value_mm": 25.41, "measured_mm": 25.411, "bias_mm": 0.001,
-            "u_mm": 0.0005, "U_mm": 0.001, "k": 2.0, "p": 0.95, "interval_mm": [25.409, 25.411],
+            "u_mm": 0.0005, "U_mm": 0.001, "k": 2.0, "p": 0.95, "interval_mm": [25.41, 25.412],
             "tolerance_mm": [25.3746, 25.4254], "decision": "conforms",
         },
         {
@@ -199,6 +199,29 @@ def test_results_are_written_with_their_uncertainty_and_read_back(tmp_path: Path
     assert again.features["bore"]["length"] == "50.8 mm"
     assert again.characteristics[0]["limits"] == ["-0.0254 mm", "0.0254 mm"]
     assert again.characteristics[1]["datums"] == ["top"]
+
+
+def test_several_parts_are_told_apart_by_their_serial_numbers(tmp_path: Path) -> None:
+    made = convert(written(tmp_path, QIF))
+    for name, text in made.texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    rows = DOCUMENT["characteristics"]
+    handed = handed_over(
+        {
+            "schema": "vcmm.uncertainty/1",
+            "parts": [{"part": n, "characteristics": rows} for n in ("a&b", "c")],
+        }
+    )
+    text, _ = qif_text(load_scenario(tmp_path / "scenario.toml").part, handed, "s")
+    root = read_qif(written(tmp_path, text, "r.qif")).root
+    assert [n.text for n in root.below() if n.name == "SerialNumber"] == ["a&b", "c"]
+    components = {
+        n.attributes["id"]: n.words("SerialNumber") for n in root.below() if n.name == "ActualComponent"
+    }
+    results = root.many("Results/MeasurementResultsSet/MeasurementResults")
+    assert [components[r.words("ActualComponentIds/Id")] for r in results] == ["a&b", "c"]
+    lists = [n for n in root.below() if "n" in n.attributes]
+    assert all(int(n.attributes["n"]) == len(n.children) for n in lists)
 
 
 def test_lists_of_the_written_document_have_their_counts(tmp_path: Path) -> None:

@@ -75,6 +75,19 @@ def test_tip_centres_and_plan_order(scenario: Scenario) -> None:
         measured_task(scenario, centres)
 
 
+def test_centres_of_a_tip_within_the_approach_and_points_compensated_twice_are_told(
+    scenario: Scenario,
+) -> None:
+    """A tip of 4 mm is within the approach of 3 mm: nothing is too far off, but everything is one radius off."""
+    given, _ = handed_in(scenario)
+    normals = scenario.task().touches.normals
+    centres = replace(given, points=given.points + 2.0 * normals, features=None)
+    with pytest.raises(DataError, match=r"one tip radius \(2 mm\) outside .*--tip-centres"):
+        measured_task(scenario, centres)
+    with pytest.raises(DataError, match=r"one tip radius \(2 mm\) inside .*leave --tip-centres out"):
+        measured_task(scenario, given, tip_centres=True)
+
+
 def changed(given: GivenPoints, row: int, point: tuple[float, float, float]) -> GivenPoints:
     points = given.points.copy()
     points[row] = point

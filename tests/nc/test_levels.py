@@ -92,3 +92,14 @@ def test_the_unit_that_nothing_states_is_told_on_both_levels():
     assert (
         interpret(text, "fanuc", Setup(strict=False)).assumed[-1].what == "the unit, for want of G20 and G21"
     )
+
+
+def test_strict_tells_of_a_tilted_plane_and_reads_it():
+    """As docs/nc.md says: what moves the axes alone is a remark under --strict, and no refusal."""
+    text = "G21 G90 G54 F100.\nT1 M6\nG43 H1 Z20.\nG68.2 X0 Y0 Z0 I0 J30. K0\nG53.1\nG1 X10.\nG69\nM30\n"
+    program = interpret(text, "fanuc", Setup())
+    assert [(r.line, r.text.split(",")[0]) for r in program.warnings] == [
+        (3, "the length of tool 1 is not known and taken as 0 mm; give the tools with --setup"),
+        (4, "G68.2"), (5, "G53.1"),
+    ]  # fmt: skip
+    assert not program.assumed

@@ -52,10 +52,13 @@ def test_remarks_name_the_first_line_of_each_fault(tmp_path):
     machine: Machine = load_machine(tmp_path / "mill.toml")
     program = meant("G57 G43 H1 G0 X0 Y0 Z-200.\nG1 X700. F100\nG1 X710.")
     # Z -200 + 80 of the tool = -120 is inside; X 700 is not, and is told once
-    assert [(r.line, r.text) for r in remarks_on(program.moves, SETUP, machine)] == [
-        (4, "work offset G57 is not in the set-up: machine zero is taken; add it to [offsets]"),
+    assert [(r.line, r.text) for r in remarks_on(program, SETUP, machine)] == [
+        (3, "work offset G57 is not in the set-up: machine zero is taken; add it to [offsets]"),
         (4, "axis X is sent to 700 mm, its travel is 0 to 600 mm; check work offset and tool length"),
     ]
+    for line in ("G55", "G0 X1. G55"):  # told where the offset is named, with or without a move
+        program = meant(f"{line}\nG43 H1\nG0 X0 Y0 Z-200.\nG1 X7. F100")
+        assert [r.line for r in remarks_on(program, SETUP, None)] == [3]
 
 
 def test_nc_says_so_and_that_a_machine_is_missing(tmp_path, capsys):
@@ -107,7 +110,7 @@ def test_polar_interpolation_on_a_lathe_is_no_cut_along_y():
         {a: Axis(a, (-500.0, 500.0)) for a in "XZC"},
         (),
     )
-    moves = interpret(text, "fanuc-lathe", Setup(strict=False)).moves
+    program = interpret(text, "fanuc-lathe", Setup(strict=False))
     assert not [
-        r for r in remarks_on(moves, Setup(offsets={"G54": (0.0, 0.0, 0.0)}), lathe) if "along Y" in r.text
+        r for r in remarks_on(program, Setup(offsets={"G54": (0.0, 0.0, 0.0)}), lathe) if "along Y" in r.text
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -169,11 +170,18 @@ def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], fil
         )
         texts |= {"report.html": uncertainty_page(scenario, whole), "budget.csv": budget_csv(whole)}
     given = [*sources(files[0]), files[1]]
-    texts |= {_sheet_name(p.part): sheet_page(scenario, p, given) for p in parts}
+    for p in parts:
+        texts[_sheet_name(p.part, texts)] = sheet_page(scenario, p, given)
     write_files(folder, texts)
     say(f"wrote {', '.join(f'{folder}/{name}' for name in texts)}")
 
 
-def _sheet_name(part: str) -> str:
+def _sheet_name(part: str, taken: Collection[str]) -> str:
+    """A plain file name for the sheet of a part; numbered where another part has it already (a/b and a?b)."""
     plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in part)
-    return f"sheet-{plain}.html" if plain else "sheet.html"
+    names = (
+        f"sheet{f'-{plain}' if plain else ''}{f'-{n}' if n > 1 else ''}.html"
+        for n in range(1, len(taken) + 2)
+    )
+    held = {name.lower() for name in taken}
+    return next(name for name in names if name.lower() not in held)

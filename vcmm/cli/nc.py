@@ -145,7 +145,7 @@ def _read(program: Path, dialect: str | None, setup: Any, strict: bool) -> Any:
     if setup is None:
         return read
     machine = _machine(setup)
-    said = list(remarks_on(read.moves, setup, machine))
+    said = list(remarks_on(read, setup, machine))
     if machine is not None and read.moves:
         from vcmm.motion.tool_centre import oriented
 

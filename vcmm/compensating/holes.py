@@ -78,8 +78,24 @@ def _heights(writer: Writer, trace: Trace, frame: BlockFrame, normal: int) -> tu
                 said = f"{letter} of a cycle is an expression; write it as a number to compensate the program"
                 raise at_line(DataError, trace.file, trace.line, said, trace.words[letter].first)
             c[name] = _said(writer, trace, letter, frame.inch)
-    r = c["R"] if frame.absolute else c["level"] + c["R"]
-    return r, c["Z"] if frame.absolute else r + c["Z"]
+            c[f"{name} counts"] = float(not frame.absolute)
+    r = c["R"] + (c["level"] if _counts(writer, "R", frame) else 0.0)
+    return r, c["Z"] + (r if _counts(writer, "Z", frame) else 0.0)
+
+
+def _counts(writer: Writer, name: str, frame: BlockFrame) -> bool:
+    """Whether R (or "new R") in force counts from the initial level, Z from R: as in vcmm.nc.iso.cycles."""
+    if writer.dialect.words == "o":
+        return not frame.absolute
+    return bool(writer.cycle.get(f"{name} counts"))
+
+
+def _standing(writer: Writer, name: str, frame: BlockFrame, base: float) -> float | None:
+    """The new R or Z in force, as this block would write it; base: what it counts from under G91, program numbers."""
+    value = writer.cycle.get(name)
+    if value is None:
+        return None
+    return value + base * (_counts(writer, name, frame) - (not frame.absolute))
 
 
 def _said(writer: Writer, trace: Trace, letter: str, inch: bool) -> float:
@@ -147,6 +163,7 @@ def _blocks(
             words[f"off {i}"] = float(cur[i] - hole.place[i] - hole.shift[i])
         words[AXES[normal]] = bottom + down if frame.absolute else bottom + down - r - up
         words["R"] = r + up if frame.absolute else r + up - writer.cycle["new level"]
+        words["R height"] = r + up
         words["up"], words["down"], words[f"off {normal}"] = up, down, down - float(hole.shift[normal])
         out.append(words)
     return out
@@ -168,15 +185,19 @@ def _write(
             value = words[letter]
             sticky = letter in (AXES[normal], "R")
             name = f"new {'Z' if letter == AXES[normal] else letter}"
-            stands = c.get(name) if sticky else float(cur[AXES.index(letter)]) if frame.absolute else 0.0
+            if sticky:
+                base = c["new level"] if letter == "R" else words["R height"]
+                stands = _standing(writer, name, frame, base)
+            else:
+                stands = float(cur[AXES.index(letter)]) if frame.absolute else 0.0
             changed = stands is None or abs(value - stands) > SAME * step
             if k == 0 and (changed or letter in trace.words):
                 writer.word(index, trace, letter, value, value, frame.inch)
             elif k and changed:
                 more.append(letter + written(value, writer.decimals[frame.inch]))
-            if sticky:
-                c[name] = value
-            elif frame.absolute:
+            if sticky and (changed or (k == 0 and letter in trace.words)):
+                c[name], c[f"{name} counts"] = value, float(not frame.absolute)
+            elif not sticky and frame.absolute:
                 cur[AXES.index(letter)] = value
         if k and not any(w[0] in AXES for w in more):
             more.insert(0, "X" + written(words["X"], writer.decimals[frame.inch]))

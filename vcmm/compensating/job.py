@@ -39,6 +39,7 @@ from vcmm.compensating.refusals import (
     check_program,
     check_state,
     check_travel,
+    check_words,
     check_wound,
 )
 from vcmm.compensating.result import BlockCounts, CompensatedProgram, Departure, Rounding
@@ -165,6 +166,7 @@ def prepare(
         raise UsageError(f"{source.name}: {length_missing(short, setup.tools)}")
     check_travel(read, machine, False, source.name)
     check_moves([t.contour for t in read.traces], machine, setup, source.name)
+    check_words(read, source, language)
     source, read, origin = _flat(source, read, setup, language, known, inline=inline, notes=notes)
     check_program(read, machine, setup, source.name)
     field = field_of(
@@ -278,6 +280,7 @@ def _proved(
     digits = min(rounding.largest, math.sqrt(3.0) * rounding.step)  # mm that the last digit can cost
     met = after.largest <= used + digits + 1e-9
     if not met:
+        _check_better(work, before, after, digits)
         notes.append(
             f"line {after.line}: {after.largest * 1e3:.2f} um are left, more than the tolerance of {used * 1e3:g} um and the rounding of "
             f"{digits * 1e3:.2f} um together{_in_one_piece(work, after.line)}"
@@ -305,6 +308,20 @@ def _proved(
         warnings=tuple(notes),
         source_lines=tuple(origin[n] for n in lines),
         whole=whole,
+    )
+
+
+def _check_better(work: Work, before: Departure, after: Departure, digits: float) -> None:
+    """Raises ModelLimit where the new program is further off than the original. A hole and a way into radius compensation have one
+    correction for two places: as large as the largest error at most, so up to twice that may be left at the other place."""
+    here = [t for t in work.program.traces if work.origin[t.line - 1] == after.line]
+    one = any(t.cycle for t in here) or bool(_in_one_piece(work, after.line))
+    if after.largest <= (2.0 * before.largest + digits if one else before.largest):
+        return
+    raise ModelLimit(
+        f"{work.source.name}: the compensated program would be worse than the original: {after.largest * 1e3:.2f} um off at line "
+        f"{after.line}, where the original is off by no more than {before.largest * 1e3:.2f} um (line {before.line}); nothing was written. "
+        "Write the block of that line as single moves, or see what a shift of the work offset does (--offset-only)"
     )
 
 

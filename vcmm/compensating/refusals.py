@@ -12,6 +12,7 @@ from vcmm.core.errors import DataError, ModelLimit, UsageError
 from vcmm.core.machine import Machine
 from vcmm.motion.tool_centre import in_machine_axes
 from vcmm.nc.dialects import FRONT_ENDS, G_CODE, TRACED, Dialect
+from vcmm.nc.iso.cycles import CYCLES
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup
 from vcmm.nc.trace import Trace
@@ -85,16 +86,69 @@ def _errors_table(path: Path | None) -> str | None:
 _WOUND = re.compile(r"G0*(?:12\.1|112|7\.1|107)(?![\d.])", re.IGNORECASE)
 
 
+_POLAR = re.compile(r"G0*16(?![\d.])", re.IGNORECASE)
+POLAR_WORDS = ("AP", "RP", "@", "^")  # of Sinumerik and LinuxCNC
+
+
 def check_wound(source: SourceText, dialect: Dialect) -> None:
-    """Polar and cylindrical interpolation: C stands for a length there, which the axis words of a new block do not."""
-    if dialect.words != "macro":
-        return
+    """Polar and cylindrical interpolation: C stands for a length there, which the axis words of a new block do not; and polar
+    words (G16), where X is a radius and Y an angle."""
+    wound = [_WOUND] if dialect.words == "macro" else []
+    polar = [_POLAR] if dialect.name in G_CODE and not dialect.lathe else []
     for index, (line, _) in enumerate(source.lines):
-        if match := _WOUND.search(code_of(line)):
-            said = f"{match[0]} winds the path about a turning axis; such a program is not rewritten. Post it with X, Y and Z"
-            raise at_line(DataError, source.name, index + 1, said, match.start() + 1)
+        for pattern in (*wound, *polar):
+            if match := pattern.search(code_of(line)):
+                means = (
+                    "makes X and Y a radius and an angle"
+                    if pattern is _POLAR
+                    else "winds the path about a turning axis"
+                )
+                said = f"{match[0]} {means}; such a program is not rewritten. Post it with X, Y and Z"
+                raise at_line(DataError, source.name, index + 1, said, match.start() + 1)
 
 
+def check_words(program: Program, source: SourceText, dialect: Dialect) -> None:
+    """Polar words and cycles other than those for holes: their moves are not what the words of the block say.
+
+    Before anything is written out: the contour of a turning cycle is executed several times as well.
+    """
+    own = {t.line for t in program.traces}
+    for m in program.moves if dialect.lathe else ():  # those of a multiple cycle have no trace
+        if m.rewritable and m.kind != "dwell" and m.source.line not in own:
+            code = re.search(r"G0*7\d", code_of(source.lines[m.source.line - 1][0]), re.IGNORECASE)
+            raise _not_rewritten(
+                source.name, m.source.line, m.source.first, code[0] if code else "of this line"
+            )
+    for t in program.traces:
+        if word := next((k for k in POLAR_WORDS if k in t.words), None):
+            said = f"the polar word {word} is not rewritten; write the end point with X and Y"
+            raise at_line(DataError, t.file, t.line, said, t.words[word].first)
+        if t.cycle.startswith("CYC") and t.cycle not in HEIGHTS_MOVE:
+            said = f"the cycle {t.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
+            raise at_line(DataError, t.file, t.line, said, t.contour.source.first)
+        if t.cycle.startswith("G") and (t.cycle not in CYCLES or (dialect.lathe and t.cycle in TURNING)):
+            line, column = _called(source, t)
+            raise _not_rewritten(t.file, line, column, t.cycle)
+
+
+def _called(source: SourceText, trace: Trace) -> tuple[int, int]:
+    """Line and column of the code of a cycle, which may stand apart from the contour that it runs along."""
+    code = re.compile(rf"{trace.cycle}(?![\d.])", re.IGNORECASE)
+    for number, (line, _) in enumerate(source.lines if trace.file == source.name else (), 1):
+        if match := code.search(code_of(line)):
+            return number, match.start() + 1
+    return trace.line, trace.contour.source.first
+
+
+def _not_rewritten(name: str, line: int, column: int, cycle: str) -> DataError:
+    said = (
+        f"the cycle {cycle} is not rewritten, since its moves need different corrections; have the program posted with its moves as "
+        "single blocks, or see what a shift of the work offset does (--offset-only)"
+    )
+    return at_line(DataError, name, line, said, column)
+
+
+TURNING = ("G73", "G74", "G76")  # on lathes: pattern, pecking and threads, not holes
 HEIGHTS_MOVE = ("CYCLE81", "CYCLE82", "CYCLE83", "CYCL DEF 200")  # holes that drilled.py knows how to shift
 
 
@@ -144,10 +198,6 @@ def _check_rewritable(trace: Trace, name: str, at: str) -> None:
         )
     if any(k in trace.words for k in "UVW"):
         raise DataError(f"{at}: increments by U, V or W are not rewritten; use X, Y and Z with G91")
-    if trace.cycle.startswith("CYC") and trace.cycle not in HEIGHTS_MOVE:
-        raise DataError(
-            f"{at}: the cycle {trace.cycle} is not rewritten; write its moves as single blocks, or use {', '.join(HEIGHTS_MOVE)}"
-        )
     if trace.cycle == "G76" and trace.contour.kind == "thread":
         raise DataError(
             f"{at}: the threading cycle G76 is not rewritten; write its passes as single G33 moves"

@@ -27,6 +27,7 @@ from vcmm.response.trials import Draws
 
 BLOCK = 2000
 FOLDED = 300  # touches beyond which Inputs are drawn one by one
+SHOWN = 20  # parts that tell which characteristic is lost
 LOST = 0.02  # of the drawn parts may have no element by a criterion of contact: rarer than what the quantiles tell
 LEAST, MOST = 0.05, 40.0  # form over noise of the machine: from nothing to so much that noise does not matter
 FORMLESS = 0.1  # share of parts without form
@@ -148,10 +149,22 @@ def _block(
     indicated = values(drawing.measured, found)
     kept = np.isfinite(true).all(axis=1) & np.isfinite(indicated).all(axis=1)
     if kept.mean() < 1.0 - LOST:
+        named = _without_element(drawing.surface, surface[~kept], drawing.measured, found[~kept])
         raise ModelLimit(
-            f"{1.0 - kept.mean():.0%} of the drawn parts have no element by the criteria asked for; measure more points, or use criterion G"
+            f"{', '.join(named)}: {1.0 - kept.mean():.0%} of the parts drawn with forms of up to {MOST:g} times the noise have no such "
+            "element: the points span too little of the feature for them. Measure more of it, or leave such characteristics out"
         )
     return true[kept], indicated[kept], _rest(drawing, found[kept])
+
+
+def _without_element(surface: LinearModel, all_over: Array, measured: LinearModel, found: Array) -> list[str]:
+    """Names of the characteristics that cannot be evaluated on some of these parts (m, n)."""
+    lost = []
+    for i, c in enumerate(measured.characteristics):
+        both = values(surface.only(i), all_over[:SHOWN]), values(measured.only(i), found[:SHOWN])
+        if not all(np.isfinite(v).all() for v in both):
+            lost.append(f'"{c.name}"')
+    return lost or ["a characteristic"]
 
 
 def surfaces(

@@ -77,7 +77,7 @@ def quantities_csv(found: Sequence[Quantity]) -> str:
 
 
 def _quantities(node: Node, section: str) -> list[Quantity]:
-    name = _label(node) or node.attributes.get("refType", "")
+    name = _label(node) or node.attributes.get("refType", "") or "quantity"
     kinds = ("real", "realListXMLList", "hybrid", "constant")
     held = next((c for c in node.children if c.name in kinds), None)
     if held is None:
@@ -163,7 +163,8 @@ def _label(node: Node) -> str:
 def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
     """The element measurementResults of a DCC with the evaluated values, to be put into a laboratory's certificate.
 
-    Who calibrated what for whom (administrativeData) is the laboratory's to write, and so is its signature.
+    A value whose interval is value +- U has the expanded uncertainty; another interval (a bias taken off, a form) stands with
+    its ends; where coverage is not shown, neither. Who calibrated what for whom (administrativeData) is the laboratory's to write, and so is its signature.
     """
     blocks = []
     for part, listed in values.items():
@@ -184,12 +185,20 @@ def dcc_results(title: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
 def _written(v: HandedValue) -> str:
     unit = r"\milli\metre" if v.unit == "mm" else r"\radian"
     spread = ""
-    if v.U is not None and v.k:
+    if v.about and v.U is not None and v.k:
         spread = (
-            "<si:measurementUncertaintyUnivariate><si:expandedMU>"
-            f"<si:valueExpandedMU>{v.U:.6g}</si:valueExpandedMU><si:coverageFactor>{v.k:.6g}</si:coverageFactor>"
-            f"<si:coverageProbability>{v.p:.6g}</si:coverageProbability></si:expandedMU></si:measurementUncertaintyUnivariate>"
+            f"<si:expandedMU><si:valueExpandedMU>{v.U:.6g}</si:valueExpandedMU><si:coverageFactor>{v.k:.6g}</si:coverageFactor>"
+            f"<si:coverageProbability>{v.p:.6g}</si:coverageProbability></si:expandedMU>"
         )
+    elif v.interval is not None:
+        low, high = v.interval
+        spread = (
+            f"<si:coverageIntervalMU><si:valueStandardMU>{v.u or 0.0:.6g}</si:valueStandardMU>"
+            f"<si:intervalMin>{low:.12g}</si:intervalMin><si:intervalMax>{high:.12g}</si:intervalMax>"
+            f"<si:coverageProbability>{v.p:.6g}</si:coverageProbability></si:coverageIntervalMU>"
+        )
+    if spread:
+        spread = f"<si:measurementUncertaintyUnivariate>{spread}</si:measurementUncertaintyUnivariate>"
     return (
         f"<dcc:quantity><dcc:name><dcc:content>{escape(v.name)}</dcc:content></dcc:name>"
         f"<si:real><si:value>{v.measured:.12g}</si:value><si:unit>{unit}</si:unit>{spread}</si:real></dcc:quantity>"

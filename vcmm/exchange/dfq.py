@@ -2,8 +2,8 @@
 
     K0100 number of characteristics     K1001 part number, K1002 part name      K2001/i number, K2002/i name of characteristic
     K2022/i decimals                    K2101/i nominal                         K2110/i, K2111/i lower, upper limit
-    K2112/i, K2113/i allowances: limits from nominal    K2142/i unit            K2900/i remark: U, k, coverage probability
-    K0001/i value, K0002/i attribute (0 valid, 255 no value)    K0008/i, K0014/i operator and part left out
+    K2112/i, K2113/i allowances: limits from nominal    K2142/i unit            K2900/i remark: what is known of the true value
+    K0001/i value, K0002/i attribute (0 valid, 255 no value)    K0014/i part, where there are several
 
 The format has no field for a measurement uncertainty of a value: it stands in the remark of the characteristic.
 Source: Q-DAS ASCII Transferformat V13, key catalogue.
@@ -31,8 +31,9 @@ def dfq_text(part: str, values: Mapping[str, Sequence[HandedValue]]) -> str:
     lines = [f"K0100 {len(first)}", f"K1001 {_plain(part)}", f"K1002 {_plain(part)}"]
     for i, v in enumerate(first, 1):
         lines += _characteristic(i, v)
-    for one in values.values():
+    for name, one in values.items():
         for i, v in enumerate(one, 1):
+            lines += [f"K0014/{i} {_plain(name)}"] if name else []
             lines += [f"K0001/{i} {_number(v.measured, v.unit)}", f"K0002/{i} 0"]
     return "\r\n".join(lines) + "\r\n"
 
@@ -48,10 +49,19 @@ def _characteristic(i: int, v: HandedValue) -> list[str]:
             f"K2113/{i} {_number(high - v.nominal, v.unit)}",
         ]
     out.append(f"K2142/{i} {'mm' if v.unit == 'mm' else 'deg'}")
-    if v.U is not None:
-        said = f"U = {_number(v.U, v.unit)} {'mm' if v.unit == 'mm' else 'deg'}, k = {v.k:.4g}, {v.p:.4g}"
-        out.append(f"K2900/{i} {said}")
+    out.append(f"K2900/{i} {_plain(_known(v))}")
     return out
+
+
+def _known(v: HandedValue) -> str:
+    """What the remark says of the true value: value +- U, its interval, or why neither is stated."""
+    unit = "mm" if v.unit == "mm" else "deg"
+    if v.interval is None:
+        return v.why or "the interval of the true value has no end"
+    if v.about and v.U is not None:
+        return f"U = {_number(v.U, v.unit)} {unit}, k = {v.k:.4g}, {v.p:.4g}"
+    low, high = (_number(end, v.unit) for end in v.interval)
+    return f"true value {low} to {high} {unit}, {v.p:.4g}"
 
 
 def _number(value: float, unit: str) -> str:

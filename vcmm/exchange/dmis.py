@@ -73,7 +73,7 @@ def read_dmis(path: str | Path) -> DrawnPart:
         )
     if program.others:
         said = ", ".join(f"{k} ({n})" for k, n in sorted(program.others.items()))
-        program.drawn.notes.append(f"{path}:1: statements that say nothing of the part: {said}")
+        program.drawn.notes.append(f"statements that say nothing of the part: {said}")
     for name, rows in program.touches.items():
         program.drawn.targets[name] = np.array(rows)
         if name not in program.stated:

@@ -13,7 +13,8 @@ from vcmm.core.errors import UsageError
 class HandedValue:
     """One characteristic in mm or rad (`unit`): what was measured, its bias, u, U and k, the tolerance, the decision.
 
-    A characteristic of which only an interval of the true value is known has neither u nor U.
+    interval: of the true value, with probability p; None where its coverage is not shown (`why` says so) or an end of it is
+    not known. `about` says whether it is measured +- U: not where a known bias is taken off, nor for most extreme values.
     """
 
     name: str
@@ -29,6 +30,15 @@ class HandedValue:
     interval: tuple[float, float] | None
     tolerance: tuple[float, float] | None
     decision: str
+    why: str = ""
+
+    @property
+    def about(self) -> bool:
+        """Whether the interval of the true value is measured +- U, to a thousandth of U."""
+        if self.interval is None or self.U is None:
+            return False
+        ends = (self.measured - self.U, self.measured + self.U)
+        return max(abs(a - b) for a, b in zip(self.interval, ends)) <= 1e-3 * self.U
 
 
 def handed_over(document: Mapping[str, Any]) -> dict[str, list[HandedValue]]:
@@ -49,11 +59,12 @@ def _value(c: Mapping[str, Any]) -> HandedValue:
         return c.get(f"{key}_{unit}")
 
     measured = got("measured")
+    shown = bool(c.get("coverage_shown", True))
     return HandedValue(
         name=c["name"], type=c["type"], unit=unit, nominal=got("nominal"),
         measured=got("value") if measured is None else measured, bias=got("bias") or 0.0, u=got("u"), U=got("U"),
-        k=c.get("k"), p=c["p"], interval=_pair(got("interval")), tolerance=_pair(got("tolerance")),
-        decision=c.get("decision") or "",
+        k=c.get("k"), p=c["p"], interval=_pair(got("interval")) if shown else None, tolerance=_pair(got("tolerance")),
+        decision=c.get("decision") or "", why="" if shown else str(c.get("why_not_shown") or "coverage is not shown"),
     )  # fmt: skip
 
 

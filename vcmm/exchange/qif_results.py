@@ -69,11 +69,13 @@ def qif_text(
             continue
         made[v.name] = _characteristic(writer, c, v, [items[n] for n in of], datums.get(c.name))
     results = [_results(writer, name, one, made) for name, one in values.items()]
+    listed = writer.listed("ActualComponentSet")
+    parts = f'<ActualComponentSets n="1">\n{listed}\n</ActualComponentSets>\n' if listed else ""
     body = [
         _section("", writer.listed("DatumDefinitions", "DatumReferenceFrames")),
         _section("Features", writer.listed("FeatureDefinitions", "FeatureNominals", "FeatureItems")),
         _section("Characteristics", writer.listed("CharacteristicDefinitions", "CharacteristicNominals", "CharacteristicItems")),
-        f'<Results>\n<MeasurementResultsSet n="{len(results)}">\n' + "\n".join(results) + "\n</MeasurementResultsSet>\n</Results>",
+        f'<Results>\n<MeasurementResultsSet n="{len(results)}">\n' + "\n".join(results) + f"\n</MeasurementResultsSet>\n{parts}</Results>",
     ]  # fmt: skip
     head = (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -209,5 +211,18 @@ def _results(
     label = f"<ThisResultsInstanceQPId>{uuid.uuid5(uuid.NAMESPACE_URL, f'{name}/{w.last}')}</ThisResultsInstanceQPId>\n"
     return (
         f'<MeasurementResults id="{w.id()}">\n{label}{measured}\n</CharacteristicMeasurements>\n</MeasuredCharacteristics>\n'
-        f"<InspectionStatus><InspectionStatusEnum>{whole}</InspectionStatusEnum></InspectionStatus>\n</MeasurementResults>"
+        f"<InspectionStatus><InspectionStatusEnum>{whole}</InspectionStatusEnum></InspectionStatus>\n{_component(w, name, whole)}</MeasurementResults>"
     )
+
+
+def _component(w: _Writer, name: str, status: str) -> str:
+    """The part that was measured, by its name as serial number; nothing for a part without name."""
+    if not name:
+        return ""
+    key = w.id()
+    stated = f"<Status><InspectionStatusEnum>{status}</InspectionStatusEnum></Status>"
+    w.add(
+        "ActualComponentSet",
+        f'<ActualComponent id="{key}"><SerialNumber>{escape(name)}</SerialNumber>{stated}</ActualComponent>',
+    )
+    return f'<ActualComponentIds n="1"><Id>{key}</Id></ActualComponentIds>\n'

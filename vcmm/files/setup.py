@@ -12,7 +12,7 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.cutting.force import KIENZLE, LINEAR_EDGE
 from vcmm.files.environment import Temperatures, columns_of
 from vcmm.files.problems import Problems, TableProblems
-from vcmm.files.schema import Angle, Point, Size, Table, checked_model
+from vcmm.files.schema import Angle, Diameter, Point, Size, Table, ToolLength, checked_model
 from vcmm.files.schema import Deviation as Offset
 from vcmm.files.toml import check_version, read_toml
 from vcmm.nc.dialects import names
@@ -30,8 +30,8 @@ NEGATIVE_LENGTH = (
 
 
 class ToolTable(Table):
-    length: Offset = 0.0
-    diameter: Size | None = None
+    length: ToolLength = 0.0
+    diameter: Diameter | None = None
     shape: Literal["flat", "ball", "bull", "drill", "turning"] = "flat"
     corner_radius: Size | None = None
     nose_radius: Size | None = None

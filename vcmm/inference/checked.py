@@ -133,6 +133,8 @@ def check_points(
     reach = scenario.plan.touch.approach
     far = [(p, i) for p in placed.values() for i in np.flatnonzero(np.abs(p.distance) > reach)]
     hint = _tip_hint(scenario, placed)
+    if hint and not far:
+        raise DataError(f"{given.where[0]}: {hint}")
     if far:
         worst = sorted(far, key=lambda pair: -abs(pair[0].distance[pair[1]]))[:NAMED]
         hint = (
@@ -184,13 +186,18 @@ def _fits(scenario: Scenario, placed: Mapping[str, OnSurface], points: Array) ->
 
 
 def _tip_hint(scenario: Scenario, placed: Mapping[str, OnSurface]) -> str:
-    """Tip centres lie one tip radius off every surface."""
+    """Tip centres lie one tip radius off every surface, compensated points that were compensated again one to the other side."""
     styli = {s.feature: scenario.plan.styli[s.stylus].tip_radius for s in scenario.plan.steps}
-    known = [(p.distance, styli[n]) for n, p in placed.items() if styli.get(n, 0.0) > 0.0]
-    if known and all(np.abs(d - r).max() < TIP_SHARE * r for d, r in known):
+    known = [(float(np.median(p.distance)), styli[n]) for n, p in placed.items() if styli.get(n, 0.0) > 0.0]
+    if known and all(abs(d - r) < TIP_SHARE * r for d, r in known):
         return (
             f"All points lie one tip radius ({known[0][1]:g} mm) outside the nominal surfaces: they seem to be tip centres; "
             "give --tip-centres, or compensate them for the tip."
+        )
+    if known and all(abs(d + r) < TIP_SHARE * r for d, r in known):
+        return (
+            f"All points lie one tip radius ({known[0][1]:g} mm) inside the nominal surfaces: they seem to be compensated "
+            "for the tip already; leave --tip-centres out."
         )
     return ""
 

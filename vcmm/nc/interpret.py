@@ -35,11 +35,15 @@ def read_program(
         read = interpret(text, dialect, setup, str(path), trace, flow=flow)
         return _doubted(read, f"this was read as {said}, {whose}", said, ranking)
     except DataError as error:
-        likely = ranking[0].dialect if ranking else said
-        if likely == said or ranking[0].score <= 1:
-            raise
-        hint = f"{path} was read as {said}, {whose}; it looks like {ranking[0]}"
-        raise DataError([*error.problems, f"{hint}: perhaps --dialect {likely}"]) from None
+        raise _with_hint(error, f"{path} was read as {said}, {whose}", said, ranking) from None
+
+
+def _with_hint(error: DataError, how: str, said: str, ranking: list[Candidate]) -> DataError:
+    """The refusal, with a sentence more where the program looks like one of another control than the one that was said."""
+    likely = ranking[0].dialect if ranking else said
+    if likely == said or ranking[0].score <= 1:
+        return error
+    return DataError([*error.problems, f"{how}; it looks like {ranking[0]}: perhaps --dialect {likely}"])
 
 
 def _doubted(read: Program, how: str, said: str, ranking: list[Candidate]) -> Program:
@@ -98,7 +102,12 @@ def read_for(
         try:
             survey = interpret(text, dialect, replace(setup, strict=False), name)
         except VcmmError:
-            raise refusal from None
+            said = dialect or setup.dialect
+            if said is None:
+                raise refusal from None
+            whose = "that of the set-up" if said == setup.dialect else "asked for"
+            how = f"{name} was read as {said}, {whose}"
+            raise _with_hint(refusal, how, said, candidates(text, Path(name))) from None
         demand(survey.assumed, name, job)
         raise
 

@@ -6,6 +6,7 @@ would settle. What is wrong in itself (a malformed word, an impossible arc) is a
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from typing import Any, NamedTuple, Protocol
 
@@ -13,15 +14,20 @@ from vcmm.core.errors import DataError
 
 
 class SetupEntry(NamedTuple):
-    """A number that the set-up file can give: table "tools.3", key "diameter", example '"10 mm"' (as TOML writes it)."""
+    """A number that the set-up file can give: table "tools.3", key "diameter", example '"10 mm"' (as TOML writes it).
+
+    name: of the tool, where the program calls it so.
+    """
 
     table: str
     key: str
     example: str
+    name: str = ""
 
     def __str__(self) -> str:
         where = f"[{self.table}] " if self.table else ""
-        return f"{where}{self.key} = {self.example}"
+        name = f"name = {toml_text(self.name)}, " if self.name else ""
+        return f"{where}{name}{self.key} = {self.example}"
 
 
 class Assumed(NamedTuple):
@@ -56,13 +62,19 @@ class Telling(Protocol):
     ) -> None: ...
 
 
-def unknown_tool(r: Telling, number: int, called: str, column: int | None = None) -> None:
+def toml_text(text: str) -> str:
+    """A text as TOML writes it."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def unknown_tool(r: Telling, number: int, called: str, column: int | None = None, *, free: int = 0) -> None:
     """A tool that the set-up has not, the same in every language: a survey goes on with a tool without length.
 
     Strict: refused where the set-up has tools and lacks this one; without any it is a remark. called: how the program calls it.
+    number 0: it is called by its name; free: the number that it gets.
     """
     tools = sorted(r.setup.tools)
-    entry = SetupEntry(f"tools.{number}" if number else "tools", "length", '"80 mm"')
+    entry = SetupEntry(f"tools.{number or free}", "length", '"80 mm"', "" if number else called)
     what = f"tool {number}" if number else f"the tool {called}"
     if r.setup.strict and not tools:
         r.remark(
@@ -74,7 +86,7 @@ def unknown_tool(r: Telling, number: int, called: str, column: int | None = None
     known = ", ".join(str(n) for n in tools[:12])
     add = f"[tools.{number}]" if number else f'a tool with name = "{called}"'
     otherwise = f"{what} ({called}) is not in the set-up file, which has {known}; add {add}" if tools else ""
-    r.assume(what, "a tool without length", otherwise, blank=entry if number else None, column=column)
+    r.assume(what, "a tool without length", otherwise, blank=entry, column=column)
 
 
 def demand(assumed: Iterable[Assumed], name: str, job: str) -> None:

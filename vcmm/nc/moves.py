@@ -100,6 +100,7 @@ class Program:
     moves: tuple[Move, ...]
     warnings: tuple[Remark, ...] = ()
     tools: Mapping[int, str] = field(default_factory=dict)  # numbers called and what the program calls them
+    offsets: Mapping[str, Source] = field(default_factory=dict)  # work offsets that it names, and where first
     traces: tuple[Any, ...] = ()  # vcmm.nc.trace.Trace of each move, on request
     steps: tuple[Any, ...] = ()  # vcmm.nc.trace.Step of each executed block, with the traces
     assumed: tuple[Assumed, ...] = ()  # what the program lacks and the survey took for granted

@@ -63,6 +63,7 @@ class Recorder(ModalState):
     remarks: list[Remark] = field(default_factory=list)
     remarked: set[str] = field(default_factory=set)
     assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
+    selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
@@ -136,8 +137,13 @@ class Recorder(ModalState):
             self.remark(
                 f"the set-up has no {name}; zero is taken for it, state [offsets] {name} to change that"
             )
-        self.offset = name
+        self.select(name)
         self.refresh()
+
+    def select(self, name: str) -> None:
+        """A work offset is in force from here on."""
+        self.offset = name
+        self.selected.setdefault(name, self.source)
 
     def free(self, what: str) -> None:
         """Refuses a change that radius compensation forbids."""
@@ -356,7 +362,7 @@ class Recorder(ModalState):
         if any(side is not None for side in sides):
             moves = centre_path(moves, sides, name)
         return Program(
-            self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), traces=traces, steps=steps,
+            self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), offsets=dict(self.selected), traces=traces, steps=steps,
             assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)),
         )  # fmt: skip
 

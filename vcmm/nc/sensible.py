@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vcmm.core.machine import Machine
-from vcmm.nc.moves import Move, Remark
+from vcmm.nc.moves import Move, Program, Remark
 from vcmm.nc.setup import Setup, Tool
 
 LINEAR, ROTARY = "XYZ", "ABC"
@@ -32,9 +32,9 @@ def length_missing(move: Move, tools: Mapping[int, Tool]) -> str:
     )
 
 
-def remarks_on(moves: Sequence[Move], setup: Setup, machine: Machine | None) -> tuple[Remark, ...]:
+def remarks_on(program: Program, setup: Setup, machine: Machine | None) -> tuple[Remark, ...]:
     """Tool lengths not in force, work offsets that the set-up does not name, ends of moves beyond the travels."""
-    out = []
+    out, moves = [], program.moves
     late = without_length(moves, setup.tools)
     if late is not None:
         out.append(Remark(late.source.line, 1, length_missing(late, setup.tools)))
@@ -45,7 +45,7 @@ def remarks_on(moves: Sequence[Move], setup: Setup, machine: Machine | None) -> 
             text = (
                 f"work offset {move.offset} is not in the set-up: machine zero is taken; add it to [offsets]"
             )
-            out.append(Remark(move.source.line, 1, text))
+            out.append(Remark(program.offsets.get(move.offset, move.source).line, 1, text))
     return (*out, *(_kind(moves, machine) if machine else ()), *(_beyond(moves, machine) if machine else ()))
 
 

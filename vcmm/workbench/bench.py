@@ -10,7 +10,7 @@ from typing import Any
 
 from vcmm import api
 from vcmm.console.documents import document
-from vcmm.core.errors import UsageError
+from vcmm.core.errors import UsageError, VcmmError
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.uncertainty import scenes
 from vcmm.report.scene import figure_of
@@ -89,7 +89,11 @@ def diagnosed(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
     for name, content in files.items():
         (folder / name).write_bytes(content)
     _check_inside(files, folder)
-    recording, machine = load_recording(folder / heads[0])
+    try:
+        recording, machine = load_recording(folder / heads[0])
+    except VcmmError as error:
+        told = [p.replace(f"{folder}/", "") for p in getattr(error, "problems", (str(error),))]
+        raise UsageError("\n".join(told)) from None
     found = diagnose(recording, machine)
     answers = [{"effect": a.effect, "where": a.where, "probability": a.probability} for a in found.answer]
     return {"verdict": found.verdict, "sentences": list(sentences(found)), "answer": answers}

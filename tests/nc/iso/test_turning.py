@@ -32,6 +32,15 @@ def test_g71_in_two_blocks():
     ]  # fmt: skip
 
 
+def test_passes_end_on_the_arc_itself():
+    # a quarter of radius 10 from radius 10, Z-10 to radius 20, Z-20, its centre with the allowance (0.5, 0.1) at (20.5, -9.9): at the
+    # level of radius 16.5 that is Z -9.9 - sqrt(10^2 - 4^2) = -19.065151
+    contour = "N10 G0 X20.\nG1 Z-10. F0.2\nG2 X40. Z-20. R10.\nN20 X46.\n"
+    found = tips(f"G0 X44. Z2.\nG71 U2. R1.\nG71 P10 Q20 U1. W0.1 F0.3\n{contour}")
+    ends = {x: z for kind, x, z in found if kind == "line" and x in (18.5, 16.5, 14.5, 12.5)}
+    assert ends == {18.5: -19.697959, 16.5: -19.065151, 14.5: -17.9, 12.5: -15.9}
+
+
 def test_one_block_is_the_same_with_its_own_words():
     two = tips(f"G0 X40. Z2.\nG71 U2. R0.\nG71 P10 Q20 U1. W0.1 F0.3\n{CONTOUR}")
     one = tips(f"G0 X40. Z2.\nG71 P10 Q20 U1. W0.1 D2. F0.3\n{CONTOUR}", "haas-lathe")
@@ -71,3 +80,11 @@ def test_what_a_contour_needs():
         tips("G0 X40. Z2.\nG71 U2. R1.\nG71 P10 Q99 U1. W0.1\nN10 G0 X1.\n")
     with pytest.raises(DataError, match="no depth of cut"):
         tips(f"G0 X40. Z2.\nG71 P10 Q20 U1. W0.1\n{CONTOUR}")
+
+
+def test_the_number_of_passes_of_g73_is_no_length():
+    for text in ("G73 U4. W2. R3\nG73 P10 Q20 U0 W0 F0.3\n", "G73 P10 Q20 I4. K2. U0 W0 D3 F0.3\n"):
+        whole = f"O1\nG21 G99 G97 S1000 M3\nG0 X40. Z2.\n{text}{CONTOUR}M30\n"
+        program = interpret(whole, "haas-lathe", Setup(strict=False))
+        assert not [r.text for r in program.warnings if "decimal point" in r.text]
+        assert len([m for m in program.moves if m.kind == "line" and m.end[2] in (-8, -9, -10)]) == 6

@@ -34,3 +34,12 @@ def test_blocks_written_out():
     assert cuts == [
         ["R1=2->"], ['MSG("PASS "<<R1)->MSG("PASS "<<"2")'], ["R1*2->4", "L_A:->"], ["GOTOF L_E->"], ["L_E:->"],
     ]  # fmt: skip
+
+
+def test_a_text_among_the_arguments_stays_and_an_empty_end_too():
+    """CYCLE800 names the data set of the head: the expression beside it becomes a number, the text stays as it is."""
+    text = 'N10 R1=30\nN20 CYCLE800(1,"TC,1",0,57,0,0,0,R1,0,0,0,0,0,-1,)\nN30 G0 X0\nM30\n'
+    steps = interpret(text, "sinumerik", trace=True).steps
+    (cut,) = next(s.cuts for s in steps if s.line == 2)
+    assert cut.text == 'CYCLE800(1,"TC,1",0,57,0,0,0,30,0,0,0,0,0,-1,)'
+    assert interpret(text.replace("R1,", "30,"), "sinumerik", trace=True).steps[1].cuts == ()

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from tests.nc.pencil import check
+from vcmm.core.errors import DataError
 from vcmm.nc.interpret import interpret
 from vcmm.nc.setup import Setup
 
@@ -81,3 +82,12 @@ def test_a_contour_between_labels_and_one_that_is_missing():
     assert cuts == [10, 20]
     told = interpret(f'{HEAD}CYCLE95("GONE",4,0,0,0,0.2,0.1,0.1,1)\nM30\n', "sinumerik", SURVEY).assumed
     assert [(a.line, a.what) for a in told] == [(4, "the contour GONE of CYCLE95")]
+
+
+def test_a_contour_without_feed_takes_those_of_the_cycle():
+    """FF1 0.2 mm for roughing, FF3 0.05 for finishing, at 800 1/min: nothing is missing, so the strict reader reads it too."""
+    cycle = f'{HEAD}CYCLE95("PART",4,0,0,0,{{}},0.1,{{}},9,0,0,1)\n{CONTOUR}'
+    read = interpret(cycle.format(0.2, 0.05), "sinumerik")
+    assert {round(m.feed, 9) for m in read.moves if m.kind == "line"} == {0.2 * 800, 0.05 * 800}
+    with pytest.raises(DataError, match="no feed"):
+        interpret(cycle.format(0.2, 0), "sinumerik")

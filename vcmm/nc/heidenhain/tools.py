@@ -51,9 +51,10 @@ def _find(p: KlartextPaths, reader: KlartextReader) -> tuple[Tool, str]:
     named = next((t for t in tools.values() if t.name.upper() == name.upper()), None)
     if named is not None:
         return named, name
-    unknown_tool(p.r, 0, name)
     again = {n: k for k, n in p.r.called.items()}
-    return Tool(again.get(name, max([*tools, *p.r.called, 0]) + 1), name=name), name
+    number = again.get(name, max([*tools, *p.r.called, 0]) + 1)
+    unknown_tool(p.r, 0, name, free=number)
+    return Tool(number, name=name), name
 
 
 def define_tool(p: KlartextPaths, reader: KlartextReader) -> None:

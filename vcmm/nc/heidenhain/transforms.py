@@ -176,7 +176,7 @@ class KlartextFrames:
             self.recorder.set_offset(f"G{53 + number}")
             return
         self.recorder.free("the work offset changes")
-        self.recorder.offset = f"preset {number}"
+        self.recorder.select(f"preset {number}")
         self.recorder.refresh()
 
     # -- tilted planes --

@@ -2,7 +2,8 @@
 
 A series: R and the depth stay in force until another motion code; each block with an axis word makes L (K) holes. The
 initial level is the height at which the series began; G98 goes back to it (or to R where that is higher), G99 to R. With
-G91 R counts from the initial level and the depth from R.
+G91 R counts from the initial level and the depth from R: Fanuc and its kin take the mode in which the word was given, so that
+heights stay where they are under a later G90 or G91; LinuxCNC takes the mode of each block (RS274/NGC, 3.5.20).
 """
 
 from __future__ import annotations
@@ -68,11 +69,15 @@ def _hole_point(c: IsoControl, w: IsoWords) -> tuple[list[float], list[float]]:
 def heights(c: IsoControl) -> tuple[float, float]:
     """Clearance and bottom of the cycle in force, mm."""
     level = c.cycle_level or 0.0
-    counts_on = not c.absolute or (
-        c.language.lathe and not c.language.everything_home
-    )  # Fanuc lathes: from where it starts
-    r = level + c.cycle["R"] if counts_on else c.cycle["R"]
-    return r, c.cycle["Z"] if c.absolute else r + c.cycle["Z"]
+    r = c.cycle["R"] + (level if _counts_on(c, "R") else 0.0)
+    return r, c.cycle["Z"] + (r if _counts_on(c, "Z") else 0.0)
+
+
+def _counts_on(c: IsoControl, letter: str) -> bool:
+    """Whether R counts from the initial level, the depth from R."""
+    if letter == "R" and c.language.lathe and not c.language.everything_home:
+        return True  # Fanuc lathes: from where it starts
+    return not c.absolute if c.language.words == "o" else letter in c.counted_on
 
 
 def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
@@ -93,16 +98,16 @@ def drill_at(c: IsoControl, a: float, b: float, code: str = "") -> None:
 def _heights(c: IsoControl, w: IsoWords, code: str, normal: int) -> None:
     """R and depth: the words as given stay in force, and are checked."""
     letter = AXES[normal]
-    number = w.take(letter)
-    if number is not None:
-        c.cycle["Z"] = length(c, w, letter, number)
-    number = w.take("R")
-    if number is not None:
-        c.cycle["R"] = length(c, w, "R", number)
+    for kept, word in (("Z", letter), ("R", "R")):
+        number = w.take(word)
+        if number is not None:
+            c.cycle[kept] = length(c, w, word, number)
+            c.counted_on = c.counted_on - {kept} if c.absolute else c.counted_on | {kept}
     if "Z" not in c.cycle:
         c.fault(f"{code} has no depth yet; add {letter}, as in {code} {letter}-10.0 R2.0")
     if "R" not in c.cycle and (c.language.lathe or c.language.survey):
         c.cycle["R"] = 0.0 if c.language.lathe and not c.language.everything_home else c.cycle_level or 0.0
+        c.counted_on -= {"R"}
         if not c.language.lathe:
             c.assume("the clearance height R of a cycle", "the height at which it begins", column=c.column)
     if "R" not in c.cycle:
@@ -127,6 +132,8 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
             raise BlockFault(w.column("P"), "a dwell cannot be negative; correct P")
         c.cycle["P"] = wait
     for letter in CENTRE_WORDS:
+        if letter == "K" and _k_counts(c, w):
+            continue
         number = w.take(letter)
         if number is not None:
             c.cycle[letter] = length(c, w, letter, number)
@@ -136,13 +143,17 @@ def _words(c: IsoControl, w: IsoWords, code: str) -> None:
         c.fault(f"{code} needs {needed}, {meaning}; add it")
 
 
+def _k_counts(c: IsoControl, w: IsoWords) -> bool:
+    """Whether K is a number of repeats: Fanuc and its kin, but with I in G83 of Haas, where it is the least peck."""
+    return c.language.words == "macro" and not (c.language.codes == "haas" and "I" in w.values)
+
+
 def _repeats(c: IsoControl, w: IsoWords, column: int) -> int:
     count = w.whole("L", column) if c.language.words == "o" or w.has("L") else None
-    if count is None and c.language.words == "macro":
-        smallest = c.language.codes == "haas" and "I" in w.values  # G83 of Haas: K is the least peck
-        count = None if "K" not in w.values or smallest else w.whole("K", column)
-        if not smallest:
-            c.cycle.pop("K", None)
+    if _k_counts(c, w):
+        c.cycle.pop("K", None)
+        times = w.whole("K", column)
+        count = times if count is None else count
     if count is not None and count > _MOST_PECKS:
         raise BlockFault(
             column, f"{count} repeats of a cycle; {_MOST_PECKS} are the most, correct their number"

@@ -32,7 +32,7 @@ def select_offset(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
         code = further(number)
     elif code.startswith("G1"):
         code = further(int(code[1:]) - 109)
-    c.offset = code
+    c.select(code)
     c.rebuild()
 
 

@@ -40,7 +40,8 @@ def turning(r: IsoRunner, w: IsoWords, here: int, run: Callable[[int], None]) ->
 def _contour_cycle(r: IsoRunner, w: IsoWords, code: str, here: int, run: Callable[[int], None]) -> None:
     c, column = r.c, w.g_columns["turning"]
     if not (w.has("P") and w.has("Q")):  # the first of two blocks
-        c.turning_words = {k: _value(c, w, k) for k in "UWRD" if w.has(k)}
+        letters = "UW" if code == "G73" else "UWRD"
+        c.turning_words = {k: _value(c, w, k) for k in letters if w.has(k)}
         if code == "G73":
             c.turning_words["count"] = w.take("R") or 1.0
         return
@@ -81,10 +82,10 @@ def _line(r: IsoRunner, w: IsoWords, letter: str, here: int, column: int) -> int
 def _rough(c: IsoControl, w: IsoWords, code: str, kept: dict[str, float]) -> Rough:
     """Two blocks: depth and retraction stand in the first (G72: W), U and W of the second are allowances. One: D is the depth."""
     depth = kept.get("W" if code == "G72" else "U", 0.0)
-    if w.has("D"):
-        depth = _value(c, w, "D")
-    if code == "G73":
+    if code == "G73":  # D is a number of passes there
         depth = 1.0
+    elif w.has("D"):
+        depth = _value(c, w, "D")
     if depth <= 0:
         raise BlockFault(
             w.g_columns["turning"], f"{code} has no depth of cut; add {code} U2. R1. before it, or D in it"

@@ -250,11 +250,12 @@ class SinumerikInterpreter(SinumerikSpecials):
             if tool.name.upper() == name.upper():
                 return tool
         known = {n: k for k, n in self.r.called.items()}
-        unknown_tool(self.r, 0, name)
         free = (
             max([*tools, *self.r.called, self.modes.next_tool.number if self.modes.next_tool else 0, 0]) + 1
         )
-        return Tool(known.get(name, free), name=name)
+        free = known.get(name, free)
+        unknown_tool(self.r, 0, name, free=free)
+        return Tool(free, name=name)
 
     def edge(self, words: SinumerikWords) -> None:
         item = words.items["D"]

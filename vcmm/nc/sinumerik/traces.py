@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from typing import Any, Protocol
 
 from vcmm.nc.expressions import number
@@ -68,9 +68,12 @@ def words_of(block: SinumerikBlock, line: str) -> dict[str, WordAt]:
 def argument_spans(item: Item, line: str) -> list[tuple[int, int]]:
     """Columns of the arguments of NAME(a, , b), without the blanks around them."""
     begin = line.index("(", item.first - 1) + 1
-    out, depth, start = [], 0, begin
+    out, depth, start, quoted = [], 0, begin, False
     for at in range(begin, item.last - 1):
         letter = line[at]
+        quoted ^= letter == '"'
+        if quoted:
+            continue
         if depth == 0 and letter in ",)":
             text = line[start:at]
             lead = len(text) - len(text.lstrip())
@@ -162,9 +165,17 @@ def _number_in(runner: Running, piece: Sequence[Token]) -> float | None:
 def _arguments(runner: Running, item: Item, line: str) -> tuple[int, int, str] | None:
     spans: Sequence[tuple[int, int]] = argument_spans(item, line)
     texts = [line[a - 1 : b - 1] for a, b in spans]
-    if all(not t or plain(t) for t in texts):
+    stays = [
+        not t or plain(t) or t.startswith('"') for t in texts
+    ]  # a text ("TC1" of CYCLE800) has no number
+    if all(stays):
         return None
-    values = ["" if a is None else written_out(number(a, runner)) for a in item.arguments or ()]
+    values = [
+        t if stay or a is None else written_out(number(a, runner))
+        for t, stay, a in zip_longest(
+            texts, stays, item.arguments or ()
+        )  # what is empty at the end has no argument
+    ]
     return (
         item.first,
         item.last,

@@ -99,7 +99,9 @@ def contour(i: SinumerikPaths, runner: SinumerikRunner, item: Item) -> None:
     inside), 5 to 8 finish, 9 to 12 both. The depth is divided evenly into cuts of MID at most."""
     name = next((evaluate(a, runner) for a in item.arguments or () if a is not None), "")
     v = _given(runner, item, 12)
+    kept, i.r.feed = i.r.feed, i.r.feed or v[5] or v[7] or None  # a contour without F is cut with FF1 and FF3
     moves = _recorded(i, runner, str(name), item)
+    i.r.feed = kept
     if moves is None:
         return
     kind, u = (round(v[8]) - 1) % 4, i.r.unit
