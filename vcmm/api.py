@@ -62,7 +62,7 @@ def evaluate(
 ) -> tuple[EvaluatedPart, ...]:
     """Measured points or values (a file of either) to true values and decisions, one result per part; see docs/evaluate.md."""
     from vcmm.exchange.cmm_exports import exported_values
-    from vcmm.files.measured import read_measured_points, read_measured_values
+    from vcmm.files.measured import read_measured_values
     from vcmm.inference.job import evaluate_points, evaluate_values
     from vcmm.inference.points import FRAMES
 
@@ -81,12 +81,8 @@ def evaluate(
         listed, said = found or (read_measured_values(values), "")
         parts = evaluate_values(scenario, listed, settings=settings, progress=progress)
         return tuple(replace(p, warnings=(*p.warnings, said)) for p in parts) if said else parts
-    from vcmm.exchange.qif import is_qif
-
-    given = read_measured_points(points) if not is_qif(points) else ()
-    if is_qif(points):
-        given, tip_centres = _of_qif(scenario, points)
-    return evaluate_points(
+    given, tip_centres, notes = _given_points(scenario, points, tip_centres)
+    parts = evaluate_points(
         scenario,
         given,
         in_machine=frame == "machine",
@@ -94,15 +90,30 @@ def evaluate(
         settings=settings,
         progress=progress,
     )
+    return tuple(replace(p, warnings=(*p.warnings, *notes)) for p in parts)
 
 
-def _of_qif(scenario: Scenario, path: str | Path) -> tuple[tuple[GivenPoints, ...], bool]:
-    """Points of a QIF file, and whether they are centres of the tip. DataError where the tip is not that of the plan."""
+def _given_points(
+    scenario: Scenario, path: str | Path, tip_centres: bool
+) -> tuple[tuple[GivenPoints, ...], bool, tuple[str, ...]]:
+    """Points of a CSV or QIF file, whether they are centres of the tip, and what the file could not say.
+
+    UsageError and DataError where a QIF file says otherwise than the call or the plan: it states its own tip.
+    """
+    from vcmm.exchange.qif import is_qif
+    from vcmm.files.measured import read_measured_points
+
+    if not is_qif(path):
+        return read_measured_points(path), tip_centres, ()
     from vcmm.exchange.qif_points import TIP, read_qif_points
 
     found = read_qif_points(path)
     if found.tip_radius is None:
-        return found.parts, False
+        if tip_centres:
+            raise UsageError(
+                f"{path} says that its points are compensated for the tip; leave --tip-centres out"
+            )
+        return found.parts, False, found.notes
     other = [n for n, s in scenario.plan.styli.items() if abs(s.tip_radius - found.tip_radius) > TIP]
     if other:
         raise DataError(
@@ -110,7 +121,7 @@ def _of_qif(scenario: Scenario, path: str | Path) -> tuple[tuple[GivenPoints, ..
             f'"{other[0]}" of the plan has {scenario.plan.styli[other[0]].tip_radius:.9g} mm; write '
             f'tip_diameter = "{2 * found.tip_radius:.12g} mm"'
         )
-    return found.parts, True
+    return found.parts, True, found.notes
 
 
 @overload

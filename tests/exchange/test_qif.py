@@ -104,7 +104,7 @@ def test_measured_points_of_the_public_sample() -> None:
     assert any('the point set "828" of POINT5 is not in these results' in n for n in found.notes)
 
 
-def test_diameters_agree_with_the_other_program_to_two_nm(tmp_path: Path) -> None:
+def test_diameters_agree_with_the_other_program(tmp_path: Path) -> None:
     """Ours from the raw points against what the other program reported: least squares, tip along the found normal.
 
     12.095569950907 and 12.068425921099 mm belong to bores 0.16 and 0.29 mm off their place: along the nominal normals
@@ -249,3 +249,26 @@ def test_points_are_read_by_ranges_and_indices(tmp_path: Path) -> None:
     assert found.tip_radius is None
     assert found.parts[0].features == ("top",) * 3
     np.testing.assert_allclose(found.parts[0].points[:, 0], [50.8, 76.2, 25.4], atol=1e-12)
+
+
+def test_a_flag_that_contradicts_the_file_is_refused_and_its_gaps_are_told(tmp_path: Path) -> None:
+    """A QIF file states its own tip; features without points are told with the result, not only by convert."""
+    from vcmm.api import _given_points
+    from vcmm.core.errors import UsageError
+
+    results = """<Results><MeasurementResultsSet n="1"><MeasurementResults id="30"><MeasuredFeatures n="2">
+<PlaneFeatureMeasurement id="31"><FeatureItemId>4</FeatureItemId><PointList n="1"><WholePointSetId>33</WholePointSetId></PointList></PlaneFeatureMeasurement>
+<CylinderFeatureMeasurement id="32"><FeatureItemId>7</FeatureItemId><PointList n="1"><WholePointSetId>99</WholePointSetId></PointList></CylinderFeatureMeasurement>
+</MeasuredFeatures><MeasuredPointSets n="1"><MeasuredPointSet id="33" count="1"><Points>1 0 2</Points></MeasuredPointSet></MeasuredPointSets>
+</MeasurementResults></MeasurementResultsSet></Results></QIFDocument>"""
+    path = written(tmp_path, QIF.replace("</QIFDocument>", results))
+    made = convert(written(tmp_path, QIF, "drawing.qif"))
+    for name, text in made.texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    scenario = load_scenario(tmp_path / "scenario.toml")
+    given, centres, notes = _given_points(scenario, path, False)
+    assert given[0].features == ("top",)
+    assert not centres
+    assert 'the point set "99" of bore is not in these results' in notes[0]
+    with pytest.raises(UsageError, match="leave --tip-centres out"):
+        _given_points(scenario, path, True)

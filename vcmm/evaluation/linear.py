@@ -100,16 +100,6 @@ class LinearModel:
             base={n: f for n, f in self.base.items() if n in names},
         )  # fmt: skip
 
-    def at_points(self, points: Array, fitted: Mapping[str, Fitted]) -> Array:
-        """q (K,) of measured points (n, 3) and the elements fitted through them; zero for features that are left out."""
-        q, t = np.zeros(len(self.q0)), self.task.touches
-        along = ((points - self.points) * t.normals).sum(axis=1)
-        for name, block in self.blocks.items():
-            own = _pack({name: block}, fitted)
-            own[len(own) - block.touches :] = along[t.rows[name]][: block.touches]
-            q[block.start : block.stop] = own
-        return q
-
     def gradient(self) -> Array:
         """d characteristics / d q (C, K) at q0 by central differences; exact to 1e-7 for smooth characteristics."""
         step = np.full(len(self.q0), 1e-4)

@@ -15,8 +15,7 @@ from xml.sax.saxutils import escape
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, csv_of
 from vcmm.exchange.handed_over import HandedValue
-from vcmm.exchange.qif import series
-from vcmm.exchange.xml import Node, read_xml
+from vcmm.exchange.xml import Node, read_xml, series
 
 UNITS = {  # unit of D-SI -> the word here and the factor to it
     r"\metre": ("mm", 1e3), r"\milli\metre": ("mm", 1.0), r"\micro\metre": ("um", 1.0), r"\nano\metre": ("um", 1e-3),

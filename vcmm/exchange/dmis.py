@@ -26,13 +26,12 @@ import numpy as np
 from vcmm.core.errors import DataError
 from vcmm.core.text import brief, is_usual, lines_of, read_text, to_number
 from vcmm.exchange.dmis_tolerances import TOLERANCES, ToleranceStatement, tables_of
-from vcmm.exchange.drawn import DrawnPart, deg, mm, unit
+from vcmm.exchange.drawn import ASSUMED, DrawnPart, deg, mm, spanned_plane, unit
 
 LENGTHS = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": 25.4, "FEET": 304.8}
 ANGLES = {"ANGDEC": math.pi / 180.0, "ANGDEG": math.pi / 180.0, "ANGRAD": 1.0}
 READ = ("UNITS", "FEAT", "TOL", "DATDEF", "MEAS", "PTMEAS", "ENDMES", "OUTPUT", "EVAL", "DMISMN")
 _LABELLED = re.compile(r"\s*(?:([A-Z]{1,3})\(([^)]*)\)\s*=\s*)?([A-Z0-9]+)\s*(?:/(.*))?$", re.IGNORECASE)
-ASSUMED = 20.0  # mm, extent of planes, lines and bores whose touches do not tell it
 
 
 @dataclass(frozen=True)
@@ -353,6 +352,4 @@ def _spanned(drawn: DrawnPart, name: str, rows: Any) -> None:
                 table["diameter"] = mm(wide)
             table |= {"point": mm(*(place + axis * along.min())), "length": mm(np.ptp(along))}
     elif table["type"] == "plane":
-        from vcmm.exchange.qif_features import spanned_plane
-
         table |= spanned_plane(place, np.array(table["normal"]), rows[:, :3])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from vcmm.core.run import Array
 
+ASSUMED = 20.0  # mm, side or length of a feature whose extent neither the file nor its points tell
 DIGITS = 12  # significant digits of a length in mm: 1e-9 mm at a metre
 
 
@@ -32,9 +33,11 @@ class DrawnPart:
 
     def free_name(self, wanted: str) -> str:
         """A name for a characteristic that no other one has."""
-        taken = {c["name"] for c in self.characteristics}
-        number = next(n for n in range(1, len(taken) + 2) if _numbered(wanted, n) not in taken)
-        return _numbered(wanted, number)
+        return _free(wanted, {c["name"] for c in self.characteristics})
+
+    def free_feature(self, wanted: str) -> str:
+        """A name for a feature that no other one has."""
+        return _free(wanted, self.features)
 
     def reference_first(self, features: Sequence[str]) -> list[str]:
         """Features of a distance as part/1 wants them: a plane first, then axes, centres last; otherwise as they came."""
@@ -109,5 +112,21 @@ def _digits(value: float) -> str:
     return f"{value + 0.0:.{DIGITS}g}"
 
 
-def _numbered(name: str, number: int) -> str:
-    return name if number == 1 else f"{name} ({number})"
+def _free(wanted: str, taken: Collection[str]) -> str:
+    """The name itself, or the first of "name (2)", "name (3)" ... that is free."""
+    names = (wanted if n == 1 else f"{wanted} ({n})" for n in range(1, len(taken) + 2))
+    return next(name for name in names if name not in taken)
+
+
+def spanned_plane(place: Array, axis: Array, points: Array) -> dict[str, Any]:
+    """Centre, size and first direction of the rectangle of points (n, 3) on a plane; {} where they span none."""
+    u = np.eye(3)[0] if abs(axis[0]) < 0.9 else np.eye(3)[1]
+    u = u - axis * (u @ axis)
+    u /= np.linalg.norm(u)
+    both = np.stack([points @ u, points @ np.cross(axis, u)], axis=1)
+    low, high = both.min(axis=0), both.max(axis=0)
+    if (high - low).min() <= 0.0:
+        return {}
+    middle = 0.5 * (low + high)
+    at = axis * (place @ axis) + u * middle[0] + np.cross(axis, u) * middle[1]
+    return {"point": mm(*at), "size": mm(*(high - low)), "u": unit(u)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,8 +10,8 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.core.text import brief, is_usual, to_number
-from vcmm.exchange.xml import Node, read_xml
+from vcmm.core.text import brief
+from vcmm.exchange.xml import Node, number, numbers, read_xml
 
 NAMESPACE = "http://qifstandards.org/xsd/qif3"
 
@@ -80,39 +79,6 @@ def read_qif(path: str | Path) -> Qif:
     return Qif(Path(path), root, 1000.0 * _factor(units, "LinearUnit", 1.0), _angle(units), by_id)
 
 
-def numbers(node: Node, count: int) -> list[float]:
-    """Finite numbers of a node, exactly so many. Raises DataError."""
-    cells = node.text.split()
-    if len(cells) != count:
-        raise DataError(f"{node.at}: <{node.name}> holds {len(cells)} numbers; {count} are due")
-    return [_finite(cell, node) for cell in cells]
-
-
-def number(node: Node) -> float:
-    """The one number of a node."""
-    return numbers(node, 1)[0]
-
-
-def series(node: Node, per_row: int = 1) -> Array:
-    """All numbers of a node, (n, per_row). Raises DataError where they do not fill rows."""
-    cells = node.text.split()
-    if not cells or len(cells) % per_row:
-        raise DataError(
-            f"{node.at}: <{node.name}> holds {len(cells)} numbers, which is no multiple of {per_row}"
-        )
-    return np.array([_finite(c, node) for c in cells]).reshape(-1, per_row)
-
-
-def _finite(cell: str, node: Node) -> float:
-    try:
-        value = to_number(cell)
-    except ValueError:
-        value = math.nan
-    if not is_usual(value):
-        raise DataError(f'{node.at}: "{brief(cell)}" in <{node.name}> is not a finite number of usual size')
-    return value
-
-
 def _factor(units: Node, name: str, default: float) -> float:
     node = units.one(name)
     if node is None:
@@ -143,8 +109,3 @@ def _own_unit(node: Node, kind: str) -> None:
             f'{node.at}: <{node.name}> has a unit of its own ({kind} = "{brief(node.attributes[kind])}"); '
             "only the primary units of the file are read"
         )
-
-
-def texts(nodes: Sequence[Node]) -> list[str]:
-    """The stripped texts of nodes."""
-    return [n.text.strip() for n in nodes]

@@ -14,16 +14,15 @@ import numpy as np
 
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
-from vcmm.exchange.drawn import DrawnPart, deg, mm, unit
-from vcmm.exchange.qif import Qif, series
-from vcmm.exchange.xml import Node
+from vcmm.exchange.drawn import ASSUMED, DrawnPart, deg, mm, spanned_plane, unit
+from vcmm.exchange.qif import Qif
+from vcmm.exchange.xml import Node, series
 
 KINDS = {
     "PlaneFeatureItem": "plane", "CircleFeatureItem": "circle", "CylinderFeatureItem": "cylinder",
     "SphereFeatureItem": "sphere", "ConeFeatureItem": "cone", "LineFeatureItem": "line", "PointFeatureItem": "point",
     "SurfacePointFeatureItem": "point", "EdgePointFeatureItem": "point", "TorusFeatureItem": "torus",
 }  # fmt: skip
-ASSUMED = 20.0  # mm, side or length where neither the file nor its points tell
 
 
 def add_features(qif: Qif, drawn: DrawnPart, measured: Mapping[str, Array]) -> dict[str, str]:
@@ -34,7 +33,7 @@ def add_features(qif: Qif, drawn: DrawnPart, measured: Mapping[str, Array]) -> d
     names: dict[str, str] = {}
     items = qif.root.one("Features/FeatureItems")
     for item in items.children if items else ():
-        name = _free(item.words("FeatureName") or f"feature {item.attributes.get('id', '')}", drawn)
+        name = drawn.free_feature(item.words("FeatureName") or f"feature {item.attributes.get('id', '')}")
         kind = KINDS.get(item.name)
         if kind is None:
             drawn.notes.append(
@@ -157,26 +156,3 @@ def _spanned(kind: str, place: Array, axis: Array, points: Array) -> dict[str, A
     along = (points - place) @ axis
     span = float(along.max() - along.min())
     return {"point": mm(*(place + axis * along.min())), "length": mm(span)} if span > 0.0 else {}
-
-
-def spanned_plane(place: Array, axis: Array, points: Array) -> dict[str, Any]:
-    """Centre, size and first direction of the rectangle of points (n, 3) on a plane; {} where they span none."""
-    u = np.eye(3)[0] if abs(axis[0]) < 0.9 else np.eye(3)[1]
-    u = u - axis * (u @ axis)
-    u /= np.linalg.norm(u)
-    both = np.stack([points @ u, points @ np.cross(axis, u)], axis=1)
-    low, high = both.min(axis=0), both.max(axis=0)
-    if (high - low).min() <= 0.0:
-        return {}
-    middle = 0.5 * (low + high)
-    at = axis * (place @ axis) + u * middle[0] + np.cross(axis, u) * middle[1]
-    return {"point": mm(*at), "size": mm(*(high - low)), "u": unit(u)}
-
-
-def _free(wanted: str, drawn: DrawnPart) -> str:
-    number = next(n for n in range(1, 10**6) if _numbered(wanted, n) not in drawn.features)
-    return _numbered(wanted, number)
-
-
-def _numbered(name: str, number: int) -> str:
-    return name if number == 1 else f"{name} ({number})"

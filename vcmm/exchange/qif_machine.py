@@ -25,8 +25,8 @@ import numpy as np
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.exchange.drawn import mm, toml_value
-from vcmm.exchange.qif import Qif, number, read_qif, series
-from vcmm.exchange.xml import Node
+from vcmm.exchange.qif import Qif, read_qif
+from vcmm.exchange.xml import Node, number, series
 
 CURVES = {
     "X": {"XLinearity": "EXX", "XAxisStraightnessY": "EYX", "XAxisStraightnessZ": "EZX",

@@ -12,8 +12,8 @@ import numpy as np
 from vcmm.core.errors import DataError
 from vcmm.core.run import Array
 from vcmm.core.text import brief
-from vcmm.exchange.qif import Qif, read_qif, series
-from vcmm.exchange.xml import Node
+from vcmm.exchange.qif import Qif, read_qif
+from vcmm.exchange.xml import Node, series
 from vcmm.inference.given import GivenPoints
 
 TIP = 1e-6  # mm: 1 nm, what two statements of one tip radius may differ by

@@ -6,12 +6,16 @@ file may hold is bounded. Namespaces are dropped from names: `dcc:quantity` is `
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from vcmm.core.errors import DataError
-from vcmm.core.text import raw_bytes
+from vcmm.core.run import Array
+from vcmm.core.text import brief, is_usual, raw_bytes, to_number
 
 DEEPEST = 200  # nested elements: the deepest of the published QIF, DCC and STEP-XML samples has 16
 LARGEST = 200_000_000  # bytes
@@ -110,3 +114,36 @@ class _Builder:
 
 def _local(name: str) -> str:
     return name.rpartition(" ")[2]
+
+
+def numbers(node: Node, count: int) -> list[float]:
+    """Finite numbers of a node, exactly so many. Raises DataError."""
+    cells = node.text.split()
+    if len(cells) != count:
+        raise DataError(f"{node.at}: <{node.name}> holds {len(cells)} numbers; {count} are due")
+    return [_finite(cell, node) for cell in cells]
+
+
+def number(node: Node) -> float:
+    """The one number of a node."""
+    return numbers(node, 1)[0]
+
+
+def series(node: Node, per_row: int = 1) -> Array:
+    """All numbers of a node, (n, per_row). Raises DataError where they do not fill rows."""
+    cells = node.text.split()
+    if not cells or len(cells) % per_row:
+        raise DataError(
+            f"{node.at}: <{node.name}> holds {len(cells)} numbers, which is no multiple of {per_row}"
+        )
+    return np.array([_finite(c, node) for c in cells]).reshape(-1, per_row)
+
+
+def _finite(cell: str, node: Node) -> float:
+    try:
+        value = to_number(cell)
+    except ValueError:
+        value = math.nan
+    if not is_usual(value):
+        raise DataError(f'{node.at}: "{brief(cell)}" in <{node.name}> is not a finite number of usual size')
+    return value
