@@ -20,7 +20,11 @@ from vcmm.part.part import Feature, normal, surface_point
 from vcmm.response.influence import Influence, Product
 from vcmm.response.trials import Draws
 
-AROUND, ALONG, SIDE = 72, 5, 15  # points around and along a round feature, along each side of a plane
+ALONG, SIDE = 5, 15  # points along a feature, along each side of a plane
+AROUND, CIRCLE = (
+    127,
+    361,
+)  # points around a surface and a circle: no multiple of 2 to 15, so that lobes show at many phases
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +55,7 @@ def all_over(feature: Feature, measured: Array, most: int = AROUND) -> Array:
 
     most: around a circle and along a line, where a filter needs more.
     """
-    count = most if feature.kind == "circle" else AROUND
+    count = max(most, CIRCLE) if feature.kind == "circle" else AROUND
     around = np.arange(count) * (2 * np.pi / count)
     if feature.kind == "plane":
         u, v = (np.linspace(-e / 2, e / 2, SIDE) for e in feature.extent)
@@ -68,7 +72,7 @@ def all_over(feature: Feature, measured: Array, most: int = AROUND) -> Array:
         return surface_point(feature, k * np.pi * (3.0 - np.sqrt(5.0)), np.arcsin(1.0 - 2.0 * k / 240))
     if feature.kind == "torus":
         return surface_point(
-            feature, np.tile(around[::2], 8), np.repeat(np.arange(8) * (np.pi / 4), AROUND // 2)
+            feature, np.tile(around[::2], 8), np.repeat(np.arange(8) * (np.pi / 4), len(around[::2]))
         )
     return measured
 

@@ -18,7 +18,7 @@ def at_indication(result: CharacteristicResult, y: float, rule: str) -> Characte
     if result.tolerance is not None:
         limits = (-math.inf if result.one_sided else result.tolerance[0], result.tolerance[1])
     said = result.truth.given(y, result.p, result.interval_kind, limits)
-    if said.counted is not None:
+    if said.counted is not None or said.short:
         result = replace(result, coverage_shown=not said.short, why_not_shown=said.short)
     if result.extreme and not isinstance(
         result.truth, Predicted
