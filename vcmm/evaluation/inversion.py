@@ -75,7 +75,8 @@ class CountedInverse:
         low, high = (float(end[0]) for end in self.inverse.interval(p, found, rests))
         within = None if limits is None else float(np.clip(self.inverse.within(*limits, y, rest), 0.0, 1.0))
         estimate = float(self.inverse.estimate(found, rests)[0])
-        high = np.inf if self.blind(p) else high
+        if self.blind(p):
+            estimate, high = np.nan, np.inf
         return Statement(estimate, (low, high), within, self.shortfall(p), self.counted)
 
     def blind(self, p: float) -> bool:
@@ -100,7 +101,7 @@ class NoInverse:
     why: str
 
     def given(self, y: float, rest: float | None, p: float, limits: Limits | None) -> Statement:
-        return Statement(y, (-np.inf, np.inf), None, self.why)
+        return Statement(np.nan, (-np.inf, np.inf), None, self.why)
 
     def shortfall(self, p: float) -> str:
         return self.why

@@ -342,15 +342,12 @@ def warnings_of(r: CharacteristicResult, predicts: bool = False) -> list[str]:
             'the indicated value. Correct it ([job] known_bias = "corrected") or enlarge U (JCGM 100, F.2.4.5)'
         )
     if r.extreme and not predicts:
-        moved = (r.mean - r.indicated) * scale
-        out.append(
-            f"{r.name}: {r.type} grows with noise and does not fall with it (here by {moved:+.3g} {unit} on average)"
-            + (
-                f"; its coverage is not shown: {r.why_not_shown}"
-                if r.why_not_shown
-                else "; the interval takes that off"
-            )
-        )
+        told = f"{r.name}: {r.type} grows with noise and does not fall with it; "
+        if r.why_not_shown:
+            told += f"its coverage is not shown: {r.why_not_shown}"
+        else:
+            told += f"here {r.bias * scale:+.3g} {unit} of what is indicated are taken off"
+        out.append(told)
     if not np.isfinite(r.u):
         out.append(
             f"{r.name}: u is infinite (a t-law with nu <= 2); the coverage interval stands all the same"
