@@ -10,7 +10,6 @@ from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.pose import Pose
 from vcmm.fit.elements import Fitted
 from vcmm.gps.characteristics import (
-    IMPLEMENTED,
     evaluate,
     is_linear,
     needs,
@@ -19,7 +18,7 @@ from vcmm.gps.characteristics import (
     tolerance,
     unit,
 )
-from vcmm.part.part import TYPES, Characteristic, Feature
+from vcmm.part.part import Characteristic, Feature
 
 NONE = np.array([])
 
@@ -390,8 +389,7 @@ def test_nominal_values_of_the_drawing() -> None:
         drawn("parallelism", of=("roof",), datums=("top",))
 
 
-def test_every_type_is_implemented() -> None:
-    assert set(IMPLEMENTED) == set(TYPES)
+def test_run_out_needs_an_axis() -> None:
     with pytest.raises(UsageError, match="turns about a datum axis; a plane gives none"):
         nominal(Characteristic("c", "total_runout", of=("bore",), datums=("top",)), FEATURES)
 

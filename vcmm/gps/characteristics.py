@@ -56,9 +56,6 @@ FORM = {
 PLACED = ("parallelism", "perpendicularity", "angularity", "position", "coaxiality", "symmetry")
 SAME_PLANE = 1e-9  # mm
 SIZES = {"circle": 0, "sphere": 0, "cylinder": 0, "torus": 1}  # which of Fitted.sizes is the radius
-IMPLEMENTED = (
-    "size", "distance", "angle", *FORM, *PLACED, *POINTWISE,
-)  # fmt: skip
 
 
 def evaluate(

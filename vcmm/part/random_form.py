@@ -2,8 +2,7 @@
 
 "smooth"  Gaussian random surfaces of several correlation lengths: low orders are large, as on turned, milled and ground parts
 "single"  one lobe number or one wave alone, as clamping in a chuck or a vice leaves it
-These two stand for a part of which nothing else is known. "rough", "gentle" (lengths of their own) and "pair" (two lobe
-numbers) are there to see what becomes of what was built for those two.
+These two stand for a part of which nothing else is known.
 
 Every form is orthogonal to the least-squares element of its surface (it has no size, place or direction) and has the range
 largest - smallest = 1 over the whole surface. Coordinates are relative to the extent of the feature.
@@ -17,12 +16,7 @@ from vcmm.core.pose import Array
 from vcmm.part.part import Feature, centre, frame, normal, surface_point
 
 SMOOTH, SINGLE = "smooth", "single"
-ROUGH, GENTLE, PAIR = "rough", "gentle", "pair"
-LENGTHS = {
-    SMOOTH: (0.15, 0.25, 0.45, 0.8),
-    ROUGH: (0.18,),
-    GENTLE: (0.6,),
-}  # correlation lengths over the extent (diameter, side)
+LENGTHS = (0.15, 0.25, 0.45, 0.8)  # correlation lengths of "smooth" over the extent (diameter, side)
 LOBES = (2, 3, 4, 5, 6, 7)
 ROUND = ("circle", "cylinder", "cone", "sphere")
 JITTER = 1e-8  # of the variance, so that a smooth covariance can be factorised
@@ -34,7 +28,7 @@ def random_forms(feature: Feature, points: Array, count: int, family: str, rng: 
     Features: line, plane, circle, cylinder, cone, sphere.
     """
     dense = whole_surface(feature)
-    there, here = _unlevelled(feature, dense, points, count, family, rng)
+    there, here = {SMOOTH: _smooth, SINGLE: _single}[family](feature, dense, points, count, rng)
     design = _element_motions(feature, dense)
     left, size, right = np.linalg.svd(design, full_matrices=False)
     kept = size > 1e-9 * size[0]
@@ -43,20 +37,6 @@ def random_forms(feature: Feature, points: Array, count: int, family: str, rng: 
     here = here - coefficients @ _element_motions(feature, points).T
     both = np.concatenate([there, here], axis=1)
     return np.asarray(here / (both.max(axis=1) - both.min(axis=1))[:, None])
-
-
-def _unlevelled(
-    feature: Feature, dense: Array, points: Array, count: int, family: str, rng: np.random.Generator
-) -> tuple[Array, Array]:
-    """(count, N) at the dense points and (count, n) at those asked for, the element not yet taken off."""
-    if family == PAIR:
-        pair = [_single(feature, dense, points, count, rng) for _ in range(2)]
-        share = rng.uniform(0.2, 0.8, (count, 1))
-        (a, b), (c, d) = pair
-        return share * a + (1 - share) * c, share * b + (1 - share) * d
-    if family == SINGLE:
-        return _single(feature, dense, points, count, rng)
-    return _smooth(feature, dense, points, count, family, rng)
 
 
 def whole_surface(feature: Feature) -> Array:
@@ -91,13 +71,13 @@ def _relative(feature: Feature, points: Array) -> Array:
 
 
 def _smooth(
-    feature: Feature, dense: Array, points: Array, count: int, family: str, rng: np.random.Generator
+    feature: Feature, dense: Array, points: Array, count: int, rng: np.random.Generator
 ) -> tuple[Array, Array]:
     """Gaussian surfaces at the dense points, and what they are between them (n,), each length its share of the draws."""
     d, p = _relative(feature, dense), _relative(feature, points)
-    parts, lengths = [], LENGTHS[family]
-    for i, length in enumerate(lengths):
-        here = len(range(i, count, len(lengths)))
+    parts = []
+    for i, length in enumerate(LENGTHS):
+        here = len(range(i, count, len(LENGTHS)))
         among, between = (np.exp(-_apart(a, d) / (2 * length**2)) for a in (d, p))
         root = np.linalg.cholesky(among + JITTER * np.eye(len(d)))
         white = rng.standard_normal((here, len(d)))
