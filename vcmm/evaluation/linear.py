@@ -183,11 +183,15 @@ def _operator(task: Task, base: Mapping[str, Fitted], points: Array) -> tuple[di
                 f'"{name}" has {len(rows)} points: form, run-out, profile and elements by contact keep the square of their number; '
                 f"take at most {MOST_POINTS} of them (sizes, distances and angles take any number)"
             )
-        s = sensitivity(fitted, points[rows], fixed_axis=fixed, residuals=name in shapes)
-        parts = [s.point, s.axis, s.sizes]
-        if s.residuals is not None:
-            along = s.deviations
-            parts.append(s.residuals if along is None else np.einsum("i,mipj->mpj", frame(feature)[0], along))
+        parts = [np.zeros((6, len(rows), 3))]
+        if feature.kind != "mesh":
+            s = sensitivity(fitted, points[rows], fixed_axis=fixed, residuals=name in shapes)
+            parts = [s.point, s.axis, s.sizes]
+            if s.residuals is not None:
+                along = s.deviations
+                parts.append(
+                    s.residuals if along is None else np.einsum("i,mipj->mpj", frame(feature)[0], along)
+                )
         touches = len(rows) if name in contact else 0
         change = np.einsum("pni,ni->pn", np.concatenate(parts), direction[rows])
         change = np.concatenate([change, np.eye(touches, len(rows))])
@@ -213,6 +217,8 @@ def _pack(blocks: Mapping[str, FeatureBlock], base: Mapping[str, Fitted]) -> Arr
 
 
 def _unpack(block: FeatureBlock, base: Fitted, q: Array) -> Fitted:
+    if base.kind == "mesh":
+        return replace(base, also={})
     at = block.start
     axis = q[..., at + 3 : at + 6]
     if np.any(base.axis):

@@ -312,7 +312,9 @@ class _Evaluation:
         if outcome.inverse is not None:
             return ""  # counted where the value is read
         if not outcome.tangent:
-            return f"{c.type} is an extreme value: its spread says nothing of the true value"
+            bare = any(self.features[n].kind == "mesh" for n in gps.needs(c) if n in self.features)
+            told = ", and no forms are drawn on a mesh" if bare else ""
+            return f"{c.type} is an extreme value: its spread says nothing of the true value{told}"
         bias = float(self.bias[i]) - truth.shift
         if bias and not holds(truth.attained(self.settings.p, self.settings.kind, bias), self.settings.p):
             return "the known bias is not corrected"

@@ -33,7 +33,7 @@ TX, TY, TZ, RX, RY = range(5)  # motions of an element in its own frame; a turn 
 class Fitted:
     """A fitted element, or a batch of them in leading dimensions (written ...).
 
-    kind       "point" "line" "plane" "circle" "sphere" "cylinder" "cone" "torus"
+    kind       "point" "line" "plane" "circle" "sphere" "cylinder" "cone" "torus" "mesh"
     point      (..., 3) mm. Point: mean. Plane and line: foot of the centroid of the data. Circle, sphere,
                torus: centre. Cylinder and cone: the point of the axis nearest the centroid of the data.
     axis       (..., 3) unit. Plane normal, line direction, axis of circle, cylinder, cone, torus; else zeros.
@@ -45,7 +45,8 @@ class Fitted:
     also       the same points by other criteria, where asked for (vcmm.gps.criteria): {"X": ...}; local sizes LP, LS
                hold half of each of k sizes in `sizes` (..., k)
     unique     (...) of an element by contact: False where others are as good
-    points     (..., n, 3) the points themselves, where a characteristic is evaluated on them
+    points     (..., n, 3) the points themselves, where a characteristic is evaluated on them; of a mesh, which has no element,
+               (n, 3) where they lie in the drawing
     """
 
     kind: str

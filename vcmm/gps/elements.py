@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,7 +21,8 @@ MAX_TILT = 0.2  # rad between a fitted and its nominal direction; more means tha
 @dataclass(frozen=True, eq=False)
 class MeasuredElement:
     """A fitted element in the drawing frame; its axis points as the nominal one does. `offsets` (..., n, 3):
-    the residuals of a line as vectors, from the element to each measured point.
+    the residuals of a line as vectors, from the element to each measured point. places, normals (n, 3): of a mesh, where its
+    points lie in the drawing.
     """
 
     feature: Feature
@@ -31,6 +32,8 @@ class MeasuredElement:
     residuals: Array
     offsets: Array
     points: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    places: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    normals: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def nominal_element(feature: Feature) -> MeasuredElement:
@@ -60,6 +63,10 @@ def place(
     feature, raw = features[name], by_criterion(name, fitted[name], criterion)
     by = Pose.identity() if pose is None else pose
     measured = fitted[name].also[POINTS].points if POINTS in fitted[name].also else None
+    if feature.kind == "mesh" and measured is not None and raw.points is not None:
+        return replace(
+            nominal_element(feature), points=by.apply(measured), places=raw.points, normals=raw.normals
+        )
     axis = _signed(feature, by.turn_each(raw.axis))
     # only a line needs them: its residuals have a direction, those of surfaces a sign
     offsets = by.turn(raw.residuals[..., None] * raw.normals) if feature.kind == "line" else np.zeros((1, 3))

@@ -4,7 +4,8 @@ circular run-out   the range of the distances from the datum axis in a section, 
                    heights along the axis on a circle, of a cone square to its surface
 total run-out      the same over the whole surface
 profile            twice the largest distance of a point from the nominal surface, which lies where the datums put it; motions that
-                   they leave (all six without datums) are fitted, by criterion G or C. Sizes are theoretically exact: they are not fitted
+                   they leave (all six without datums) are fitted, by criterion G or C. Sizes are theoretically exact: they are not fitted.
+                   Of a mesh the distances count along its normals at the places that the plan names
 """
 
 from __future__ import annotations
@@ -30,10 +31,6 @@ COAXIAL = 1e-6  # mm by which the drawing itself may be off coaxial
 def check_pointwise(c: Characteristic, feature: Feature, datums: Sequence[Feature]) -> None:
     """UsageError: a feature or datum that does not suit the type, or a drawing that does not."""
     if c.type in PROFILE:
-        if feature.kind == "mesh":
-            raise UsageError(
-                f'"{c.name}": "{feature.name}" lies on a mesh; its profile is not evaluated yet, name its features.'
-            )
         if c.type == "line_profile" and feature.kind == "plane":
             raise UsageError(
                 f'"{c.name}": line_profile is of a line or section; use surface_profile for a plane.'
@@ -85,9 +82,16 @@ def profile(c: Characteristic, e: MeasuredElement, datums: Sequence[Feature], mi
     middle = first.mean(axis=0)
     scale = max(float(np.ptp(first, axis=0).max()), 1.0)
     free = free_motions(datums, middle, scale)
-    outward = normal(feature, first)
+    outward = e.normals if feature.kind == "mesh" else normal(feature, first)
     moved = (rows_for(first, outward, middle, scale) @ free)[:, None, :]
-    return 2.0 * largest_left(signed_distance(feature, e.points)[..., None], moved, minimax)
+    return 2.0 * largest_left(_departures(e)[..., None], moved, minimax)
+
+
+def _departures(e: MeasuredElement) -> Array:
+    """Distance (..., n) of the points from the nominal surface, + outwards; of a mesh along its normals where they should lie."""
+    if e.feature.kind != "mesh":
+        return np.asarray(signed_distance(e.feature, e.points))
+    return dot(e.points - e.places, np.broadcast_to(e.normals, e.points.shape))
 
 
 def _first(values: Array, tail: int = 1) -> Array:

@@ -19,7 +19,7 @@ from vcmm.core.pose import Pose
 from vcmm.core.run import Array
 from vcmm.fit import Fitted, gauss
 from vcmm.gps import characteristics as gps
-from vcmm.gps.criteria import with_criteria
+from vcmm.gps.criteria import wanted, with_criteria
 from vcmm.gps.filters import check_density
 from vcmm.measuring.contact import touch
 from vcmm.measuring.plan import Ints, Plan, Touches
@@ -87,11 +87,13 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
     """Gauss elements of all measured features, with those by other criteria that the characteristics ask for;
     points (..., n, 3) in the drawing frame.
     """
-    out = {}
+    out, read = {}, wanted(task.part.characteristics)
     for name, rows in task.touches.rows.items():
         feature = task.part.features[name]
         if feature.kind == "mesh":
-            continue  # free-form points have no associated element
+            if name in read:
+                out[name] = _nominal_places(task, name)
+            continue
         fixed = feature.axis if feature.kind == "circle" else None
         try:
             fitted = gauss(feature.kind, points[..., rows, :], nominal_element(feature), fixed_axis=fixed)
@@ -102,6 +104,13 @@ def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
     return with_criteria(
         task.part.characteristics, task.part.features, lambda name: points[..., rows_of[name], :], out
     )
+
+
+def _nominal_places(task: Task, name: str) -> Fitted:
+    """Of points on a mesh, which have no associated element: where they lie in the drawing, and the normals there."""
+    t, none = task.touches, np.zeros(0)
+    rows = t.rows[name]
+    return Fitted("mesh", np.zeros(3), np.zeros(3), none, none, t.normals[rows], points=t.points[rows])
 
 
 def _signed(fitted: Fitted, feature: Feature, points: Array) -> Fitted:
