@@ -11,7 +11,7 @@ from vcmm.core.errors import UsageError
 from vcmm.fit import gauss
 from vcmm.gps import characteristics as gps
 from vcmm.gps.criteria import with_criteria
-from vcmm.gps.filters import ALPHA, check_density, filtered, transmission, words
+from vcmm.gps.filters import ALPHA, check_density, filtered, minimum_zone, transmission, words
 from vcmm.part.characteristic import Filter
 from vcmm.part.part import Characteristic, Feature, surface_point
 
@@ -128,3 +128,49 @@ def test_what_is_refused() -> None:
 def test_words() -> None:
     assert words(Filter("gaussian", upr=50)) == "gaussian filter ISO 16610-21, 50 UPR"
     assert words(Filter("spline", cutoff=0.8)) == "spline filter ISO 16610-22, cut-off 0.8 mm"
+
+
+def smallest_range(columns: np.ndarray, values: np.ndarray) -> float:
+    """min over x of the range of values - columns x, by linear programming (HiGHS)."""
+    from scipy.optimize import linprog
+
+    n, k = columns.shape
+    cost = np.concatenate([np.zeros(k), [1.0, -1.0]])
+    above = np.hstack([-columns, -np.ones((n, 1)), np.zeros((n, 1))])
+    below = np.hstack([columns, np.zeros((n, 1)), np.ones((n, 1))])
+    found = linprog(
+        cost, A_ub=np.vstack([above, below]), b_ub=np.concatenate([-values, values]), bounds=(None, None)
+    )
+    return float(found.fun)
+
+
+def test_minimum_zone_of_filtered_profiles() -> None:
+    """Zone of the deviations that pass, against a linear program; and s^3 over a line without loss: 0.5 (Chebyshev), G 0.8."""
+    rng = np.random.default_rng(6)
+    turn, points = ring(720)
+    rough = 1e-3 * sum(rng.normal() * np.cos(k * turn + rng.uniform(0, 6)) for k in (2, 3, 5, 90))
+    passed = filtered(Filter("gaussian", upr=50), RING, points, rough)
+    zone = minimum_zone(RING, points, passed)
+    design = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    assert float(zone) == pytest.approx(smallest_range(design, passed), abs=2e-7)
+    assert zone < np.ptp(passed - design @ np.linalg.lstsq(design, passed, rcond=None)[0]) - 1e-5
+    at, line = edge(801)
+    assert float(minimum_zone(EDGE, line, 1e-3 * (at / 20 - 1) ** 3)) == pytest.approx(0.5e-3, abs=1e-8)
+    assert minimum_zone(RING, points, np.stack([passed, 2 * passed])).shape == (2,)
+
+
+def test_roundness_by_the_minimum_zone_of_what_passes() -> None:
+    """From measured points: waves of 2 and 90; the 90 are taken away but for 2^-(90/50)^2 = 0.1058 of 1 um."""
+    turn, points = ring(720)
+    heights = 2e-3 * np.cos(2 * turn) + 1e-3 * np.cos(90 * turn)
+    c = Characteristic("r", "roundness", of=("ring",), criterion="C", filter=Filter("gaussian", upr=50))
+    measured = points * (1 + heights / 15.0)[:, None]
+    fitted = {"ring": gauss("circle", measured, fixed_axis=RING.axis)}
+    also = with_criteria((c,), {"ring": RING}, lambda name: measured, fitted)
+    passed = 2e-3 * np.exp2(-((2 / 50) ** 2)) * np.cos(2 * turn) + 1e-3 * np.exp2(-(1.8**2)) * np.cos(
+        90 * turn
+    )
+    design = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    assert float(gps.evaluate(c, {"ring": RING}, also)) == pytest.approx(
+        smallest_range(design, passed), abs=3e-6
+    )

@@ -245,7 +245,8 @@ def inversion_of(task: Task, settings: Settings, numbers: Sequence[int]) -> Inve
 
 def in_contact(task: Task) -> bool:
     """Whether a characteristic asks for elements by contact, which take a hundred times as long as least squares."""
-    return any(set(asked) - {POINTS} for asked in wanted(task.part.characteristics).values())
+    contact = any(set(asked) - {POINTS} for asked in wanted(task.part.characteristics).values())
+    return contact or any(c.filter is not None and c.criterion == "C" for c in task.part.characteristics)
 
 
 def _counted(

@@ -40,7 +40,7 @@ from vcmm.gps.elements import (
     nominal_element,
     place,
 )
-from vcmm.gps.filters import check_filter, filtered
+from vcmm.gps.filters import check_filter, filtered, minimum_zone
 from vcmm.gps.location import coaxiality, position, symmetry
 from vcmm.gps.orientation import orientation
 from vcmm.gps.pointwise import POINTWISE, PROFILE, RUNOUT, check_pointwise, profile, runout
@@ -223,5 +223,8 @@ def _form(c: Characteristic, e: MeasuredElement) -> Array:
     # a line lies on a surface: its deviation counts along the outward normal of that surface
     signed = e.offsets @ frame(e.feature)[0] if e.feature.kind == "line" else e.residuals
     if c.filter is not None:
-        signed = filtered(c.filter, e.feature, e.points.reshape(-1, *e.points.shape[-2:])[0], signed)
+        at = e.points.reshape(-1, *e.points.shape[-2:])[0]
+        signed = filtered(c.filter, e.feature, at, signed)
+        if criteria.chosen(c).fit == "C":
+            return minimum_zone(e.feature, at, signed)
     return np.asarray(signed.max(axis=-1) - signed.min(axis=-1))

@@ -52,7 +52,7 @@ class ChosenCriteria:
     of: tuple[str, ...]
     datums: tuple[str, ...]
     rank: str = ""
-    fit: str = "G"  # of points or patterns within what the datums leave free
+    fit: str = "G"  # of points or patterns within what the datums leave free, or of a filtered profile
 
     @property
     def gauss(self) -> bool:
@@ -69,7 +69,9 @@ def chosen(c: Characteristic) -> ChosenCriteria:
         return ChosenCriteria((size,), (), rank)
     datums = _letters(c, "datum_criterion", c.datum_criterion.split(), len(c.datums))
     letters = _letters(c, "criterion", words, len(c.of) + len(c.between))
-    if c.type in ON_POINTS:
+    if (
+        c.type in ON_POINTS or c.filter is not None
+    ):  # a filtered form: of the deviations from the Gauss element
         return ChosenCriteria(("G",) * len(letters), datums, fit=letters[0])
     return ChosenCriteria(letters, datums, fit=letters[0] if letters else "G")
 

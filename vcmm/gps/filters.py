@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from vcmm.core.errors import UsageError, choose_from
 from vcmm.core.pose import Array
+from vcmm.fit import Fitted, associate, profile_line
 from vcmm.part.characteristic import Filter
 from vcmm.part.part import Characteristic, Feature, frame
 
@@ -47,11 +48,13 @@ def check_filter(c: Characteristic, feature: Feature) -> None:
         raise UsageError(f'"{c.name}": filter = "{f.kind}".{choose_from(f.kind, KINDS)}')
     if (c.type, feature.kind) not in (("roundness", "circle"), ("straightness", "line")):
         raise UsageError(
-            f'"{c.name}": a filter is of one profile: roundness of a circle or straightness of a line.'
+            f'"{c.name}": a filter is of one profile: roundness of a circle or straightness of a line. A {feature.kind} has profiles in '
+            "many sections and directions; state the form of one of them as a circle or line, or leave the filter out."
         )
-    if c.criterion not in ("G", "GG"):
+    if c.criterion not in ("G", "GG", "C"):
         raise UsageError(
-            f'"{c.name}": a filtered form is about the least-squares element; leave criterion out.'
+            f'"{c.name}": a filtered form is about the least-squares element (G) or its minimum zone (C): what touches '
+            "peaks or valleys touches those that the filter takes away."
         )
     key, given, other = ("upr", f.upr, f.cutoff) if closed else ("cutoff", f.cutoff, f.upr)
     if given is None or other is not None or not given > 0:
@@ -96,6 +99,33 @@ def filtered(f: Filter, feature: Feature, points: Array, deviations: Array) -> A
     out = np.empty_like(values, dtype=float)
     out[..., order] = _closed(f, places, values) if around else _open(f, places, values)
     return out
+
+
+def minimum_zone(feature: Feature, points: Array, deviations: Array) -> Array:
+    """Width (...) of the minimum zone of a profile: of deviations (..., n) from its feature at points (n, 3), mm."""
+    at, around = profile_places(feature, points)
+    u, v, w = frame(feature)
+    if not around:
+        along = at[:, None] * w + deviations[..., None] * u
+        return _range(profile_line("C", along, feature.axis, u).element.residuals)
+    way = np.cos(at)[:, None] * u + np.sin(at)[:, None] * v
+    about = np.zeros((*deviations.shape[:-1], 3))
+    base = Fitted(
+        "circle",
+        about,
+        about + feature.axis,
+        about[..., :1] + feature.sizes[:1],
+        np.zeros(0),
+        np.zeros((0, 3)),
+    )
+    ring = (feature.sizes[0] + deviations[..., None]) * way
+    return _range(
+        associate("circle", "C", ring, base, fixed_axis=feature.axis, judged=False).element.residuals
+    )
+
+
+def _range(values: Array) -> Array:
+    return np.asarray(values.max(axis=-1) - values.min(axis=-1))
 
 
 def transmission(f: Filter, waves: Array, n: int) -> Array:
