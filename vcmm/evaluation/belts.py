@@ -23,6 +23,7 @@ from vcmm.gps import characteristics as gps
 from vcmm.part.part import Characteristic
 
 CLASSES = 8  # of roughness, each with as many of the drawn parts
+SMOOTHEST = 0.01  # share of the drawn parts with smaller residuals
 NEIGHBOURS = 300  # parts in a window: the 2.5 % quantile of their departures errs by 0.9 % in probability
 SMOOTH = 10  # windows on either side over which quantiles are averaged, four to a width
 ONE_SIDED = 0.7  # of all misses at the upper end alone; 1 would fail more often than 1 - p where the lower end leaves 0
@@ -46,13 +47,15 @@ class Belt:
 class FamilyInverse:
     """Belts of a characteristic by roughness, in units of the residuals; whole: of all parts, in mm or rad.
 
-    roughest: upper ends of the classes but the last, mm. bounded: no true value is below 0.
+    roughest: upper ends of the classes but the last, mm; smoothest: points with smaller residuals than nearly any drawn part had
+    (touched up, or typed in) are read as if they had these. bounded: no true value is below 0.
     """
 
     belts: tuple[Belt, ...]
     whole: Belt
     roughest: Array
     bounded: bool
+    smoothest: float = 0.0
 
     def belt(self, rest: float | None) -> Belt:
         """The class of a root mean square of residuals."""
@@ -65,6 +68,7 @@ class FamilyInverse:
         """
         if rest is None:
             return _crossing(self.whole, 1.0 - level, found, self.bounded)
+        rest = np.maximum(rest, self.smoothest)
         classes = np.clip(np.searchsorted(self.roughest, rest) + beside, 0, len(self.roughest))
         out = np.empty(len(found))
         for k in np.unique(classes):
@@ -93,6 +97,7 @@ class FamilyInverse:
         """Confidence that the true value does not exceed a limit: P(indicated > found) for a part at the limit."""
         belt = self.belt(rest)
         if rest is not None and len(self.roughest):
+            rest = max(rest, self.smoothest)
             limit, found = limit / rest, found / rest
         if self.bounded:
             found = max(found, float(belt.at(0.5)[0]))  # less says no more than that, as in `_crossing`
@@ -154,7 +159,7 @@ def family_inverse(c: Characteristic, index: int, drawn: Pairs) -> FamilyInverse
     edges = np.quantile(rest, np.arange(1, CLASSES) / CLASSES)
     classes, t, y = np.searchsorted(edges, rest), true / rest, indicated / rest
     belts = [_belt(t[classes == k], y[classes == k], bounded) for k in range(len(edges) + 1)]
-    return FamilyInverse(tuple(belts), whole, edges, bounded)
+    return FamilyInverse(tuple(belts), whole, edges, bounded, float(np.quantile(rest, SMOOTHEST)))
 
 
 def there(index: int, drawn: Pairs) -> tuple[Array, Array, Array]:
