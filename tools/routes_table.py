@@ -1,6 +1,7 @@
 """Count the routes on drawn machines: how often the true value is within U of each, and how often E_n says that they agree.
 
     python tools/routes_table.py 60
+    python tools/routes_table.py --shared      what the machine leaves in the mean of the positions, and in the model
 
 Writes nothing; prints the table of docs/routes.md.
 """
@@ -11,9 +12,21 @@ import sys
 from collections import defaultdict
 from dataclasses import replace
 
+import numpy as np
+
+from vcmm.core.laws import Law
+from vcmm.core.run import Array
+from vcmm.effects import has_role
+from vcmm.evaluation.linear import build
 from vcmm.files.scenario import load_scenario
+from vcmm.gps import characteristics as gps
 from vcmm.library import path
+from vcmm.measuring.plan import Step
+from vcmm.measuring.task import Task
+from vcmm.part.part import normal
+from vcmm.routes import hidden
 from vcmm.routes.job import routes
+from vcmm.routes.positions import LENGTH, PER_TIP, RING, StandardReadings, corrections
 
 SCENARIOS = ("ring_gauge", "plate", "certificate")
 
@@ -36,7 +49,70 @@ def counted(name: str, machines: int) -> list[str]:
     ]
 
 
+Lanes = dict[
+    tuple[str, str, int], Array
+]  # (Input, copy, element): change of every characteristic per standard uncertainty
+
+
+def lanes(task: Task) -> Lanes:
+    """Of the errors that stay with the machine."""
+    model = build(task)
+    out: Lanes = {}
+    gradient = model.gradient()
+    for f in model.influences:
+        if hidden.anew(f.input) or has_role(f.input.effect, "part temperature"):
+            continue
+        law, factor = f.input.spread(f.response.shape[2])
+        factor = factor * law.u if isinstance(law, Law) else np.linalg.cholesky(law.covariance)
+        for copy, label in enumerate(f.copies):
+            rows = np.flatnonzero(f.codes == copy)
+            gain = gradient @ model.operator[:, rows] @ model.along_normal(f)[rows] @ factor
+            out |= {(f.input.id, label, k): gain[:, k] for k in range(gain.shape[1])}
+    return out
+
+
+def shared(name: str) -> list[str]:
+    """Per characteristic: u of the machine's part in the model and in the positions, um, and their correlation."""
+    scenario = load_scenario(path(name))
+    features = scenario.part.features
+    smooth = tuple(c for c in scenario.part.characteristics if gps.is_linear(c, features))
+    scenario = replace(scenario, part=replace(scenario.part, characteristics=smooth))
+    places = hidden.usable_positions(scenario)
+    found = [lanes(scenario.at(p).task()) for p in places.values()]
+    keys = sorted(set().union(*found))
+    each = np.array([[one.get(k, np.zeros(len(smooth))) for k in keys] for one in found])
+    rings = [(hidden._ring(hidden.RING_DIAMETER), RING, hidden.RING_DIAMETER, hidden.U_RING)]
+    length = max([hidden.SHORTEST_STANDARD, *(abs(f.extent[0]) for f in features.values() if f.extent)])
+    u = hidden.U_LENGTH + hidden.U_PER_LENGTH * length
+    gauges = [(hidden._length_standard(length, way), LENGTH, length, u) for way in np.eye(3)[:2]]
+    errors, standards = [], []
+    for (part, touched), kind, size, u_size in gauges + rings:
+        stylus = scenario.plan.steps[0].stylus
+        steps = tuple(Step(n, stylus, p, normal(part.features[n], p)) for n, p in touched)
+        job = replace(scenario, part=part, plan=replace(scenario.plan, steps=steps, alignment=None), forms={})
+        seen = [lanes(job.at(p).task()) for p in places.values() if hidden._within_reach(job.at(p))]
+        errors.append(np.mean([[float(one.get(k, [0.0])[0]) for k in keys] for one in seen], axis=0))
+        standards.append(StandardReadings(kind, size, u_size, np.array([size])))
+    design = np.array([[s.calibrated, PER_TIP[s.kind]] for s in standards])
+    weights = np.array([1.0 / s.u**2 for s in standards])
+    taken = corrections(standards).covariance @ (design.T * weights) @ np.array(errors)
+    left = each.mean(axis=0) - (hidden.shows(scenario.task()) @ taken).T
+    rows = []
+    for i, c in enumerate(smooth):
+        model, positions = each[0][:, i], left[:, i]
+        us = float(np.linalg.norm(model)), float(np.linalg.norm(positions))
+        rows.append(
+            f"| {name}: {c.name} | {1e3 * us[0]:.3f} um | {1e3 * us[1]:.3f} um | {model @ positions / max(us[0] * us[1], 1e-15):+.2f} |"
+        )
+    return rows
+
+
 if __name__ == "__main__":
+    if "--shared" in sys.argv:
+        print("| task | machine in the model | machine in the positions | correlation |\n|---|---|---|---|")
+        for one in (*SCENARIOS, "gaska2014"):
+            print("\n".join(shared(one)), flush=True)
+        sys.exit()
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 60
     print(
         "| task | model | calibrated part | positions | E_n model - part | model - positions | part - positions |"

@@ -96,5 +96,7 @@ def test_points_without_residuals_are_read_as_those_of_the_smoothest_parts() -> 
     inverse = inverse_of(SIZE, 0, [Pairs(np.zeros((20_000, 1)), error[:, None], rest[:, None])])
     ends = [np.ravel(inverse.interval(0.95, np.array([5.0]), np.array([r]))) for r in (0.0, 0.1)]
     assert ends[0] == pytest.approx(ends[1], rel=0.02)
-    assert ends[0] == pytest.approx([5.0 - 1.96 * 0.105, 5.0 + 1.96 * 0.105], abs=0.03)  # 1 % of them: 0.1 x 100^0.01
+    assert ends[0] == pytest.approx(
+        [5.0 - 1.96 * 0.105, 5.0 + 1.96 * 0.105], abs=0.03
+    )  # 1 % of them: 0.1 x 100^0.01
     assert inverse.within(4.8, 5.2, 5.0, 0.0) == pytest.approx(0.94, abs=0.02)

@@ -15,6 +15,7 @@ from vcmm.routes.estimate import (
     Contribution,
     RouteEstimate,
     agreement,
+    agreements,
     coverage_factor,
 )
 from vcmm.routes.positions import Corrections, StandardReadings, corrections, several_positions
@@ -87,7 +88,14 @@ def test_several_positions_by_hand() -> None:
     bare = several_positions(readings, (30.0, -2.0), Corrections())
     assert bare.value == pytest.approx(30.003)
     assert len(bare.remarks) == 2
-    assert "no ring or sphere was measured: the error of the tip is in the value and not in U" in bare.remarks
+    assert (
+        "no ring or sphere was measured: the error of the tip is in the value and not in U, so no E_n is given"
+        in bare.remarks
+    )
+    assert (len(agreements([found, found])), agreements([found, bare])) == (
+        1,
+        (),
+    )  # the model's U holds that error as well
     with pytest.raises(UsageError, match="in 1 position"):
         several_positions({"a": np.array([1.0])}, (0.0, 0.0), Corrections())
 

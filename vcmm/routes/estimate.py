@@ -32,13 +32,16 @@ class Contribution:
 
 @dataclass(frozen=True)
 class RouteEstimate:
-    """value: mm or rad; U = k u about it. remarks: what a reader of this route must know."""
+    """value: mm or rad; U = k u about it. remarks: what a reader of this route must know. whole: U holds all errors that are in
+    the value.
+    """
 
     route: str
     value: float
     contributions: tuple[Contribution, ...]
     k: float
     remarks: tuple[str, ...] = ()
+    whole: bool = True
 
     @property
     def u(self) -> float:
@@ -91,8 +94,8 @@ def coverage_factor(dof: float) -> float:
 
 
 def agreements(estimates: Sequence[RouteEstimate]) -> tuple[RouteAgreement, ...]:
-    """Every pair of routes."""
-    return tuple(agreement(a, b) for a, b in combinations(estimates, 2))
+    """Every pair of routes whose U holds what is in their values."""
+    return tuple(agreement(a, b) for a, b in combinations([e for e in estimates if e.whole], 2))
 
 
 def agreement(first: RouteEstimate, second: RouteEstimate) -> RouteAgreement:

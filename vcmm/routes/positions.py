@@ -132,7 +132,7 @@ def several_positions(
         Contribution(PART_EXPANSION, (warmth or Warmth()).u),
     )
     remarks = [
-        f"no {word} was measured: the error of {what} is in the value and not in U"
+        f"no {word} was measured: the error of {what} is in the value and not in U, so no E_n is given"
         for word, what, one, seen in zip(
             ("standard of length", "ring or sphere"), ("the scale", "the tip"), c, known.known
         )
@@ -140,4 +140,5 @@ def several_positions(
     ]
     kept = tuple(one for one in found if one.u > 0 or one is between)
     k = coverage_factor(effective_dof(kept))
-    return RouteEstimate(POSITIONS, float(means.mean() - c @ known.value), kept, k, tuple(remarks))
+    value = float(means.mean() - c @ known.value)
+    return RouteEstimate(POSITIONS, value, kept, k, tuple(remarks), not remarks)
