@@ -118,16 +118,14 @@ class Counted:
     claimed: bool
     attained: tuple[float, ...]
     verdicts: tuple[str, ...]
-    earlier: bool = (
-        False  # counted before `uncertainty` and `evaluate` shared these belts; claims are those of today
-    )
+    why: str = ""  # it is not claimed
 
 
 def counted(name: str, density: str, parts: int) -> Counted:
     with tempfile.TemporaryDirectory() as folder:
         rows = rows_of(name, density, parts, Path(folder))
     return Counted(
-        f"{name}, {density} points", parts, rows[0].claimed, tuple(r.attained for r in rows), tuple(verdict(r) for r in rows)
+        f"{name}, {density} points", parts, rows[0].claimed, tuple(r.attained for r in rows), tuple(verdict(r) for r in rows), rows[0].why
     )  # fmt: skip
 
 
@@ -138,7 +136,6 @@ def main() -> int:
         "--minutes", type=float, default=math.inf, help="stop after so long; the next run goes on"
     )
     parser.add_argument("--fresh", action="store_true", help="count all of them again")
-    parser.add_argument("--recount", action="store_true", help="count rows of earlier versions again")
     parser.add_argument("--only", default="")
     given = parser.parse_args()
     done = {} if given.fresh else read_counts()
@@ -146,9 +143,7 @@ def main() -> int:
     for density in DENSITIES:
         for name in TASKS:
             before = done.get(f"{name}, {density} points")
-            if given.only not in name or (
-                before and before.parts >= given.parts and not (before.earlier and given.recount)
-            ):
+            if given.only not in name or (before and before.parts >= given.parts):
                 continue
             if time.monotonic() - start > 60 * given.minutes:
                 break
@@ -177,15 +172,17 @@ def line(row: Counted) -> str:
     outside = [kind for kind, v in zip(COLUMNS, row.verdicts) if v == "outside"]
     words = "claimed" if row.claimed else "not claimed"
     words += f": outside {', '.join(outside)}" if outside else ""
-    parts = f"{row.parts}{' (a)' if row.earlier else ''}"
-    return f"| {row.task} | {parts} | {' | '.join(f'{a:.1%}' for a in row.attained)} | {words} |"
+    return f"| {row.task} | {row.parts} | {' | '.join(f'{a:.1%}' for a in row.attained)} | {words} |"
 
 
 def page(done: dict[str, Counted]) -> str:
     order = [f"{name}, {density} points" for name in TASKS for density in DENSITIES]
     rows = [done[task] for task in order if task in done]
-    marked = "(a) counted with the same belts before `uncertainty` read them too; points that hardly meet some forms claim nothing since.\n"
-    earlier = marked if any(row.earlier for row in rows) else ""
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        if not row.claimed:
+            reasons.setdefault(row.why, []).append(row.task)
+    why = "\n".join(f"- {'; '.join(tasks)}: {reason}" for reason, tasks in reasons.items())
     return f"""# Coverage, counted
 
 `make audit` wrote this page: every task below was measured as many times per column as *parts* says, each time with another part and
@@ -202,7 +199,11 @@ is decided by nobody. {len(rows)} of {len(order)} tasks are counted; the next ru
 Bands of a claimed coverage: 93 to 99 % over the prior (the interval holds each of two families, so it holds more of both together), at
 least 93 % at every fixed form, at least 90 % for the other family. *Outside* is the verdict of an exact binomial test against the nearer end
 of the band (below 2.5 %); of {6 * len(rows)} counts some lie a little outside by chance.
-{earlier}"""
+
+Not claimed, by what the task says of itself before it is audited:
+
+{why}
+"""
 
 
 if __name__ == "__main__":

@@ -38,11 +38,11 @@ def audit_command(
     from vcmm.console.complaints import about
     from vcmm.console.documents import document, json_text, print_json, sources
     from vcmm.console.files import output_folder, write_files
-    from vcmm.console.terminal import progress, show_table
+    from vcmm.console.terminal import progress, say, show_table
     from vcmm.core.errors import UsageError
     from vcmm.files.scenario import load_scenario
     from vcmm.inference.audit import audit
-    from vcmm.tables.audited import audit_json, audit_table
+    from vcmm.tables.audited import audit_json, audit_table, not_claimed
     from vcmm.tables.table import csv_text
 
     if parts < 100:
@@ -60,4 +60,6 @@ def audit_command(
         print_json(content)
     else:
         show_table(table)
+        for sentence in not_claimed(rows):
+            say(sentence)
     return int(any(row.outside for row in rows))

@@ -43,7 +43,7 @@ ABOVE = (
 class Audited:
     """How often the intervals of one characteristic held the true value. width: mean over the parts, mm or rad.
 
-    claimed: the interval says of itself that its coverage is shown; least, most: the band that it is held to.
+    claimed: the interval says of itself that its coverage is shown, why: why it does not; least, most: the band that it is held to.
     """
 
     name: str
@@ -56,6 +56,7 @@ class Audited:
     claimed: bool
     least: float
     most: float
+    why: str = ""
 
     @property
     def interval95(self) -> tuple[float, float]:
@@ -128,13 +129,15 @@ def _kinds(inversion: Inversion, parts: int, seed: int) -> Iterator[tuple[str, P
 def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str) -> Audited:
     """Measured by points, whose residuals tell the roughness of every part."""
     p, one, k = result.p, inversion.counted(i, 0.0, True), inversion.column(i)
-    held, width = 1.0, math.inf  # of an interval without ends
+    held, width, parts = 1.0, math.inf, len(drawn.true)  # of an interval without ends
     if isinstance(one, CountedInverse):
         held, width = coverage(one.inverse, k, drawn, p), _width(one.inverse, k, drawn, p)
+        parts = len(there(k, drawn)[0])
+    why = one.shortfall(p)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return Audited(
-        name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=len(there(k, drawn)[0]), width=width,
-        claimed=not one.shortfall(p), least=least, most=p + ABOVE if kind == PRIOR else 1.0,
+        name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=parts, width=width,
+        claimed=not why, least=least, most=p + ABOVE if kind == PRIOR else 1.0, why=why,
     )  # fmt: skip
 
 
@@ -166,5 +169,5 @@ def _held(result: CharacteristicResult, indicated: Array, truth: float) -> Audit
     inside = (indicated + low <= truth) & (truth <= indicated + high)
     return Audited(
         name=result.name, unit=result.unit, kind=STATED, target=p, attained=float(inside.mean()), parts=len(indicated),
-        width=high - low, claimed=result.coverage_shown, least=p - BAND, most=p + BAND,
+        width=high - low, claimed=result.coverage_shown, least=p - BAND, most=p + BAND, why=result.why_not_shown,
     )  # fmt: skip

@@ -33,6 +33,7 @@ AUDIT: tuple[Column[Audited], ...] = (
     Column("parts", lambda a: a.parts, COUNT, key="parts", csv="parts"),
     Column("mean width", lambda a: a.width, SIZE, key="mean_width_{unit}"),
     entry("claimed", lambda a: a.claimed),
+    entry("why_not_claimed", lambda a: a.why or None),
     Column("band", lambda a: f"{a.least:.2f} to {a.most:.2f}", WORDS),
     entry("band", lambda a: [a.least, a.most]),
     Column("verdict", _in_words, WORDS),
@@ -47,6 +48,11 @@ def audit_table(rows: Sequence[Audited]) -> ResultTable[Audited]:
         "exact binomial test against the nearer end of the band; outside below 2.5 %."
     )
     return ResultTable("coverage, counted", AUDIT, rows, caption)
+
+
+def not_claimed(rows: Sequence[Audited]) -> list[str]:
+    """A sentence per characteristic that claims nothing."""
+    return list(dict.fromkeys(f"{a.name} is not claimed: {a.why}" for a in rows if a.why))
 
 
 def audit_json(rows: Sequence[Audited]) -> dict[str, Any]:
