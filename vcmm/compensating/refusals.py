@@ -155,6 +155,11 @@ HEIGHTS_MOVE = ("CYCLE81", "CYCLE82", "CYCLE83", "CYCL DEF 200")  # holes that d
 def check_program(program: Program, machine: Machine, setup: Setup, name: str) -> None:
     """Work offsets, tools, rotary axes, words and blocks that cannot be rewritten."""
     check_moves([t.contour for t in program.traces], machine, setup, name)
+    if program.touches:
+        raise ModelLimit(
+            f"{name}:{program.touches[0].line}: the program probes; where it goes on depends on what it finds, so its numbers cannot be rewritten "
+            "beforehand. Take the probing out and state [offsets], or see with vcmm cut what the probing leaves"
+        )
     for trace in program.traces:
         if trace.contour.rewritable and trace.contour.kind != "dwell":
             _check_rewritable(trace, name, f"{trace.file}:{trace.line}:{trace.contour.source.first}")

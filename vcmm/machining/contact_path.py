@@ -22,7 +22,7 @@ from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
-from vcmm.machining.zero_setting import joined, setting_rows, ways_of_setting
+from vcmm.machining.zero_setting import Touches, joined, setting_rows, ways_of_setting
 from vcmm.nc.setup import first_tool
 
 
@@ -48,6 +48,7 @@ def tool_side(
         {**run.labels, "touch": touch[rows.point], "feature": feature[rows.point]}, run.series,
     )  # fmt: skip
     whole, setting = _with_setting(job, run)
+    whole, setting, touches = _with_touches(job, whole, setting, rows)
     known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
     side = job.process.tool_side(job, _prepared(job, whole), setting, known, inputs)
     deepest = np.flatnonzero(rows.candidate == 0)[
@@ -55,7 +56,7 @@ def tool_side(
     ]  # all candidates of a point scatter as its deepest cut
     passes = pass_weights(job.program, job.sweep, rows.row[deepest], rows.share[deepest])
     passes = np.concatenate([passes, np.zeros((whole.n - run.n, passes.shape[1]))])
-    return replace(side, passes=passes), rows.contacts
+    return replace(side, passes=passes, touches=touches), rows.contacts
 
 
 def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:
@@ -121,6 +122,26 @@ def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
     across[other] = len(first) + np.arange(len(other))
     back = run.n + each * np.stack([across, across, np.arange(len(first))], axis=1)[number]
     return joined(run, rows), np.concatenate([back, np.full((rows.n, 3), -1)]).astype(np.intp)
+
+
+def _with_touches(
+    job: PreparedCut, run: Run, setting: Ints, rows: ContactRows
+) -> tuple[Run, Ints, Touches | None]:
+    """The rows of touches of the program behind those of setting, which count no more along axes that the program sets itself."""
+    touched = job.touched
+    if touched is None:
+        return run, setting, None
+    move = job.sweep.move[rows.row]
+    cut, count = len(move), len(touched.touches)
+    offset = touched.centre - np.array([np.add(t.tip, t.tool_offset) for t in touched.touches])
+    some = setting_rows(run, np.zeros(count, dtype=np.intp), offset, touched.centre, job.pose)
+    own = {"tool": np.array([str(t.tool) for t in touched.touches])}
+    some = replace(some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])})
+    weight = np.zeros((run.n + count, 3, count))
+    weight[:cut] = touched.at(move, rows.share)
+    setting = np.concatenate([setting, np.full((count, 3), -1, dtype=np.intp)])
+    setting[:cut] = np.where(touched.held[move], setting[:cut], -1)
+    return joined(run, some), setting, Touches(run.n, weight, touched.reads)
 
 
 def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:

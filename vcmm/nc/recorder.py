@@ -22,6 +22,7 @@ from vcmm.nc.radius import RadiusCompensation, Style, centre_path
 from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool
 from vcmm.nc.state import ModalState
+from vcmm.nc.touching import Touch, first_contact
 from vcmm.nc.trace import Tracing
 
 LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
@@ -65,6 +66,8 @@ class Recorder(ModalState):
     assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
     selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
+    touches: list[Touch] = field(default_factory=list)
+    skip: Point | None = None  # where the last probing move stopped, as programmed
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
     tracer: Tracing | None = None
@@ -228,6 +231,30 @@ class Recorder(ModalState):
             feed = self.line_feed(start, end, self.rotary if rotary is None else rotary)
         self.emit(kind, end, start=start, rotary=rotary, feed=feed, rewritable=rewritable)
 
+    def touch(self, end: Point, tool: Tool) -> bool:
+        """Straight towards a programmed point until the probe answers; whether it does. Rotary axes stand."""
+        self.free("a probing move is programmed")
+        tip = self.tip()
+        radius = (tool.diameter or 0.0) / 2.0
+        centre = (0.0, 0.0, radius if tool.shape in ("probe", "ball") else 0.0)
+        met = first_contact(self.setup.surfaces, tip, self.world.apply(end), radius, centre)
+        if met is not None:
+            at, along, normal = met
+            self.touches.append(
+                Touch(self.line, at, along, normal, self.tool, self.tool_offset, self.offset, self.rotary)
+            )
+            number, read = len(self.touches) - 1, self.setup.read_out
+            further = read[number] if number < len(read) else 0.0
+            stop = (
+                at[0] + further * along[0],
+                at[1] + further * along[1],
+                at[2] + further * along[2],
+            )
+            end = self.world.undo(stop)
+        self._line(self.world.apply(end), False, None)
+        self.p = self.skip = end
+        return met is not None
+
     def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
         """mm/min of a straight cut; degrees per minute where rotary axes alone move, which is what F means then."""
         distance = math.dist(start, end)
@@ -363,7 +390,7 @@ class Recorder(ModalState):
             moves = centre_path(moves, sides, name)
         return Program(
             self.dialect, tuple(moves), tuple(self.remarks), tools=dict(self.called), offsets=dict(self.selected), traces=traces, steps=steps,
-            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)),
+            assumed=tuple(sorted(self.assumed.values(), key=lambda a: a.line)), touches=tuple(self.touches),
         )  # fmt: skip
 
 
