@@ -22,7 +22,7 @@ from vcmm.nc.radius import RadiusCompensation, Style, centre_path
 from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool
 from vcmm.nc.state import ModalState
-from vcmm.nc.touching import Touch, first_contact
+from vcmm.nc.touching import Touch, first_contact, stopped_at
 from vcmm.nc.trace import Tracing
 
 LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
@@ -231,26 +231,28 @@ class Recorder(ModalState):
             feed = self.line_feed(start, end, self.rotary if rotary is None else rotary)
         self.emit(kind, end, start=start, rotary=rotary, feed=feed, rewritable=rewritable)
 
-    def touch(self, end: Point, tool: Tool) -> bool:
-        """Straight towards a programmed point until the probe answers; whether it does. Rotary axes stand."""
+    def touch(self, end: Point, tool: Tool, expected: Point | None = None) -> bool:
+        """Straight towards a programmed point until the probe answers; whether it does. Rotary axes stand.
+
+        expected: the programmed point at which it answers where no surface is stated on this way; None: it goes on to the end.
+        """
         self.free("a probing move is programmed")
-        tip = self.tip()
-        radius = (tool.diameter or 0.0) / 2.0
+        tip, radius = self.tip(), (tool.diameter or 0.0) / 2.0
         centre = (0.0, 0.0, radius if tool.shape in ("probe", "ball") else 0.0)
         met = first_contact(self.setup.surfaces, tip, self.world.apply(end), radius, centre)
+        if met is None and expected is not None:
+            met = stopped_at(tip, self.world.apply(expected), self.world.apply(end))
+            if met is not None:
+                self.assume("where the surfaces lie that are probed", "where the program expects them", matters=False)
         if met is not None:
             at, along, normal = met
+            number, read = len(self.touches), self.setup.read_out
             self.touches.append(
                 Touch(self.line, at, along, normal, self.tool, self.tool_offset, self.offset, self.rotary)
             )
-            number, read = len(self.touches) - 1, self.setup.read_out
             further = read[number] if number < len(read) else 0.0
-            stop = (
-                at[0] + further * along[0],
-                at[1] + further * along[1],
-                at[2] + further * along[2],
-            )
-            end = self.world.undo(stop)
+            x, y, z = (p + further * a for p, a in zip(at, along))
+            end = self.world.undo((x, y, z))
         self._line(self.world.apply(end), False, None)
         self.p = self.skip = end
         return met is not None

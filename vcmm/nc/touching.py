@@ -116,6 +116,15 @@ def first_contact(
     )  # fmt: skip
 
 
+def stopped_at(start: Point, at: Point, end: Point) -> tuple[Point, Point, Point] | None:
+    """A touch at a tip position that lies between two others, of a surface square to the way; None where it lies elsewhere."""
+    length, way = math.dist(start, end), math.dist(start, at)
+    if not length or _dot(_minus(at, start), _minus(end, start)) < 0.0 or way > length:
+        return None
+    x, y, z = ((b - a) / length for a, b in zip(start, end))
+    return at, (x, y, z), (-x, -y, -z)
+
+
 def _dot(a: Point, b: Point) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 

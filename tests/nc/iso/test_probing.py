@@ -62,3 +62,33 @@ def test_a_stated_plane_may_lean():
     found = interpret(HEAD + "G31 X-40. F100.\nM30", "fanuc", Setup(offsets=SETUP.offsets, tools=SETUP.tools, surfaces=(lean,)))
     # centre (x, 50, -202): -0.6 (x - 60) + 0.8 (-2) = 3
     assert found.touches[0].tip[0] == pytest.approx(60.0 - 4.6 / 0.6)
+
+
+def test_a_surface_macro_corrects_its_work_offset():
+    # expected at, found at -50: measured minus expected +0.4, so G54 goes from 100 to 100.4
+    found = interpret(HEAD + "G65 P9811 X-50.4 S1.\nG0 X0.\nX#135 Y[#140*100.]\nM30", "fanuc", SETUP)
+    assert found.moves[-2].end[0] == pytest.approx(100.4)
+    assert found.moves[-1].end[:2] == pytest.approx((50.4, 90.0))
+
+
+def test_a_web_is_measured_from_both_sides():
+    # the stock is 100 wide about X0; asked for 99: size error +1, the middle where it should be
+    text = HEAD.replace("G0 X-70. Y0.", "G0 X1. Y0.").replace("Z-5.", "Z10.")
+    found = interpret(text + "G65 P9812 X99. Z-8. S1.\n#1=#138\nG0 X0.\nX#1\nM30", "fanuc", SETUP)
+    assert [round(t.tip[0], 9) for t in found.touches] == [153.0, 47.0]
+    assert found.moves[-2].end[0] == pytest.approx(99.0)  # the middle is at X0, 1 mm left of where it was expected
+    assert found.moves[-1].end[0] == pytest.approx(199.0)
+
+
+def test_a_bore_without_a_stated_surface_lies_where_it_is_expected():
+    plain = Setup(offsets=SETUP.offsets, tools=SETUP.tools, strict=False)
+    found = interpret(HEAD + "G65 P9814 D30. S2.\nG55 G0 X0.\nM30", "fanuc", plain)
+    assert [t.tip for t in found.touches] == [(42.0, 50.0, -205.0), (18.0, 50.0, -205.0), (30.0, 62.0, -205.0), (30.0, 38.0, -205.0)]
+    assert found.moves[-1].end[0] == pytest.approx(100.0)
+    assert [a.value for a in found.assumed] == ["where the program expects them"]
+
+
+def test_a_program_with_a_macro_of_its_own_runs_that_one():
+    found = interpret("O1\n" + HEAD + "G65 P9811 X1.\nM30\nO9811\nG0 X#24\nM99", "fanuc", SETUP)
+    assert found.moves[-1].end[0] == pytest.approx(101.0)
+    assert not found.touches
