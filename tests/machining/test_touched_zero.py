@@ -99,7 +99,9 @@ def test_without_probing_it_counts_from_the_zero(tmp_path):
 
 
 def test_probing_from_elsewhere_sets_what_was_not_set_here(tmp_path):
-    away = SCENARIO.replace('setup = "setup.toml"', 'setup = "setup.toml"\nwork_offset = { set_on = "elsewhere" }')
+    away = SCENARIO.replace(
+        'setup = "setup.toml"', 'setup = "setup.toml"\nwork_offset = { set_on = "elsewhere" }'
+    )
     assert moved(files(tmp_path, LONG, scenario=away))[0] == pytest.approx(-0.5, abs=0.002)
 
 
@@ -140,14 +142,25 @@ def test_what_is_not_modelled_is_refused(tmp_path):
     with pytest.raises(ModelLimit, match="line 8 of the program probes where the part lies"):
         place_cut(files(tmp_path))
     with pytest.raises(ModelLimit, match="line 8 of the program probes them"):
-        cut(files(tmp_path, scenario=SCENARIO + '[inspection]\nmachine = "same"\n[plan]\nstyli.a = { offset = "0 0 -50 mm", tip_diameter = "2 mm" }\n[[plan.steps]]\nfeature = "wall"\nstylus = "a"\npoints = { strategy = "grid", n = [3, 3], margin = "0.5 mm" }\n'))
+        cut(
+            files(
+                tmp_path,
+                scenario=SCENARIO
+                + '[inspection]\nmachine = "same"\n[plan]\nstyli.a = { offset = "0 0 -50 mm", tip_diameter = "2 mm" }\n[[plan.steps]]\nfeature = "wall"\nstylus = "a"\npoints = { strategy = "grid", n = [3, 3], margin = "0.5 mm" }\n',
+            )
+        )
     files(tmp_path, setup=SETUP + "[control]\ncompensation = []\n")
     with pytest.raises(ModelLimit, match=r"part.nc:8: the program probes"):
-        vcmm.compensate(tmp_path / "part.nc", tmp_path / "setup.toml", vcmm.load_machine(tmp_path / "mill.toml"))
+        vcmm.compensate(
+            tmp_path / "part.nc", tmp_path / "setup.toml", vcmm.load_machine(tmp_path / "mill.toml")
+        )
 
 
 def test_surfaces_in_the_set_up_are_checked(tmp_path):
-    bad = SETUP + '[[surfaces]]\npoint = "0 0 0 mm"\n[[surfaces]]\npoint = "0 0 0 mm"\nnormal = [0, 0, 1]\noffset = "G58"\n'
+    bad = (
+        SETUP
+        + '[[surfaces]]\npoint = "0 0 0 mm"\n[[surfaces]]\npoint = "0 0 0 mm"\nnormal = [0, 0, 1]\noffset = "G58"\n'
+    )
     with pytest.raises(DataError, match=r"setup.toml:\d+: .*plane \(point and normal\)"):
         files(tmp_path, setup=bad)
     with pytest.raises(DataError, match="needs the diameter of its ball"):

@@ -49,7 +49,15 @@ def test_on_a_boss_it_stops_at_the_sum_of_the_radii():
 
 def test_the_nearest_side_of_a_box_counts_and_what_passes_it_meets_nothing():
     box = box_faces((-50.0, -30.0, -30.0), (100.0, 60.0, 30.0))
-    assert first_contact(box, (-70.0, 0.0, -8.0), (70.0, 0.0, -8.0), 3.0, (0.0, 0.0, 3.0))[0] == (-53.0, 0.0, -8.0)
-    assert first_contact(box, (70.0, 0.0, -8.0), (-70.0, 0.0, -8.0), 3.0, (0.0, 0.0, 3.0))[0] == (53.0, 0.0, -8.0)
+    assert first_contact(box, (-70.0, 0.0, -8.0), (70.0, 0.0, -8.0), 3.0, (0.0, 0.0, 3.0))[0] == (
+        -53.0,
+        0.0,
+        -8.0,
+    )
+    assert first_contact(box, (70.0, 0.0, -8.0), (-70.0, 0.0, -8.0), 3.0, (0.0, 0.0, 3.0))[0] == (
+        53.0,
+        0.0,
+        -8.0,
+    )
     assert first_contact(box, (-70.0, 0.0, 5.0), (70.0, 0.0, 5.0), 3.0, (0.0, 0.0, 3.0)) is None
     assert first_contact(box, (-70.0, 0.0, -8.0), (-60.0, 0.0, -8.0), 3.0) is None  # ends before it

@@ -22,7 +22,7 @@ from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
-from vcmm.machining.zero_setting import Touches, joined, setting_rows, ways_of_setting
+from vcmm.machining.zero_setting import ProbedRows, joined, setting_rows, ways_of_setting
 from vcmm.nc.setup import first_tool
 
 
@@ -126,7 +126,7 @@ def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
 
 def _with_touches(
     job: PreparedCut, run: Run, setting: Ints, rows: ContactRows
-) -> tuple[Run, Ints, Touches | None]:
+) -> tuple[Run, Ints, ProbedRows | None]:
     """The rows of touches of the program behind those of setting, which count no more along axes that the program sets itself."""
     touched = job.touched
     if touched is None:
@@ -136,12 +136,14 @@ def _with_touches(
     offset = touched.centre - np.array([np.add(t.tip, t.tool_offset) for t in touched.touches])
     some = setting_rows(run, np.zeros(count, dtype=np.intp), offset, touched.centre, job.pose)
     own = {"tool": np.array([str(t.tool) for t in touched.touches])}
-    some = replace(some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])})
+    some = replace(
+        some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
+    )
     weight = np.zeros((run.n + count, 3, count))
     weight[:cut] = touched.at(move, rows.share)
     setting = np.concatenate([setting, np.full((count, 3), -1, dtype=np.intp)])
     setting[:cut] = np.where(touched.held[move], setting[:cut], -1)
-    return joined(run, some), setting, Touches(run.n, weight, touched.reads)
+    return joined(run, some), setting, ProbedRows(run.n, weight, touched.reads)
 
 
 def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:

@@ -24,7 +24,7 @@ from vcmm.core.knowledge import acted_on
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
 from vcmm.effects import has_role
-from vcmm.machining.zero_setting import Ints, Touches, ZeroRows
+from vcmm.machining.zero_setting import Ints, ProbedRows, ZeroRows
 from vcmm.response.influence import Influence, Product, influences, products
 from vcmm.response.trials import Draws, exact_errors
 
@@ -65,7 +65,7 @@ class ToolSide:
     phi: Array | None = None
     rows_per_zero: int = 1
     passes: Array | None = None
-    touches: Touches | None = None
+    touches: ProbedRows | None = None
 
     @property
     def zero(self) -> ZeroRows:

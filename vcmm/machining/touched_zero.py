@@ -27,7 +27,7 @@ from vcmm.motion.tool_centre import leads
 from vcmm.nc.interpret import read_for
 from vcmm.nc.moves import Move, Program
 from vcmm.nc.setup import Setup, turns_with
-from vcmm.nc.touching import Touch
+from vcmm.nc.touching import ProbeContact
 
 STEP = 1e-3  # mm by which readings and zeros are varied
 ROUNDING = 1e-6  # of a weight: what differences of positions of 1e3 mm leave, 1e-13 relative, over STEP
@@ -43,7 +43,7 @@ class TouchedZero:
     error of the tip along X, Y, Z takes off the reading.
     """
 
-    touches: tuple[Touch, ...]
+    touches: tuple[ProbeContact, ...]
     weight: Array
     held: np.typing.NDArray[np.bool_]
     centre: Array
@@ -75,11 +75,13 @@ def touched_zero(scenario: CutScenario, text: str, program: Program) -> TouchedZ
     shifts = np.stack([differences(_shifted(setup, i)) for i in range(3)], axis=-1)
     held = _held(program, shifts[:, 1], str(scenario.program))
     radius = [_ball(setup, t) for t in program.touches]
-    centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array([0.0, 0.0, 1.0])
+    centre = np.array([t.tip for t in program.touches]) + np.array(radius)[:, None] * np.array(
+        [0.0, 0.0, 1.0]
+    )
     return TouchedZero(program.touches, weight, held, centre)
 
 
-def _ball(setup: Setup, touch: Touch) -> float:
+def _ball(setup: Setup, touch: ProbeContact) -> float:
     tool = setup.tools.get(touch.tool)
     return 0.0 if tool is None else (tool.diameter or 0.0) / 2.0
 

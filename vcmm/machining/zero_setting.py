@@ -22,7 +22,7 @@ SETTING = "setting"  # label value of the rows in which a zero was set
 
 
 @dataclass(frozen=True, eq=False)
-class Touches:
+class ProbedRows:
     """What a program itself probed: its K touches are rows `first` (the first of them) and those behind it.
 
     weight (n, 3, K): mm by which a row lies further per mm that a touch reads further; reads (K, 3): what an error of the tip takes
@@ -61,7 +61,7 @@ class ZeroRows:
     first: Ints
     count: int = 1
     turn: Array | None = None
-    touches: Touches | None = None
+    touches: ProbedRows | None = None
 
     @property
     def any(self) -> bool:

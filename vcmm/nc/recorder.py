@@ -22,7 +22,7 @@ from vcmm.nc.radius import RadiusCompensation, Style, centre_path
 from vcmm.nc.rounding import RoundedCorner, round_corners
 from vcmm.nc.setup import Setup, Tool
 from vcmm.nc.state import ModalState
-from vcmm.nc.touching import Touch, first_contact, stopped_at
+from vcmm.nc.touching import ProbeContact
 from vcmm.nc.trace import Tracing
 
 LEAST, SHARE = 0.01, 0.001  # mm and part of the radius by which the radii at the ends of an arc may differ
@@ -66,8 +66,9 @@ class Recorder(ModalState):
     assumed: dict[str, Assumed] = field(default_factory=dict)  # by what it is
     selected: dict[str, Source] = field(default_factory=dict)  # work offsets, and where they are first named
     called: dict[int, str] = field(default_factory=dict)  # tools, and what the program calls them
-    touches: list[Touch] = field(default_factory=list)
+    touches: list[ProbeContact] = field(default_factory=list)
     skip: Point | None = None  # where the last probing move stopped, as programmed
+    skip_axes: Point = ORIGIN  # and where the axes stood
     marker: str = ""  # the cycle being expanded
     markers: list[str] = field(default_factory=list)
     tracer: Tracing | None = None
@@ -230,32 +231,6 @@ class Recorder(ModalState):
         if not rapid:
             feed = self.line_feed(start, end, self.rotary if rotary is None else rotary)
         self.emit(kind, end, start=start, rotary=rotary, feed=feed, rewritable=rewritable)
-
-    def touch(self, end: Point, tool: Tool, expected: Point | None = None) -> bool:
-        """Straight towards a programmed point until the probe answers; whether it does. Rotary axes stand.
-
-        expected: the programmed point at which it answers where no surface is stated on this way; None: it goes on to the end.
-        """
-        self.free("a probing move is programmed")
-        tip, radius = self.tip(), (tool.diameter or 0.0) / 2.0
-        centre = (0.0, 0.0, radius if tool.shape in ("probe", "ball") else 0.0)
-        met = first_contact(self.setup.surfaces, tip, self.world.apply(end), radius, centre)
-        if met is None and expected is not None:
-            met = stopped_at(tip, self.world.apply(expected), self.world.apply(end))
-            if met is not None:
-                self.assume("where the surfaces lie that are probed", "where the program expects them", matters=False)
-        if met is not None:
-            at, along, normal = met
-            number, read = len(self.touches), self.setup.read_out
-            self.touches.append(
-                Touch(self.line, at, along, normal, self.tool, self.tool_offset, self.offset, self.rotary)
-            )
-            further = read[number] if number < len(read) else 0.0
-            x, y, z = (p + further * a for p, a in zip(at, along))
-            end = self.world.undo((x, y, z))
-        self._line(self.world.apply(end), False, None)
-        self.p = self.skip = end
-        return met is not None
 
     def line_feed(self, start: Point, end: Point, rotary: Point) -> float | None:
         """mm/min of a straight cut; degrees per minute where rotary axes alone move, which is what F means then."""

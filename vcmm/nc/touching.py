@@ -18,7 +18,7 @@ GRAZING = 1e-9  # of a unit vector: a way along the surface never meets it
 BEHIND = 1e-6  # mm: a tip that stands this far in the surface at the start still touches it there
 
 
-class Touch(NamedTuple):
+class ProbeContact(NamedTuple):
     """One touch: tip (mm, machine axes) when the probe answers, unit way to it, outward normal of the surface."""
 
     line: int

@@ -43,7 +43,7 @@ def test_linuxcnc_tells_whether_anything_was_met():
     x, y, z = found.moves[-1].end
     assert (x, y, z) == (-100.0, 51.0, -200.0)
     assert "meets no surface" in found.warnings[-1].text
-    with pytest.raises(DataError, match="G38.2 meets no surface"):
+    with pytest.raises(DataError, match=r"G38\.2 meets no surface"):
         interpret("G21 G90 F100\nT9 M6\nG43 H9\nG38.2 X-200\nM2", "linuxcnc", SETUP)
 
 
@@ -59,7 +59,11 @@ def test_the_motion_before_stays_in_force():
 
 def test_a_stated_plane_may_lean():
     lean = Face((60.0, 50.0, -200.0), (-0.6, 0.0, 0.8))
-    found = interpret(HEAD + "G31 X-40. F100.\nM30", "fanuc", Setup(offsets=SETUP.offsets, tools=SETUP.tools, surfaces=(lean,)))
+    found = interpret(
+        HEAD + "G31 X-40. F100.\nM30",
+        "fanuc",
+        Setup(offsets=SETUP.offsets, tools=SETUP.tools, surfaces=(lean,)),
+    )
     # centre (x, 50, -202): -0.6 (x - 60) + 0.8 (-2) = 3
     assert found.touches[0].tip[0] == pytest.approx(60.0 - 4.6 / 0.6)
 
@@ -76,14 +80,21 @@ def test_a_web_is_measured_from_both_sides():
     text = HEAD.replace("G0 X-70. Y0.", "G0 X1. Y0.").replace("Z-5.", "Z10.")
     found = interpret(text + "G65 P9812 X99. Z-8. S1.\n#1=#138\nG0 X0.\nX#1\nM30", "fanuc", SETUP)
     assert [round(t.tip[0], 9) for t in found.touches] == [153.0, 47.0]
-    assert found.moves[-2].end[0] == pytest.approx(99.0)  # the middle is at X0, 1 mm left of where it was expected
+    assert found.moves[-2].end[0] == pytest.approx(
+        99.0
+    )  # the middle is at X0, 1 mm left of where it was expected
     assert found.moves[-1].end[0] == pytest.approx(199.0)
 
 
 def test_a_bore_without_a_stated_surface_lies_where_it_is_expected():
     plain = Setup(offsets=SETUP.offsets, tools=SETUP.tools, strict=False)
     found = interpret(HEAD + "G65 P9814 D30. S2.\nG55 G0 X0.\nM30", "fanuc", plain)
-    assert [t.tip for t in found.touches] == [(42.0, 50.0, -205.0), (18.0, 50.0, -205.0), (30.0, 62.0, -205.0), (30.0, 38.0, -205.0)]
+    assert [t.tip for t in found.touches] == [
+        (42.0, 50.0, -205.0),
+        (18.0, 50.0, -205.0),
+        (30.0, 62.0, -205.0),
+        (30.0, 38.0, -205.0),
+    ]
     assert found.moves[-1].end[0] == pytest.approx(100.0)
     assert [a.value for a in found.assumed] == ["where the program expects them"]
 

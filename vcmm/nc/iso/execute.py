@@ -14,9 +14,9 @@ from vcmm.nc.iso.control import IsoControl
 from vcmm.nc.iso.cycles import CYCLES, drill, rigid_tap
 from vcmm.nc.iso.frames import mirror, polar_words, scaling, tilted
 from vcmm.nc.iso.grooving import SINGLE, single_cut
+from vcmm.nc.iso.groups import PROBING
 from vcmm.nc.iso.lengths import length
 from vcmm.nc.iso.modes import column_of, feed_and_speed, modes, tools_and_spindle
-from vcmm.nc.iso.groups import PROBING
 from vcmm.nc.iso.motion import arc, line, probe, thread
 from vcmm.nc.iso.offsets import (
     coordinate_turn,

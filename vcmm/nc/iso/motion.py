@@ -19,6 +19,7 @@ from vcmm.nc.iso.polar import polar_ends, radial_ends
 from vcmm.nc.iso.winding import flat, wound_arc, wound_line, wound_target
 from vcmm.nc.levels import SetupEntry
 from vcmm.nc.moves import PLANES, Point
+from vcmm.nc.probing import touch
 from vcmm.nc.recorder import NO_TOOL
 
 CENTRE_WORDS = "IJK"
@@ -81,13 +82,16 @@ def probe(c: IsoControl, w: IsoWords, code: str, column: int) -> None:
     p, rotary = target(c, w)
     if rotary != c.rotary:
         raise BlockFault(column, f"{code} with a rotary axis: probe with linear axes only")
-    c.met = c.touch(p, c.tools.get(c.tool, NO_TOOL))
+    c.met = touch(c, p, c.tools.get(c.tool, NO_TOOL))
     if not c.met and code == "G38.2":
         raise BlockFault(
-            column, "G38.2 meets no surface that the set-up states: an alarm; check the target, [stock] and [[surfaces]]"
+            column,
+            "G38.2 meets no surface that the set-up states: an alarm; check the target, [stock] and [[surfaces]]",
         )
     if not c.met:
-        c.remark(f"{code} meets no surface that the set-up states and goes to its end point", column, every=True)
+        c.remark(
+            f"{code} meets no surface that the set-up states and goes to its end point", column, every=True
+        )
 
 
 def corner_words(c: IsoControl, w: IsoWords) -> None:
