@@ -49,14 +49,28 @@ def tool_side(
     )  # fmt: skip
     whole, setting = _with_setting(job, run)
     whole, setting, touches = _with_touches(job, whole, setting, rows)
-    known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
-    side = job.process.tool_side(job, _prepared(job, whole), setting, known, inputs)
+    side = _asked(job, run, whole, setting, known=known, inputs=inputs)
     deepest = np.flatnonzero(rows.candidate == 0)[
         rows.point
     ]  # all candidates of a point scatter as its deepest cut
     passes = pass_weights(job.program, job.sweep, rows.row[deepest], rows.share[deepest])
     passes = np.concatenate([passes, np.zeros((whole.n - run.n, passes.shape[1]))])
     return replace(side, passes=passes, touches=touches), rows.contacts
+
+
+def of_one_pass(job: PreparedCut, run: Run, known: Array, inputs: tuple[Input, ...]) -> ToolSide:
+    """Rows of a run that one pass cuts, with their labels, and those of setting behind them; known (n, 3) as of `states_at`."""
+    whole, setting = _with_setting(job, run)
+    passes = np.concatenate([np.ones((run.n, 1)), np.zeros((whole.n - run.n, 1))])
+    return replace(_asked(job, run, whole, setting, known=known, inputs=inputs), passes=passes)
+
+
+def _asked(
+    job: PreparedCut, run: Run, whole: Run, setting: Ints, *, known: Array, inputs: tuple[Input, ...]
+) -> ToolSide:
+    """The errors of all rows; what is known of the cut is nothing in the rows of setting behind it."""
+    known = np.concatenate([known, np.zeros((whole.n - run.n, 3))])
+    return job.process.tool_side(job, _prepared(job, whole), setting, known, inputs)
 
 
 def contact_rows(job: PreparedCut, surface: CutSurface) -> ContactRows:

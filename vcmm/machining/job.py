@@ -25,6 +25,7 @@ from vcmm.machining.process import GOUGE, PreparedCut
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, SAME, CutScenario
+from vcmm.machining.threads import threads_of
 from vcmm.machining.world import Cutting
 from vcmm.measuring.task import Task
 
@@ -75,6 +76,7 @@ def cut(
         blank=job.blank,
         recut=again,
         own_reading=reading,
+        threads=threads_of(job),
     )
 
 
