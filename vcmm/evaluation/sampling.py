@@ -79,7 +79,9 @@ class Sampler:
         """Characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
         if self.settings.engine == "exact":
             found = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
-            return found if self.terms else np.repeat(found, trials, axis=0)  # all alike where nothing is drawn
+            return (
+                found if self.terms else np.repeat(found, trials, axis=0)
+            )  # all alike where nothing is drawn
         return self._trials(first, trials)
 
     def tallied(
