@@ -34,7 +34,7 @@ def growth_factor(model: ErrorModel, names: Sequence[str], growth: float) -> Arr
         size = growth / METRE if curve.turns else growth
         parts = [curve.free @ unit_factor(curve, SPAN * curve.travel)]
         if not curve.turns and not curve.straightness and not curve.reversal and not curve.rotary:
-            away = curve.nodes - curve.nodes.mean()
+            away = curve.projector @ curve.nodes
             parts = [parts[0] / np.sqrt(2), away[:, None] / np.sqrt(2 * (away**2).mean())]
         blocks.append((model.slices[curve.component], size * np.concatenate(parts, axis=1)))
     for pair in (p for p in model.pairs if p in names):

@@ -137,6 +137,6 @@ def _missed(theta: Array, table: ErrorPosterior, model: ErrorModel) -> Array:
             continue
         here, there = model.slices[fine.component], table.model.slices[coarse.component]
         away = coarse.projector @ (np.interp(coarse.nodes, fine.nodes, theta[here]) - table.theta[there])
-        process = fine.projector @ smooth(fine, SPAN * fine.travel) @ fine.projector
+        process = fine.projector @ smooth(fine, SPAN * fine.travel) @ fine.projector.T
         out[here, here] = float((away**2).mean()) * process * len(process) / np.trace(process)
     return out

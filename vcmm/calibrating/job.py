@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vcmm.calibrating.between import expected_between, left_between
 from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_on
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.growth import grown, growth_factor
@@ -31,6 +32,9 @@ FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried
 LEAST = 9  # nodes of a recalibration
 SPLINE = "spline"
 BETTER = 1.0  # nats that more nodes must win
+BETWEEN = (
+    0.3  # of the u of a curve: what fewer nodes may leave of it between them; a 95 % band then holds 94 %
+)
 REST, STILL = (
     1e-6,
     1.0,
@@ -176,12 +180,11 @@ class _Job:
     growth: float
 
     def best(self) -> tuple[list[Readings], ErrorPosterior, Known]:
-        """Splines; more nodes where a curve is so rough that these pay."""
+        """Splines; more nodes where a curve is so rough that it runs otherwise between them."""
         parts, post, known = self.fitted(FINE if known_nodes(self.machine) <= FINE else FINEST)
-        if post.model.curves and len(post.model.curves[0].nodes) == FINE and _rough(post):
-            more, finer, better = self.fitted(FINEST)
-            if finer.log_evidence > post.log_evidence + BETTER:
-                return more, finer, better
+        fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not known.names
+        if fine and expected_between(post) > BETWEEN:
+            return self.fitted(FINEST)
         return parts, post, known
 
     def other(self, kind: str) -> tuple[list[Readings], ErrorPosterior, Known]:
@@ -236,10 +239,14 @@ class _Job:
         return parts, best, known
 
     def may_be(self, coarse: ErrorModel, lift: Array, known: Known, best: ErrorPosterior) -> bool:
-        """Whether fewer nodes say as much: by the evidence, or, where a file is known, no fewer than it has (9 at least)."""
+        """Whether fewer nodes say as much: by what they leave out between them and by the evidence, or, where a file is known, no
+        fewer than it has (9 at least).
+        """
         if known.names:
             due = max(known_nodes(self.machine), LEAST)
             return all(len(c.nodes) >= due for c in coarse.curves)
+        if left_between(best, coarse) > BETWEEN:
+            return False
         fewer = smoothness(best.information.lifted(coarse, lift))
         return fewer.log_evidence > best.smooth.log_evidence - BETTER
 
@@ -290,12 +297,6 @@ def _as_before(found: Identified, known: Known) -> list[str]:
     return [
         f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"
     ]
-
-
-def _rough(post: ErrorPosterior) -> bool:
-    """Is a curve so rough that more nodes may be needed: its correlation length near the shortest that was tried?"""
-    spans = {c.component: c.travel for c in post.model.curves}
-    return any(length < 0.15 * spans[name] for name, length in post.smooth.lengths.items())
 
 
 def _refuse_if_nothing(found: Identified) -> None:
