@@ -129,7 +129,7 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
     Each recording is predicted from the others (nothing known before, stated noise). Only what several recordings see can be told, and
     only a prediction that the stated noise does not explain (chi-squared) is a contradiction.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     columns, _ = columns_of(parts, Before.nothing(model))
     white = [project(p, c, 1 / p.u**2) for p, c in zip(parts, columns)]
@@ -145,7 +145,7 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
         for times in (1.0, *factors):
             told, misfits[times] = log_likelihood(one, mean, known, times)
             gains[times] = told - log_likelihood(one, nothing, factor, times)[0]
-        if chi2.sf(misfits[1.0], part.m - one.rank) > CONTRADICTED:
+        if chdtrc(part.m - one.rank, misfits[1.0]) > CONTRADICTED:
             continue
         times = max(factors, key=lambda t: gains[t])
         if gains[times] - gains[1.0] > SURE and misfits[times] < FITS * part.m:
