@@ -12,7 +12,7 @@ from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_o
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
-from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, netted
+from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, netted, swings
 from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
 from vcmm.calibrating.model import LINEAR, ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
@@ -30,7 +30,7 @@ from vcmm.response.recording import Recording
 FAR, TURNS = 1e6, 1e3  # mm, rad: travel of an axis that nobody stated
 FINE, FINEST = 17, 33  # nodes per axis; every second and every fourth are tried too
 LEAST = 9  # nodes of a recalibration
-SPLINE = "spline"
+SPLINE, POLYNOMIAL = "spline", "polynomial"
 BETTER = 1.0  # nats that more nodes must win
 BETWEEN = (
     0.3  # of the u of a curve: what fewer nodes may leave of it between them; a 95 % band then holds 94 %
@@ -109,6 +109,7 @@ def calibrate(
     job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress=progress, growth=growth)
     progress("reading", 0.1)
     parts, post, known = job.best() if kind == SPLINE else job.other(kind)
+    swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
     found = beforehand(parts, post.model) if growth else identified(post.information)
@@ -118,6 +119,7 @@ def calibrate(
     remarks = (
         *remarks_on(recordings),
         *_remarks(parts, post, only, bool(known.names)),
+        *swinging,
         *(grown(growth, parts, post.model, known) if growth else _as_before(found, known)),
     )
     return Calibration(
