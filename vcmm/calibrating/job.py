@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.calibrating.between import expected_between, left_between
-from vcmm.calibrating.checks import check_agreement, check_recordings, remarks_on
+from vcmm.calibrating.checks import check_agreement, check_instruments, check_recordings, remarks_on
 from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
@@ -93,6 +93,7 @@ def calibrate(
     """
     kind = interpolation_of(interpolation)
     check_recordings(recordings)
+    check_instruments(certificates or {})
     spans = spans_of(recordings)
     ranges = ranges_of(spans, machine)
     if not ranges:

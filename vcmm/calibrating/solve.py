@@ -110,17 +110,20 @@ class Before:
 
 
 def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], tuple[str, ...]]:
-    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these."""
-    widths = [sum(c.shape[1] for _, c in p.own) for p in parts]
-    total, at, out = sum(widths), 0, []
-    for part, width in zip(parts, widths):
-        own = np.zeros((part.m, total))
-        if width:
-            own[:, at : at + width] = np.concatenate([c for _, c in part.own], axis=1)
-        at += width
+    """Per recording (m, size + r + c): change, what was known, own errors of all instruments; and the names of these.
+
+    Recordings that have an own error of the same name share it.
+    """
+    width = {name: c.shape[1] for p in parts for name, c in p.own}
+    start = dict(zip(width, np.cumsum([0, *width.values()])))
+    out = []
+    for part in parts:
+        own = np.zeros((part.m, sum(width.values())))
+        for name, columns in part.own:
+            own[:, start[name] : start[name] + width[name]] = columns
         out.append(np.concatenate([part.errors * before.changed, part.errors @ before.factor, own], axis=1))
-    named = [(f"{p.recording.name}: {n}", c.shape[1]) for p in parts for n, c in p.own]
-    return out, tuple(f"{n} {k + 1}" if count > 1 else n for n, count in named for k in range(count))
+    names = (f"{n} {k + 1}" if count > 1 else n for n, count in width.items() for k in range(count))
+    return out, tuple(names)
 
 
 def project(part: Readings, columns: Array, weight: Array) -> Whitened:
