@@ -17,6 +17,7 @@ from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ra
 from vcmm.calibrating.model import LINEAR, ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
+from vcmm.calibrating.reversed_readings import read_jointly
 from vcmm.calibrating.rotary import average_line
 from vcmm.calibrating.solve import Before, ErrorPosterior, columns_of, project, reduced, solve
 from vcmm.core.axes import is_rotary
@@ -82,13 +83,15 @@ def calibrate(
     progress: Progress = lambda text, share: None,
     growth: float = 0.0,
     interpolation: str = SPLINE,
+    correlated: Mapping[str, Array] | None = None,
 ) -> Calibration:
     """The errors of a machine from any mixture of recordings.
 
     machine: structure and axes, and what is known besides (its effects are the baseline). certificates: recording name ->
     its instrument. only: names of the errors to look for; the others are taken as zero, or stay as the machine
     file has them. growth: u in mm by which every error of the machine file may have changed since it was found (rotations and
-    squareness: that over 1 m); zero leaves it to the readings. interpolation: one of vcmm.calibrating.interpolation. Raises UsageError where nothing is
+    squareness: that over 1 m); zero leaves it to the readings. interpolation: one of vcmm.calibrating.interpolation.
+    correlated: recording name -> covariance of its readings (m, m) mm^2, where their noise is not independent. Raises UsageError where nothing is
     identified, naming the combinations, and for recordings that contradict themselves.
     """
     kind = interpolation_of(interpolation)
@@ -107,7 +110,16 @@ def calibrate(
             "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
         )
     ranges = ranges | before
-    job = _Job(recordings, machine, certificates or {}, ranges, tuple(only), progress=progress, growth=growth)
+    job = _Job(
+        recordings,
+        machine,
+        certificates or {},
+        ranges,
+        tuple(only),
+        correlated or {},
+        progress=progress,
+        growth=growth,
+    )
     progress("reading", 0.1)
     parts, post, known = job.best() if kind == SPLINE else job.other(kind)
     swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
@@ -179,6 +191,7 @@ class _Job:
     certificates: Mapping[str, InstrumentCertificate]
     ranges: Mapping[str, tuple[float, float]]
     only: tuple[str, ...]
+    correlated: Mapping[str, Array]
     progress: Progress
     growth: float
 
@@ -220,7 +233,8 @@ class _Job:
 
     def read(self, model: ErrorModel) -> list[Readings]:
         """The recordings by a model."""
-        return [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        parts = [readings(r, self.machine, model, self.certificates.get(r.name)) for r in self.recordings]
+        return read_jointly(parts, self.correlated)
 
     def fitted(self, nodes: int) -> tuple[list[Readings], ErrorPosterior, Known]:
         """The fit with the fewest nodes that the evidence allows: all, every second, every fourth."""
