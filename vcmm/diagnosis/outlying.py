@@ -22,7 +22,8 @@ from vcmm.diagnosis.null import Noise, clipped, draws, upper_quantile
 from vcmm.diagnosis.select import Selection, Setting, worth
 
 RECORDINGS = 400  # simulated
-HALVINGS = 60  # of an interval of ln s that spans the sizes of the rows
+SPAN = 40.0  # of ln s that is searched
+HALVINGS = 60  # of it
 
 
 def heavy_loss(r: Array, dof: int) -> float:
@@ -34,18 +35,18 @@ def heavy_loss(r: Array, dof: int) -> float:
     square = r**2
     if not square.any():
         return -np.inf
-    high = 0.5 * float(
-        np.log((HEAVY + 1) / (HEAVY - 2) * square.mean())
-    )  # the mean lies below its first term
-    low = high - 40.0
+    high = float(np.log(square.mean() * (HEAVY + 1) / (HEAVY - 2))) / 2  # the largest: _pull is concave
+    low = high - SPAN
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        x = square / np.exp(2.0 * middle)
-        low, high = (
-            (middle, high) if float(np.mean((HEAVY + 1) * x / (HEAVY - 2 + x))) > 1.0 else (low, middle)
-        )
-    x = square / np.exp(2.0 * high)
-    return dof * (high + 0.5 * (HEAVY + 1) * float(np.mean(np.log1p(x / (HEAVY - 2)))))
+        low, high = (middle, high) if _pull(square / np.exp(2 * middle)) > 1 else (low, middle)
+    far = np.log1p(square / np.exp(2 * high) / (HEAVY - 2))
+    return dof * (high + (HEAVY + 1) / 2 * float(np.mean(far)))
+
+
+def _pull(x: Array) -> float:
+    """How much rows of squared size x (m,), in squared scales, widen the scale: one where it is at its best."""
+    return float(np.mean((HEAVY + 1) * x / (HEAVY - 2 + x)))
 
 
 def worth_of_all_rows(state: Selection, setting: Setting) -> float:
