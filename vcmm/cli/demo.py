@@ -65,7 +65,7 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     texts = {
         "demo.json": json_text(content),
         "demo.csv": csv_text(shown_table),
-        "report.html": demo_page(scenario, rows, draws, shown.result),
+        "report.html": demo_page(scenario, rows, draws, gaska2014.in_detail(shown, scenario.settings.rule)),
     }
     write_files(folder, texts)
     if json:

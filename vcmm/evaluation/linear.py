@@ -27,7 +27,7 @@ from vcmm.part.part import Characteristic, frame
 from vcmm.response.influence import Influence, Product
 
 MOST_POINTS = 3000  # of a feature whose single points count: 70 MB for the operator
-PLACED = ("position",)  # evaluated in the frame of the alignment
+PLACED = ("position", *gps.PROFILE)  # evaluated in the frame of the alignment
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,13 @@ class LinearModel:
         """Characteristics (..., C) of q (..., K), mm or rad."""
         return evaluate_all(self.task, self.unpack(q))
 
-    def only(self, i: int) -> LinearModel:
-        """The same q, of which one characteristic is evaluated."""
-        c, scheme = self.characteristics[i], self.task.plan.alignment
-        placed = c.type in PLACED
-        names = set(gps.needs(c)) | (set(self.blocks) if scheme and placed else set())
+    def only(self, numbers: Sequence[int]) -> LinearModel:
+        """The same q, of which some characteristics are evaluated."""
+        kept, scheme = tuple(self.characteristics[i] for i in numbers), self.task.plan.alignment
+        placed = any(c.type in PLACED for c in kept)
+        names = {n for c in kept for n in gps.needs(c)} | (set(self.blocks) if scheme and placed else set())
         plan = self.task.plan if placed else replace(self.task.plan, alignment=None)
-        task = replace(self.task, part=replace(self.task.part, characteristics=(c,)), plan=plan)
+        task = replace(self.task, part=replace(self.task.part, characteristics=kept), plan=plan)
         return replace(
             self, task=task, blocks={n: b for n, b in self.blocks.items() if n in names},
             base={n: f for n, f in self.base.items() if n in names},

@@ -17,11 +17,13 @@ import numpy.typing as npt
 from vcmm.core.inputs import Input
 from vcmm.core.laws import MultivariateNormal, StudentT
 from vcmm.core.run import Array
+from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.linear import LinearModel
 from vcmm.evaluation.montecarlo import Term
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.streams import copy_code, draw
 from vcmm.evaluation.uncertainty import evaluate
+from vcmm.gps.decision import undecided
 from vcmm.measuring.scenario import Scenario
 from vcmm.response.influence import Influence
 
@@ -41,6 +43,7 @@ NU = 13  # 14 approaches less one
 PAPER_FORM_U = {"1": 0.6, "2": 0.8, "3": 0.5, "4": 0.9, "5": 0.5}  # Table 3, um
 PAPER_DISTANCE_U = {"1": 0.4, "2": 0.5, "3": 0.4, "4": 0.6, "5": 0.3}
 FIELD = "residual_field"
+RECIPE = "by the recipe of the paper the spread of a form says nothing of the true one"
 REDRAWS = ("run", "touch")
 CAPTION = (
     "Form: by the paper's recipe, coverage not shown. paper: U of Table 3, not stated to be the output of its model.\n"
@@ -129,7 +132,7 @@ def run(
         for redraw in REDRAWS:
             report(f"place {place}, field per {redraw}", len(rows) / total)
             task = with_field(scenario, redraw).at(pose).task()
-            result = evaluate(task, settings)
+            result = evaluate(task, settings, read=False)
             form, distance = (
                 next(c for c in result.characteristics if c.type == t) for t in ("cylindricity", "distance")
             )
@@ -138,7 +141,7 @@ def run(
                 Row(
                     place=place,
                     redraw=redraw,
-                    form=by_recipe(form),
+                    form=by_recipe(form, settings.rule),
                     distance=distance,
                     form_range=form_range,
                     distance_range=distance_range,
@@ -148,12 +151,24 @@ def run(
     return rows
 
 
-def by_recipe(form: CharacteristicResult) -> CharacteristicResult:
+def by_recipe(form: CharacteristicResult, rule: str) -> CharacteristicResult:
     """As the paper takes it: U is half of where 95 % of the indicated values lie, whatever they say of the true one."""
     assert form.summary is not None
     low, high = form.summary.interval(form.p, form.interval_kind)
     u = form.summary.u
-    return replace(form, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u)
+    return replace(
+        form, value=form.indicated, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u, coverage_shown=False,
+        why_not_shown=RECIPE, decision=undecided(rule, RECIPE), true_value=None,
+    )  # fmt: skip
+
+
+def in_detail(row: Row, rule: str) -> UncertaintyResult:
+    """The result of a place with what its form says of the true one, which parts are drawn for."""
+    found = [
+        c if c.true_value or not c.extreme else at_indication(c, c.indicated, rule)
+        for c in row.result.characteristics
+    ]
+    return replace(row.result, characteristics=tuple(found))
 
 
 RANGE_TRIALS = 2000
