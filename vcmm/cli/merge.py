@@ -25,8 +25,8 @@ def merge_command(
     out
         Folder for the files that the job itself would have written.
     """
+    from vcmm.core.blocks import Shards, Sharing
     from vcmm.core.errors import UsageError
-    from vcmm.evaluation.blocks import Shards, Sharing
 
     if not files:
         raise UsageError(

@@ -9,10 +9,11 @@ import pytest
 
 import vcmm
 from tests.build import scenario
+from vcmm.core.blocks import Folder, ShardDone, Shards, Share, Sharing, blocks_of
 from vcmm.core.errors import DataError, UsageError
 from vcmm.evaluation import sampling
-from vcmm.evaluation.blocks import Folder, ShardDone, Shards, Share, Sharing, blocks_of, packed, unpacked
 from vcmm.evaluation.summary import Accumulator
+from vcmm.evaluation.tallies import packed, unpacked
 
 TRIALS = 40_000
 
@@ -124,7 +125,7 @@ def test_shards_put_together_give_the_same(whole, of):
 
 def test_shards_that_lack_or_differ(whole):
     first, second = shards(TRIALS, 2)
-    with pytest.raises(DataError, match="no shard holds the trials from 8192 on"):
+    with pytest.raises(DataError, match="no shard holds the block from 8192 on"):
         vcmm.uncertainty(scenario(), trials=TRIALS, sharing=Sharing(store=Shards(first.key, first.blocks)))
     with pytest.raises(DataError, match="of another job"):
         vcmm.uncertainty(
