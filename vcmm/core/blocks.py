@@ -127,7 +127,7 @@ class Sharing:
         items: block -> what `work` is given for it; the result must survive JSON.
         """
         wanted = self.share.taken(list(items)) if self.share else list(items)
-        left, part = dict.fromkeys(wanted), {}
+        left, part = dict.fromkeys(wanted), dict[Block, Any]()
         for block, result in self.store.read(key):
             if block in left:
                 del left[block]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from vcmm.core.blocks import Sharing
-from vcmm.core.errors import DataError, UsageError, VcmmError
+from vcmm.core.errors import DataError, UsageError, VcmmError, first_of
 from vcmm.diagnosis.job import diagnose
 from vcmm.diagnosis.result import diagnosis_json
 from vcmm.files.machine import load_machine
@@ -102,7 +102,7 @@ def record_of(asked: FolderJob, file: str) -> Record:
         known["machine"] = machine.name
         found = diagnosis_json(diagnose(recording, machine, seed=asked.seed))
     except VcmmError as error:
-        return {**known, "problem": _first(error).replace(str(asked.folder) + "/", ""), "ours": False}
+        return {**known, "problem": first_of(error).replace(str(asked.folder) + "/", ""), "ours": False}
     except Exception as error:  # a fault of ours in one of thousands is told and does not end the others
         return {
             **known,
@@ -113,12 +113,6 @@ def record_of(asked: FolderJob, file: str) -> Record:
     if kept["unknown"]:  # its curve or map is long, and stands in the document of the recording itself
         kept["unknown"] = {k: v for k, v in kept["unknown"].items() if k != "shape"}
     return {**known, "problem": None, "ours": False, **kept}
-
-
-def _first(error: VcmmError) -> str:
-    problems = error.problems if isinstance(error, DataError) else [str(error)]
-    more = f" (and {len(problems) - 1} more problems)" if len(problems) > 1 else ""
-    return problems[0] + more
 
 
 def in_time(records: Sequence[Record]) -> list[Record]:
