@@ -7,10 +7,12 @@ must add them up in a way that does not depend on the order. A worker that is ki
 from __future__ import annotations
 
 import copyreg
+import os
 import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import islice
+from threading import Thread
 from types import MappingProxyType
 from typing import Any
 
@@ -56,8 +58,19 @@ _held: Any = None  # (work, payload) of this worker
 
 
 def _hold(packed: bytes) -> None:
+    """Take the payload; end with the process that started this one, even where that was killed."""
     global _held
+    Thread(target=_end_with_parent, daemon=True).start()
     _held = pickle.loads(packed)
+
+
+def _end_with_parent() -> None:
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _one(item: Any) -> Any:
