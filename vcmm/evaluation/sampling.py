@@ -88,7 +88,14 @@ class Sampler:
         if self.settings.engine == "exact":
             found: Iterable[Array] = [self.drawn(first, trials)]
         else:
-            draws = simulate(self.start, self.wide, seed=self.settings.seed, trials=trials, first=first)
+            draws = simulate(
+                self.start,
+                self.wide,
+                seed=self.settings.seed,
+                trials=trials,
+                first=first,
+                of=self.settings.trials,
+            )
             found = map(self._values, draws)
         for values in found:
             for i, accumulator in zip(needed, accumulators):

@@ -81,9 +81,14 @@ def _block_errors(machine: Machine, run: Run, drawn: Sequence[Draws], count: int
 
 def _with_channels(run: Run, channels: Sequence[Draws], trial: int) -> Run:
     """The run of one trial: drawn channels moved; the run itself where none is drawn."""
+    plain: dict[str, Array] = {}
     for one in channels:
-        run = shifted(run, one.influence.input.parameter, one.on_rows(trial)[:, 0])
-    return run
+        name, amount = one.influence.input.parameter, one.on_rows(trial)[:, 0]
+        if name in run.columns and name.removeprefix("temp_").removesuffix("_C") not in run.series:
+            plain[name] = plain.get(name, run.columns[name]) + amount
+        else:
+            run = shifted(run, name, amount)
+    return run.with_columns(plain) if plain else run
 
 
 def _singles(one: Draws) -> list[Draws]:
