@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.cutting.envelope import CutSurface
-from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.machining.contact_path import surface_at, tool_side
