@@ -257,10 +257,11 @@ def main() -> None:
     options = parser.parse_args()
     shop = Shop.ready(example("measured_block"))
     words = [options.only] if options.only else list(EFFECTS)
-    plan = [words[i % len(words)] for i in range(options.cases)] + [""] * options.nulls
+    plan = [(i, words[i % len(words)]) for i in range(options.cases)]
+    plan += [(options.cases + i, "") for i in range(options.nulls)]
     cases = []
     with tempfile.TemporaryDirectory() as folder:
-        for i, word in enumerate(plan):
+        for i, word in sorted(plan, key=lambda one: one[0] % max(options.cases, 1)):  # both kinds in turn
             rng = np.random.default_rng([options.seed, i])
             cut, found = asked(shop, shop.concealed(EFFECTS.get(word), rng, options.delta), Path(folder))
             cases.append(counted(word, cut, found))

@@ -40,7 +40,8 @@ def read_known(path: Path, recording: Recording) -> Known:
 def known_text(recording: Recording) -> str:
     """The table as CSV."""
     unit, scale = _unit(recording)
-    names, columns = [], []
+    names: list[str] = []
+    columns: list[Array] = []
     for name, values in recording.known:
         names += _headings(name, values.shape[1], unit)
         columns.append(values * scale)

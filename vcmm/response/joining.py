@@ -84,7 +84,7 @@ def _known(recordings: Sequence[Recording], machine: Machine) -> tuple[tuple[str
             whole[sum(m[:k]) : sum(m[: k + 1])] = columns
             if name not in own:
                 out.append((f"{recording.name}: {name}", whole))
-    common = own & set.intersection(*({name for name, _ in r.known} for r in recordings))
+    common = own & set[str].intersection(*({name for name, _ in r.known} for r in recordings))
     for name in sorted(common):
         out.append((name, np.concatenate([dict(r.known)[name] for r in recordings])))
     return tuple(out)
