@@ -72,6 +72,12 @@ def test_the_document_and_the_recording(tmp_path, capsys):
     assert {"force_x_N", "sense_X", "time_s", "feed_mm_min", "cut_length_mm"} - set(
         recording.run.columns
     ) == {"force_x_N"}
+    # what is uncertain goes along, and nothing of it is free
+    assert recording.nuisance == {"rigid": "run"}
+    assert {"tool_radius[1].dr", "work_offset[x].shift", "scatter.value", "scale_factor[X].k"} <= {
+        n for n, _ in recording.known
+    }
+    # what the machine file predicts of the rows, taken off, leaves measured less predicted: the zero was set on this machine
     # the machine file knows nothing of backlash: 3 um on either side of a reversal is left beside its own errors
     rest = recording.value - baseline(recording, machine)
     walls = np.abs(recording.direction[:, 0]) > 0.9

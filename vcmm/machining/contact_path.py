@@ -20,6 +20,7 @@ from vcmm.cutting.contactmap import Contacts, Ints, upright
 from vcmm.cutting.envelope import CutSurface
 from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
+from vcmm.machining.spindle_load import LOAD, measured_share, power_log
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
 from vcmm.machining.zero_setting import ProbedRows, joined, setting_rows, ways_of_setting
@@ -108,9 +109,13 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
     if logged:
         columns |= logged
     elif job.blank is not None and job.blank.forces is not None:
-        columns |= by_axis("force_{}_N", process.force(job, rows, job.blank.forces))
+        force = process.force(job, rows, job.blank.forces)
+        share = measured_share(job, states.column("time_s"), rows.row, rows.share)
+        columns |= by_axis("force_{}_N", force * share[:, None])
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
-    return states.with_columns(columns), known
+    load = power_log(job)
+    series = states.series if load is None else {**states.series, LOAD: load}
+    return replace(states.with_columns(columns), series=series), known
 
 
 def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:

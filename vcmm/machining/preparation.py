@@ -143,11 +143,12 @@ def _check_ends(scenario: CutScenario, program: Program) -> None:
 
 
 def _check_log(scenario: CutScenario, path: Toolpath) -> None:
-    """A log of forces that ends before the program says nothing of the rest."""
-    for log in list(scenario.force_log.values())[:1]:
+    """A log that ends before the program says nothing of the rest."""
+    logs = {"force": next(iter(scenario.force_log.values()), None), "load": scenario.load_log}
+    for what, log in ((w, s) for w, s in logs.items() if s is not None):
         if log.time[0] > 0.0 or log.time[-1] < path.seconds - LOG_SLACK:
             raise ModelLimit(
-                f"the force log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
+                f"the {what} log covers {log.time[0]:.1f} to {log.time[-1]:.1f} s, but the program runs from 0 to {path.seconds:.1f} s by the time law; "
                 "state the dynamics of the machine and of its control, or log the whole program"
             )
 
