@@ -15,7 +15,8 @@ from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.measuring.scenario import Scenario
 from vcmm.pages.uncertainty import pictures
 from vcmm.pages.view import machine_items, part_items, reach
-from vcmm.papers.gaska2014.twin import CAPTION, NODES, PAPER_DISTANCE_U, PAPER_FORM_U, Row, field_scales
+from vcmm.papers.gaska2014.nodes import NODES
+from vcmm.papers.gaska2014.twin import CAPTION, PAPER_DISTANCE_U, PAPER_FORM_U, Row, field_scales
 from vcmm.tables.quantities import fixed
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, html
 

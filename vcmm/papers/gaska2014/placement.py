@@ -25,14 +25,12 @@ from vcmm.gps import characteristics as gps
 from vcmm.measuring.fixture import Fixture, Freedom, Goal, six_of
 from vcmm.measuring.plan import Ints
 from vcmm.measuring.scenario import Scenario
+from vcmm.papers.gaska2014.nodes import NODES, NU, draw_deviations
 from vcmm.papers.gaska2014.twin import (
     FIELD,
-    NODES,
-    NU,
     REDRAWS,
     _FormTrials,
     _per_lane,
-    draw_deviations,
     field_scales,
     with_field,
 )

@@ -8,7 +8,7 @@ does not say that Table 3's U is an output of its model.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,21 +23,9 @@ from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.streams import copy_code, draw
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.measuring.scenario import Scenario
+from vcmm.papers.gaska2014.nodes import NU, draw_deviations
 from vcmm.response.influence import Influence
 
-COLUMNS = (
-    (150, 50), (150, 325), (150, 600), (310, 460), (310, 190), (475, 50), (475, 325), (475, 600),
-    (640, 460), (640, 190), (800, 50), (800, 325), (800, 600),
-)  # fmt: skip
-HEIGHTS = (50, 200, 350, 500)
-NODES = np.array([(x, y, z) for x, y in COLUMNS for z in HEIGHTS], dtype=float)  # Table 1
-PUBLISHED: Mapping[int, tuple[float, float, float]] = {  # Table 2: node -> d(X), d(Y), d(Z) in um
-    17: (0.63, 0.66, 0.65), 18: (0.20, 0.23, 0.89), 19: (0.23, 0.53, 1.27), 20: (0.25, 0.43, 0.46),
-    21: (2.12, 1.69, 0.97), 22: (1.01, 0.73, 0.58), 23: (1.18, 0.70, 0.61), 24: (1.29, 0.92, 0.21),
-}  # fmt: skip
-LARGEST, MEAN = (2.6, 1.8, 1.5), (0.9, 0.8, 0.7)  # section 3, um
-SMALLEST = 0.20  # um, the smallest published
-NU = 13  # 14 approaches less one
 PAPER_FORM_U = {"1": 0.6, "2": 0.8, "3": 0.5, "4": 0.9, "5": 0.5}  # Table 3, um
 PAPER_DISTANCE_U = {"1": 0.4, "2": 0.5, "3": 0.4, "4": 0.6, "5": 0.3}
 FIELD = "residual_field"
@@ -47,37 +35,6 @@ CAPTION = (
     "44 of 52 nodes, part, places, plan, probe and tolerances are drawn; the range is over machines that all agree\n"
     "with the published maxima and means. No agreement is claimed."
 )
-
-
-def draw_deviations(seed: int) -> Array:
-    """(52, 3) um: the published rows, and draws for the others that meet the published maxima and means.
-
-    Per direction: gamma-shaped draws between 0.20 um and the maximum, one node at the maximum, then moved towards the
-    ends until the mean over all 52 nodes is the published one (rounded to 0.01 um as in the paper).
-    """
-    rng = np.random.default_rng([seed, 20140425])
-    free = np.array([i for i in range(len(NODES)) if i + 1 not in PUBLISHED])
-    out = np.zeros((len(NODES), 3))
-    for number, row in PUBLISHED.items():
-        out[number - 1] = row
-    for axis in range(3):
-        low, high = SMALLEST, LARGEST[axis]
-        shape = rng.gamma(3.0, 1.0, len(free))
-        share = (shape - shape.min()) / np.ptp(shape)  # 0..1: the largest draw is the node at the maximum
-        wanted = MEAN[axis] * len(NODES) - out[:, axis].sum()
-        out[free, axis] = low + (high - low) * share ** _power(
-            share, (wanted / len(free) - low) / (high - low)
-        )
-    return np.round(out, 2)
-
-
-def _power(share: Array, mean: float) -> float:
-    """Exponent that brings the mean of share^p to `mean` (the ends 0 and 1 stay)."""
-    low, high = 0.05, 20.0
-    for _ in range(60):
-        middle = np.sqrt(low * high)
-        low, high = (middle, high) if (share**middle).mean() > mean else (low, middle)
-    return float(np.sqrt(low * high))
 
 
 @dataclass(frozen=True)
