@@ -7,7 +7,6 @@ run to the next, how much of U is noise of a single length and how much one wave
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -125,7 +124,10 @@ def found_by(drawn: Approached, seed: int) -> NodeScatter:
     return node_scatter(read(drawn, np.random.default_rng([seed, 20140814])), bare())
 
 
-def shares(found: NodeScatter) -> Mapping[str, tuple[float, float, float]]:
-    """Smallest, median and largest over nodes and directions, um: d as found, the instrument's share, one approach."""
-    named = {"d": found.d, "instrument": found.instrument, "single": found.single}
-    return {k: tuple(float(x) for x in np.quantile(v, [0, 0.5, 1]) * 1e3) for k, v in named.items()}  # type: ignore[misc]
+def untold(found: NodeScatter, nodes: int = 10, level: float = 0.05) -> float:
+    """Probability that so many nodes, picked at random, have no test below the level (hypergeometric); the paper's ten had none."""
+    from math import comb
+
+    count = len(found.place)
+    clean = count - int((found.test < level).any(axis=1).sum())
+    return comb(clean, nodes) / comb(count, nodes)
