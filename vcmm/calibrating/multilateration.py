@@ -19,6 +19,7 @@ from vcmm.core.run import Array
 Ints = npt.NDArray[np.intp]
 STEPS, CLOSE = 60, 1e-8  # mm
 NEED = 4  # stations: fewer leave points and stations undetermined together
+DIRECTED = 0.01  # of a length: a beam that points wrong by so much changes a scatter across it by as much
 WEAK = (
     1e-9  # of the largest eigenvalue: a seventh direction of the stations that is as free as the whole lies
 )
@@ -40,7 +41,7 @@ class Located:
     """points (I, 3), stations (J, 3), dead paths (J,) mm; residual (m,) w of eq. 2; left: degrees of freedom.
 
     u: of a length, mm, from the residuals.   alone (I, 3, 3): covariance of a point for u = 1 with the stations known.
-    common (I, 3, 3): what the stations add to it, for u = 1.   condition: of the stations' normal equations without the six.
+    common (I, 3, 3): what the stations add to it, for u = 1, the whole nearest to the nominal points.   condition: of the stations' normal equations without the six.
     """
 
     points: Array
@@ -81,14 +82,17 @@ def located(data: Lengths) -> Located:
             f"points and stations still move by {np.abs(change).max():.2g} mm after {STEPS} steps; check from_x_mm ..., the unit of the "
             "values, and indicated - true against actual - commanded"
         )
+    _check_moved(data, stations)
     system = _linearised(data, points, stations, dead)
     turn, shift = nearest_pose(points, data.nominal)
-    alone, common = system.covariances()
-    return Located(
+    alone, common, station = system.covariances(points)
+    found = Located(
         points=points @ turn.T + shift, stations=stations @ turn.T + shift, dead_paths=dead, residual=system.residual,
         left=len(data.length) - 3 * len(points) - 4 * len(stations) + 6,
         alone=turn @ alone @ turn.T, common=turn @ common @ turn.T, condition=condition,
     )  # fmt: skip
+    _check_known(data, found.u * np.sqrt(station))
+    return found
 
 
 def nearest_pose(points: Array, nominal: Array) -> tuple[Array, Array]:
@@ -98,6 +102,34 @@ def nearest_pose(points: Array, nominal: Array) -> tuple[Array, Array]:
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
     turn = np.asarray((left @ sign @ right).T)
     return turn, b - turn @ a
+
+
+def _check_moved(data: Lengths, stations: Array) -> None:
+    """Raises ModelLimit where a station ends further from where it is said to stand than that is from the nearest point."""
+    near = _nearest(data)
+    moved = np.linalg.norm(stations - data.start, axis=1)
+    far = int((moved / near).argmax())
+    if moved[far] > near[far]:
+        raise ModelLimit(
+            f"the lengths lead station {far + 1} to {moved[far]:.0f} mm away from where from_x_mm ... says it stands: they hardly determine the "
+            "stations; add stations or nodes off the present lines and planes, or check from_x_mm ..."
+        )
+
+
+def _check_known(data: Lengths, u: Array) -> None:
+    """Raises ModelLimit where a station is known worse than DIRECTED of its shortest length: its beams would point wrong by as much."""
+    near = _nearest(data)
+    worst = int((u / near).argmax())
+    if u[worst] > DIRECTED * near[worst]:
+        raise ModelLimit(
+            f"station {worst + 1} is known to {u[worst]:.2g} mm only; add stations or nodes off the present lines and planes"
+        )
+
+
+def _nearest(data: Lengths) -> Array:
+    """(J,) mm: the point nearest to each station, as they are said to stand."""
+    way = np.linalg.norm(data.nominal[data.point] - data.start[data.station], axis=1)
+    return np.array([way[data.station == k].min() for k in range(len(data.start))])
 
 
 def _check(data: Lengths) -> None:
@@ -157,14 +189,27 @@ class _Linearised:
         np.add.at(own, d.point, self.beam * left[:, None])
         return np.asarray(np.einsum("pij,pj->pi", self.inverse, own))
 
-    def covariances(self) -> tuple[Array, Array]:
-        """See `Located`: of every point for u = 1, its own lengths alone, and what the stations add."""
+    def covariances(self, points: Array) -> tuple[Array, Array, Array]:
+        """See `Located`: of points (I, 3) for u = 1, their own lengths alone, and what the stations add where the whole lies nearest to the
+        nominal points; largest variance (J,) of a station.
+        """
         matrix, _, coupling = self.reduced()
         values, vectors = np.linalg.eigh(matrix)
-        kept = vectors[:, 6:]
-        covariance = kept / values[6:] @ kept.T
-        carried = self.inverse @ coupling
-        return self.inverse, np.asarray(carried @ covariance @ carried.transpose(0, 2, 1))
+        root = vectors[:, 6:] / np.sqrt(values[6:])
+        moved = (self.inverse @ coupling @ root).reshape(3 * len(points), -1)
+        rigid = _rigid(points)
+        moved = moved - rigid @ np.linalg.lstsq(rigid, moved, rcond=None)[0]
+        moved = moved.reshape(len(points), 3, -1)
+        places = root.reshape(len(self.data.start), 4, -1)[:, :3]
+        largest = np.linalg.eigvalsh(places @ places.transpose(0, 2, 1))[:, -1]
+        return self.inverse, np.asarray(moved @ moved.transpose(0, 2, 1)), largest
+
+
+def _rigid(points: Array) -> Array:
+    """(3 I, 6): small shifts and turns of points (I, 3)."""
+    arms = points - points.mean(axis=0)
+    turns = [np.cross(axis, arms).ravel() for axis in np.eye(3)]
+    return np.column_stack([np.tile(np.eye(3), (len(points), 1)), *turns])
 
 
 def _linearised(data: Lengths, points: Array, stations: Array, dead: Array) -> _Linearised:

@@ -16,11 +16,12 @@ from vcmm.diagnosis.machine_file import effect_toml
 from vcmm.effects import of_role
 from vcmm.files.toml_edits import editable, move_names
 
+TOLD = 2.0  # times its u: a mean deviation below that is not written
 REDRAW = "touch"  # d is a scatter of approaches
 
 
 def node_effect(found: NodeScatter, machine: Machine) -> Effect:
-    """The residual field of these nodes: on columns where they stand in columns, else trilinear on a full grid.
+    """The residual field of these nodes, of mean deviations that are told from zero: on columns where they stand in columns, else trilinear on a full grid.
 
     Raises UsageError where they do neither, or where the machine states such a field already.
     """
@@ -41,7 +42,8 @@ def node_effect(found: NodeScatter, machine: Machine) -> Effect:
         raise UsageError(
             f"{len(found.place)} nodes stand neither in vertical columns of two or more nor on a full grid; measure each column at several heights"
         )
-    effect: Effect = kind(nodes=found.place, interpolation=way, values=found.deviation)
+    told = np.abs(found.deviation) > TOLD * found.deviation_u
+    effect: Effect = kind(nodes=found.place, interpolation=way, values=np.where(told, found.deviation, 0.0))
     return effect
 
 

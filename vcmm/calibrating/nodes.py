@@ -33,12 +33,15 @@ NULL_DRAWS, NULL_SEED = 20_000, 52
 class NodeScatter:
     """See the head of this file: place, deviation, d, instrument, changing, single (K, 3) mm; dof (K,); test (K, 3): p of the law.
 
+    deviation_u (K, 3) mm: of the deviation, by its approaches and by how well the stations are known.
+
     at (K, n, 3): coordinates of every approach less their mean, nan where a node has fewer; located: points, stations, residuals.
     test: chi-squared of the approaches against the t-law of n - 1 degrees of freedom.
     """
 
     place: Array
     deviation: Array
+    deviation_u: Array
     d: Array
     instrument: Array
     changing: Array
@@ -90,8 +93,9 @@ def node_scatter(recording: Recording, machine: Machine) -> NodeScatter:
     stated = np.array([(own[np.isin(data.point, g)] ** 2).mean() for g in groups])
     changing = per_length[:, None] * dilution
     single = np.maximum(d**2 - changing + np.maximum(per_length - stated, 0.0)[:, None], 0.0)
+    common = np.array([np.einsum("pii->pi", found.common[g]).mean(axis=0) for g in groups]) * found.u**2
     return NodeScatter(
-        place=place, deviation=mean - place, d=d, instrument=instrument, changing=np.sqrt(changing),
+        place=place, deviation=mean - place, deviation_u=np.sqrt(d**2 / count[:, None] + common), d=d, instrument=instrument, changing=np.sqrt(changing),
         single=np.sqrt(single), dof=count - 1, test=t_tests(at, count), at=at, located=found,
     )  # fmt: skip
 

@@ -45,7 +45,7 @@ NODE_COLUMNS: tuple[Column[NodeRow], ...] = (
     Column("one approach / um", _three("single"), NUMBER_TEXT),
     Column("least p of the law", lambda row: float(row.found.test[row.number].min()), fixed(3)),
     entry("place_mm", lambda row: row.found.place[row.number].tolist()),
-    *(_key(name) for name in ("deviation", "d", "instrument", "changing", "single")),
+    *(_key(name) for name in ("deviation", "deviation_u", "d", "instrument", "changing", "single")),
     entry("approaches", lambda row: int(row.found.dof[row.number]) + 1),
     entry("p_of_the_law", lambda row: row.found.test[row.number].tolist()),
 )
@@ -61,12 +61,14 @@ def sentences(found: NodeScatter) -> list[str]:
     """What the lengths say as a whole."""
     one = found.located
     d, own, single = (np.quantile(v, [0, 0.5, 1]) * 1e3 for v in (found.d, found.instrument, found.single))
+    known = float(np.sqrt((found.deviation_u**2).mean())) * 1e3
     covered = float((found.instrument > found.d / 2).mean())
     return [
         f"{len(one.residual)} lengths, {len(one.points)} points, {len(one.stations)} stations: {one.left} degrees of freedom, residuals "
         f"{one.u * 1e3:.3f} um",
         f"d {_range(d)} um; of it the lengths' own u makes {_range(own)} um, more than half of d in {covered:.0%} of the directions",
         f"one approach: {_range(single)} um, d freed of what changes between stations and of the instrument",
+        f"mean deviations are known to {known:.2f} um (rms of their u)",
         f"chi-squared against the t-law: {found.rejected():.0%} of {found.test.size} tests below 0.05",
     ]
 

@@ -145,8 +145,7 @@ def optimum(
         changed, fixture=free_fixture(), goal=goal(scenario), evaluations=evaluations, scanned=scanned, trials=trials, seed=seed,
         progress=progress,
     )  # fmt: skip
-    poses = [*scenario.places.values(), found.best.pose]
-    six = np.array([six_of(p) for p in poses])
+    six = np.array([*(six_of(p) for p in scenario.places.values()), found.best.pose])
     values = found.objective.values(six)
     others = np.array([_values(scenario, redraw, draw_deviations(k), six) for k in range(1, OTHERS + 1)])
     saved = 1 - others[:, -1] / others[:, :-1].min(axis=1)

@@ -54,7 +54,8 @@ class Reading:
 
     @property
     def words(self) -> str:
-        return f"{self.curve}, {self.plane}, {self.amount}, {self.redraw}"
+        amount = "sd" if self.amount == "deviation" else self.amount
+        return f"{self.curve}, {self.plane}, {amount}, {self.redraw}"
 
 
 SHOWN_READING = Reading("control", "linear", "deviation", "touch")  # of the scenario: closest to Table 3
@@ -70,6 +71,12 @@ class ReadingResult:
     distance: Array
     form_sd: Array
     distance_sd: Array
+
+    def first(self, count: int) -> ReadingResult:
+        """Of the first machines only."""
+        return ReadingResult(
+            self.reading, *(u[:count] for u in (self.form, self.distance, self.form_sd, self.distance_sd))
+        )
 
     def hits(self) -> tuple[int, int]:
         """Of the five U of the form and the five of the distance: how many lie, rounded, in the central 95 % of the machines."""

@@ -32,10 +32,8 @@ U_CONSTANT, U_LENGTH = 0.2e-3, 0.3e-6  # mm, mm/mm: eq. 1, k = 2
 RETRO = (0.0, 0.0, -150.0)  # the cat's eye below the ram
 TRAVEL = {"X": (0.0, 1200.0), "Y": (0.0, 1000.0), "Z": (0.0, 700.0)}
 SYSTEMATIC = 0.4e-3  # mm: rms of what the correction matrix leaves at the nodes
-READINGS = (
-    "one wavelength per station",
-    "every length by itself",
-)  # of the part of U that grows with the length
+# The part of U that grows with the length is one wavelength of a whole station, or noise of every length.
+READINGS = ("station", "length")
 
 
 def bare() -> Machine:

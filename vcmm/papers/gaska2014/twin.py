@@ -103,14 +103,15 @@ def run(
     drawn = machines(draws)
     progress("LaserTracer", 0.0)
     followed = tuple(follow(drawn[:CLOSE_RUNS], *one) for one in product(HYSTERESIS, LENGTHS))
-    found = matrix(scenario, drawn, progress=lambda text, share: progress(text, 0.1 + 0.4 * share))
-    shown = next(f for f in found if f.reading == SHOWN_READING)
+    also = np.concatenate(
+        [drawn, draw_deviations(SHOWN)[None]]
+    )  # whatever the number of draws, the machine that is shown comes last
+    every = matrix(scenario, also, progress=lambda text, share: progress(text, 0.1 + 0.4 * share))
+    whole = next(f for f in every if f.reading == SHOWN_READING)
+    ranks = rank(whole.form, draws), rank(whole.distance, draws)
+    found = [f.first(draws) for f in every]
+    shown = whole.first(draws)
     rows = places(scenario, shown, trials, lambda text, share: progress(text, 0.5 + 0.5 * share))
-    alone = matrix(scenario, draw_deviations(SHOWN)[None], [SHOWN_READING])[0]
-    ranks = tuple(
-        rank(np.concatenate([u, own]), draws)
-        for u, own in ((shown.form, alone.form), (shown.distance, alone.distance))
-    )
     shares = {
         name: (
             float((shown.form.argmin(axis=1) == k).mean()),
@@ -118,7 +119,7 @@ def run(
         )
         for k, name in enumerate(scenario.places)
     }
-    return GaskaTwin(draws, tuple(rows), tuple(found), followed, (ranks[0], ranks[1]), shares)
+    return GaskaTwin(draws, tuple(rows), tuple(found), followed, ranks, shares)
 
 
 def follow(drawn: Array, hysteresis: float, lengths: str) -> Followed:
