@@ -22,6 +22,7 @@ from vcmm.machining.passes import pass_weights
 from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zeros
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
+from vcmm.machining.warming import warmed, warmed_when_set
 from vcmm.machining.zero_setting import joined, setting_rows, ways_of_setting
 from vcmm.nc.setup import first_tool
 
@@ -95,7 +96,7 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
     elif job.blank is not None and job.blank.forces is not None:
         columns |= by_axis("force_{}_N", process.force(job, rows, job.blank.forces))
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
-    return states.with_columns(columns), known
+    return warmed(states.with_columns(columns), scenario.setup.log), known
 
 
 def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
@@ -127,6 +128,7 @@ def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:
     """The rows `chosen` (k,) of a run again, as when their zero was set with tools (k,)."""
     offset = -np.array([job.scenario.setup.tools[int(name)].offset for name in tool])
     rows = setting_rows(run, chosen, offset, zeros(job, run.labels[OFFSET_LABEL][chosen]), job.pose)
+    rows = warmed_when_set(rows, job.scenario.setup.log)
     return job.process.set_at(job, replace(rows, labels={**rows.labels, "tool": tool}))
 
 
