@@ -196,7 +196,7 @@ def test_the_matrix_agrees_with_the_evaluation_of_the_scenario():
     one = replace(scenario(), places={"4": scenario().places["4"]})
     alone = readings.matrix(one, draw_deviations(SHOWN)[None], [SHOWN_READING])[0]
     assert alone.distance[0, 0] == pytest.approx(distance.expanded, rel=0.03)
-    assert alone.form[0, 0] == pytest.approx(twin.by_recipe(form, "simple").expanded, rel=0.1)
+    assert alone.form[0, 0] == pytest.approx(twin.by_recipe(form, one.settings.rule).expanded, rel=0.1)
     assert alone.form_sd[0, 0] == pytest.approx(form.summary.u, rel=0.05)
 
 

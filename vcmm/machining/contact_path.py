@@ -23,6 +23,7 @@ from vcmm.machining.process import ContactRows, PreparedCut, Words, by_axis, zer
 from vcmm.machining.spindle_load import LOAD, measured_share, power_log
 from vcmm.machining.states import later_in_batch
 from vcmm.machining.tool_errors import ToolSide
+from vcmm.machining.warming import warmed, warmed_when_set
 from vcmm.machining.zero_setting import ProbedRows, joined, setting_rows, ways_of_setting
 from vcmm.nc.setup import first_tool
 
@@ -113,9 +114,14 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
         share = measured_share(job, states.column("time_s"), rows.row, rows.share)
         columns |= by_axis("force_{}_N", force * share[:, None])
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
+    return logged_states(job, states.with_columns(columns)), known
+
+
+def logged_states(job: PreparedCut, states: Run) -> Run:
+    """With what is logged of the machine while it cuts: load of the spindle, temperatures."""
     load = power_log(job)
     series = states.series if load is None else {**states.series, LOAD: load}
-    return replace(states.with_columns(columns), series=series), known
+    return warmed(replace(states, series=series), job.scenario.setup.log)
 
 
 def _with_setting(job: PreparedCut, run: Run) -> tuple[Run, Ints]:
@@ -154,6 +160,7 @@ def _with_touches(
     cut, count = len(move), len(touched.touches)
     offset = touched.centre - np.array([np.add(t.tip, t.tool_offset) for t in touched.touches])
     some = setting_rows(run, np.zeros(count, dtype=np.intp), offset, touched.centre, job.pose)
+    some = warmed(some, job.scenario.setup.log)  # as warm as when the program begins
     own = {"tool": np.array([str(t.tool) for t in touched.touches])}
     some = replace(
         some, labels={**some.labels, **own, OFFSET_LABEL: np.array([t.offset for t in touched.touches])}
@@ -169,6 +176,7 @@ def _set_with(job: PreparedCut, run: Run, chosen: Ints, tool: Words) -> Run:
     """The rows `chosen` (k,) of a run again, as when their zero was set with tools (k,)."""
     offset = -np.array([job.scenario.setup.tools[int(name)].offset for name in tool])
     rows = setting_rows(run, chosen, offset, zeros(job, run.labels[OFFSET_LABEL][chosen]), job.pose)
+    rows = warmed_when_set(rows, job.scenario.setup.log)
     return job.process.set_at(job, replace(rows, labels={**rows.labels, "tool": tool}))
 
 

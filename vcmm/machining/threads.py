@@ -23,7 +23,7 @@ from vcmm.core.run import Array
 from vcmm.cutting.contactmap import Ints
 from vcmm.evaluation.linear import term_of
 from vcmm.evaluation.montecarlo import covariance
-from vcmm.machining.contact_path import of_one_pass
+from vcmm.machining.contact_path import logged_states, of_one_pass
 from vcmm.machining.process import PreparedCut, by_axis
 from vcmm.machining.states import later_in_batch, states_at
 from vcmm.machining.tool_errors import ToolSide
@@ -144,7 +144,7 @@ def _side(job: PreparedCut, move: Ints, share: Array) -> ToolSide:
     columns = by_axis("n{}", out) | by_axis("nose_{}", out)
     columns |= by_axis("part_{}_mm", turned_by(tips, turn) - job.pose.shift)
     columns |= {name: np.full(n, value) for name, value in job.scenario.constants.items()}
-    states = states.with_columns(columns)
+    states = logged_states(job, states.with_columns(columns))
     names = {"touch": np.arange(n).astype(str), "feature": np.full(n, "thread")}
     run = replace(states, labels={**states.labels, **names})
     inputs = (*job.machine.inputs, *job.scenario.inputs)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vcmm.core.run import Series
 from vcmm.nc.limits import Control
 from vcmm.nc.moves import Move, Point, Program
 from vcmm.nc.touching import Surface
@@ -74,6 +75,15 @@ class Bar:
 
 
 @dataclass(frozen=True, eq=False)
+class TemperatureLog:
+    """Temperatures of the machine's sensors (degC) over the time of the program, s from its start; zero_set: when the zeros were set, s."""
+
+    sensors: Mapping[str, Series]
+    zero_set: float = 0.0
+    path: Path | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Setup:
     """How the program is run. Points in mm, machine frame.
 
@@ -113,6 +123,7 @@ class Setup:
         None  # tool with which X and Y of the work offsets were set; None = the first that cuts
     )
     constants: Mapping[str, float] = field(default_factory=dict)  # columns of the whole run: temperatures
+    log: TemperatureLog | None = None  # temperatures that change meanwhile
     compensation: tuple[str, ...] | None = (
         None  # what the control itself compensates while the program runs; None = not said
     )
