@@ -165,7 +165,9 @@ def test_a_dense_profile_gives_what_it_indicates_within_the_machine():
     """219 points with 0.4 um on a ring of 89 um, as scanned: up to 0.05 mm off its section. Noise adds up to 2 x 2.8 sigma."""
     at, normals = plan_points(RING, Around(219))
     at[:, 2] = np.random.default_rng(1).uniform(-0.025, 0.025, 219)
-    one = job((RING,), (Around(219),), (ROUND,), inputs=(Input("scatter", "", "value", Normal(0.4e-3), "touch"),))
+    one = job(
+        (RING,), (Around(219),), (ROUND,), inputs=(Input("scatter", "", "value", Normal(0.4e-3), "touch"),)
+    )
     one = replace(one, plan=Plan((Step("ring", "down", at, normals),), one.plan.styli))
     found = at_indication(evaluate(one.task(), QUICK, read=False).characteristics[0], 89e-3, QUICK.rule)
     low, high = found.true_value.interval
@@ -181,7 +183,11 @@ def test_a_characteristic_without_element_loses_its_own_claim_alone():
     found = evaluate(one.task(), QUICK).characteristics
     lost, kept = (at_indication(c, 10e-3, QUICK.rule) for c in found)
     assert "of the parts drawn with forms of up to" in lost.why_not_shown
-    assert (lost.decision.text, lost.coverage_shown, lost.true_value.interval) == ("undecided", False, (0.0, np.inf))
+    assert (lost.decision.text, lost.coverage_shown, lost.true_value.interval) == (
+        "undecided",
+        False,
+        (0.0, np.inf),
+    )
     assert np.isnan(lost.bias)
     assert np.isnan(lost.true_value.estimate)
     assert kept.coverage_shown

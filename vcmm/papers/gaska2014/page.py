@@ -23,7 +23,7 @@ from vcmm.papers.gaska2014.readings import (
     SHOWN_READING,
     ReadingResult,
 )
-from vcmm.papers.gaska2014.twin import Followed, GaskaTwin, in_detail, Row, order, span_of
+from vcmm.papers.gaska2014.twin import Followed, GaskaTwin, Row, in_detail, order, span_of
 from vcmm.tables.quantities import fixed, percent
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 

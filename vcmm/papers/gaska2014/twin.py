@@ -20,11 +20,11 @@ import numpy as np
 
 from vcmm.calibrating.machine_file import bare_text
 from vcmm.core.run import Array
-from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.indication import at_indication
+from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.uncertainty import evaluate
-from vcmm.gps.decision import undecided
 from vcmm.files.recording_writer import recording_texts
+from vcmm.gps.decision import undecided
 from vcmm.measuring.scenario import Scenario
 from vcmm.papers.gaska2014.nodes import SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import (
