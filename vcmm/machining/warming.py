@@ -31,7 +31,7 @@ def warmed_when_set(run: Run, log: TemperatureLog | None) -> Run:
 
 
 def _at(run: Run, log: TemperatureLog, time: Array) -> Run:
-    columns = {}
+    columns: dict[str, Array] = {}
     for sensor, series in log.sensors.items():
         if time.max(initial=-np.inf) > series.time[-1]:
             raise ModelLimit(
