@@ -316,7 +316,7 @@ def drawn_results(scenario, deviations, progress):
 def test_command(tmp_path, capsys, monkeypatch):
     """One place evaluated and shown at all five; the files are read by the next command."""
     result = evaluated()
-    monkeypatch.setattr(twin, "evaluate", lambda task, settings: result)
+    monkeypatch.setattr(twin, "evaluate", lambda task, settings, read: result)
     monkeypatch.setattr(twin, "HYSTERESIS", (0.5,))
     monkeypatch.setattr(twin, "matrix", drawn_results)
     assert command(["demo", "--draws", "8", "--out", str(tmp_path), "--json"]) == 0
