@@ -118,19 +118,7 @@ class LinearModel:
 
         Lanes that act on nothing are dropped unless `keep` (their draws may act through a product).
         """
-        one = influence.input
-        law, factor = one.spread(influence.response.shape[2])
-        touch_change = self.along_normal(influence) @ factor
-        gains = [np.zeros((len(self.q0), 0))]
-        lanes: list[tuple[int, int]] = []
-        for c, label in enumerate(influence.copies):
-            rows = np.flatnonzero(influence.codes == c)
-            gains.append(self.operator[:, rows] @ touch_change[rows])
-            code = copy_code(label)
-            lanes += [(k, code) for k in range(touch_change.shape[1])]
-        gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32).reshape(-1, 2)
-        used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
-        return Term(one.id, law, gain[:, used], lane[used])
+        return term_of(influence, self.along_normal(influence), self.operator, keep)
 
     def terms(self) -> tuple[Term, ...]:
         """One Term per Influence, in order."""
@@ -148,6 +136,26 @@ class LinearModel:
             if np.abs(gain).max(initial=0.0) > 0:
                 out.append((a, b, gain))
         return out
+
+
+def term_of(influence: Influence, change: Array, operator: Array, keep: bool = False) -> Term:
+    """The Input as a Term of K quantities operator (K, n) @ what changes in n rows; change (n, k): per element of the Input.
+
+    One lane per element and copy; lanes that act on nothing are dropped unless `keep`.
+    """
+    one = influence.input
+    law, factor = one.spread(influence.response.shape[2])
+    row_change = change @ factor
+    gains = [np.zeros((len(operator), 0))]
+    lanes: list[tuple[int, int]] = []
+    for c, label in enumerate(influence.copies):
+        rows = np.flatnonzero(influence.codes == c)
+        gains.append(operator[:, rows] @ row_change[rows])
+        code = copy_code(label)
+        lanes += [(k, code) for k in range(row_change.shape[1])]
+    gain, lane = np.concatenate(gains, axis=1), np.array(lanes, dtype=np.uint32).reshape(-1, 2)
+    used = np.full(gain.shape[1], keep) | (np.abs(gain).max(axis=0, initial=0.0) > 0)
+    return Term(one.id, law, gain[:, used], lane[used])
 
 
 def build(task: Task, world: World | None = None) -> LinearModel:

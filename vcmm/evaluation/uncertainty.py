@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vcmm.charts import PlottedBudget
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.laws import Law
 from vcmm.core.run import Array
-from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.budget import budget_line, form_line
 from vcmm.evaluation.certify import Check, check
 from vcmm.evaluation.indication import at_indication
