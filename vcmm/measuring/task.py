@@ -77,10 +77,21 @@ def _touched(task: Task, name: str, rows: Ints, displacement: Array) -> Array:
     travel = np.empty(displacement.shape[:-1])
     for r in np.unique(t.tip_radius[rows]):
         same = t.tip_radius[rows] == r
+        if r == 0.0 and feature.kind == "mesh":
+            travel[..., same] = _onto_tangent_plane(t, rows[same], begin[same] + displacement[..., same, :])
+            continue
         travel[..., same] = touch(
             surface, begin[same], t.approach[rows][same], float(r), displacement[..., same, :]
         )
     return np.asarray(begin + travel[..., None] * t.approach[rows] - radius * t.normals[rows])
+
+
+def _onto_tangent_plane(t: Touches, rows: Ints, start: Array) -> Array:
+    """Travel (..., m) of a tip of no size from start (..., m, 3) to the plane of the nominal point and normal: what e beside it a
+    surface of curvature 1/R lies off that plane is e^2 / 2R, 0.004 nm for 10 um and 12 mm.
+    """
+    n = t.normals[rows]
+    return np.asarray(((t.points[rows] - start) * n).sum(axis=-1) / (t.approach[rows] * n).sum(axis=-1))
 
 
 def fit_features(task: Task, points: Array) -> dict[str, Fitted]:
