@@ -22,9 +22,9 @@ from vcmm.response.influence import Influence, Product
 from vcmm.response.trials import Draws
 
 ALONG, SIDE = 5, 15  # points along a feature, along each side of a plane
-# points around a surface, a circle, and where elements by contact are searched in every drawn part: no multiples of 2 to 15, so
-# that lobes show at many phases
-AROUND, CIRCLE, BY_CONTACT = 127, 361, 71
+# points around a surface, a circle, and where elements by contact are searched in every drawn part: next to no factors in common
+# with 2 to 15 lobes, which so show at many phases; even by contact, so that two-point sizes find their opposite
+AROUND, CIRCLE, BY_CONTACT = 127, 361, 74
 
 
 @dataclass(frozen=True, eq=False)
