@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,14 +13,14 @@ from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
 from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, netted, swings
-from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
+from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, known_turns, name_of
 from vcmm.calibrating.model import LINEAR, ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
 from vcmm.calibrating.result import Calibration
 from vcmm.calibrating.reversed_readings import read_jointly
 from vcmm.calibrating.rotary import average_line
 from vcmm.calibrating.solve import Before, ErrorPosterior, columns_of, project, reduced, solve
-from vcmm.core.axes import is_rotary
+from vcmm.core.axes import is_rotary, whole_turn
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -41,7 +41,6 @@ REST, STILL = (
     1.0,
 )  # mm: an axis that moves less stands still; travel that it is given then, to either side
 
-TABLES, LOCATION = ("error table", "error curve"), "rotary axis location"  # roles
 NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
 
 Progress = Callable[[str, float], None]
@@ -101,8 +100,9 @@ def calibrate(
     ranges = ranges_of(spans, machine)
     if not ranges:
         raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
-    _check_rotary(machine, ranges)
-    before = known_ranges(machine)
+    turned = known_turns(machine)
+    _check_frame(machine, turned)
+    before = known_ranges(machine) | {a: (float(q[0]), float(q[-1])) for a, q in turned.items()}
     _check_reach(before, ranges)
     _check_anew(kind, before)
     if growth and not any(e.calibrated for e in machine.effects):
@@ -157,16 +157,13 @@ def _check_anew(kind: str, before: Mapping[str, tuple[float, float]]) -> None:
         )
 
 
-def _check_rotary(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> None:
-    """Raises ModelLimit where the machine file tabulates errors of a rotary axis, which would not survive in the new error table, or
-    states the location of one that turned.
-    """
-    rotary = [e for e in machine.effects if is_rotary(e.link)]
-    stated = sorted({e.link for e in rotary if e.role in TABLES or (e.role == LOCATION and e.link in ranges)})
-    if stated:
+def _check_frame(machine: Machine, turned: Collection[str]) -> None:
+    """Raises ModelLimit where the machine file tabulates errors of a rotary axis in a frame that does not turn with it."""
+    fixed = sorted(a for a in turned if machine.axes[a].error_frame == "fixed")
+    if fixed:
         raise ModelLimit(
-            f"the machine file states errors of the rotary axis {' '.join(stated)}, which a recalibration cannot take over yet: take them out of "
-            "its error table, and give the recordings of that axis too"
+            f'the machine file tabulates errors of the rotary axis {" ".join(fixed)} with error_frame = "fixed", which a recalibration cannot take '
+            "over: state them in the frame that turns with the axis, or calibrate anew with --structure"
         )
 
 
@@ -175,6 +172,8 @@ def _check_reach(
 ) -> None:
     """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated."""
     for axis, (low, high) in ranges.items():
+        if axis in before and whole_turn(axis, np.array(before[axis])):
+            continue
         if axis in before and (low < before[axis][0] - REST or high > before[axis][1] + REST):
             raise ModelLimit(
                 f"the readings go from {axis} = {low:g} to {high:g} mm, the tables of the machine file from {before[axis][0]:g} to "
@@ -223,13 +222,17 @@ class _Job:
     def model(self, nodes: int) -> ErrorModel:
         """All errors that may be looked for, with so many nodes."""
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
-        stated = bool(known_ranges(self.machine))
+        turns = known_turns(self.machine)
+        stated = bool(known_ranges(self.machine) or turns)
         names = [name_of(e) for e in self.machine.effects if e.calibrated]
         model = error_model(self.ranges, nodes, () if stated else self.only, both, names if stated else ())
         if stated and self.only:
             known_too = [n for n in model.names if n in names]
             model = error_model(self.ranges, nodes, (*self.only, *known_too), both, names)
-        return model
+        moved = ranges_of(spans_of(self.recordings), self.machine)
+        kept = {a: q for a, q in turns.items() if a not in moved or len(q) > 2 * nodes - 1}
+        curves = (replace(c, nodes=kept[c.axis], kept=True) if c.axis in kept else c for c in model.curves)
+        return ErrorModel(tuple(curves), model.pairs)
 
     def read(self, model: ErrorModel) -> list[Readings]:
         """The recordings by a model."""
@@ -261,7 +264,8 @@ class _Job:
         """
         if known.names:
             due = max(known_nodes(self.machine), LEAST)
-            return all(len(c.nodes) >= due for c in coarse.curves)
+            turns = {axis: len(nodes) for axis, nodes in known_turns(self.machine).items()}
+            return all(len(c.nodes) >= (turns.get(c.axis, LEAST) if c.rotary else due) for c in coarse.curves)
         if left_between(best, coarse) > BETWEEN:
             return False
         fewer = smoothness(best.information.lifted(coarse, lift))
