@@ -97,19 +97,7 @@ def calibrate(
     check_recordings(recordings)
     check_instruments(certificates or {})
     spans = spans_of(recordings)
-    ranges = ranges_of(spans, machine)
-    if not ranges:
-        raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
-    turned = known_turns(machine)
-    _check_frame(machine, turned)
-    before = known_ranges(machine) | {a: (float(q[0]), float(q[-1])) for a, q in turned.items()}
-    _check_reach(before, ranges)
-    _check_anew(kind, before)
-    if growth and not any(e.calibrated for e in machine.effects):
-        raise UsageError(
-            "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
-        )
-    ranges = ranges | before
+    ranges = _looked_at(spans, machine, kind, growth)
     job = _Job(
         recordings,
         machine,
@@ -146,6 +134,28 @@ def calibrate(
         warnings=remarks,
         interpolation=kind,
     )
+
+
+def _looked_at(
+    spans: Mapping[str, tuple[float, float]], machine: Machine, kind: str, growth: float
+) -> dict[str, tuple[float, float]]:
+    """Over which part of which axes errors are looked for: what was read, and what the machine file tabulates.
+
+    Raises UsageError and ModelLimit where nothing moved, and where what the machine file states cannot be the start.
+    """
+    ranges = ranges_of(spans, machine)
+    if not ranges:
+        raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
+    turned = known_turns(machine)
+    _check_frame(machine, turned)
+    before = known_ranges(machine) | {a: (float(q[0]), float(q[-1])) for a, q in turned.items()}
+    _check_reach(before, ranges)
+    _check_anew(kind, before)
+    if growth and not any(e.calibrated for e in machine.effects):
+        raise UsageError(
+            "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
+        )
+    return ranges | before
 
 
 def _check_anew(kind: str, before: Mapping[str, tuple[float, float]]) -> None:
