@@ -2,13 +2,14 @@
 
 The question is asked of a prior that knows next to nothing (every error 5 times its usual size), so that
 smoothness does not answer in place of readings. An error is identified where the readings bring its standard uncertainty
-below a fifth of that prior, at every node. What is not is searched in the few shapes that people have words for: slope, bow
+below a fifth of that prior, at every node; a squareness or location whose u grows with the prior is not, for there the
+prior of the other errors answers. What is not is searched in the few shapes that people have words for: slope, bow
 and S of every curve, and squareness.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,11 +17,15 @@ import numpy as np
 from vcmm.calibrating.evidence import Reduced, with_others
 from vcmm.calibrating.model import Curve, ErrorModel
 from vcmm.calibrating.prior import BROAD, FAR, prior, scaled, usual
-from vcmm.calibrating.solve import conditioned
+from vcmm.calibrating.solve import conditioned, conditioned_factor
 from vcmm.core.axes import axis_of, is_location, is_rotary, unit_vector
 from vcmm.core.run import Array
 
 WORSE = 0.2  # u after over u before: below, an error is identified
+SURE, WIDER = (
+    0.05,
+    4.0,
+)  # below, an angle or a location is; between, where a prior so many times wider does not widen it half as much
 OPEN = 0.25  # variance after over before, of a combination that is not identified
 SHAPES, ANGLE_SHAPE = ("slope", "bow", "S shape"), "angle"
 HARMONICS, LEFT = (
@@ -28,7 +33,7 @@ HARMONICS, LEFT = (
     0.1,
 )  # rms of a wave that the convention nearly takes away
 SHOWN = 0.12  # share of a member of a combination, of its largest
-MOST = 12
+MOST, BRIEF = 12, 3
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,13 @@ class Combination:
     def names(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(name for name, _, _ in self.members))
 
+    @property
+    def brief(self) -> str:
+        """The text without amounts, four members at most."""
+        parts = [n if s == ANGLE_SHAPE else f"{s} of {n}" for n, s, _ in self.members]
+        more = f" and {len(parts) - 4} more" if len(parts) > 4 else ""
+        return f"{', '.join(parts[:4])}{more}: cannot be told apart; {hint(self.names[0])}"
+
 
 @dataclass(frozen=True, eq=False)
 class Identified:
@@ -51,6 +63,24 @@ class Identified:
     combinations: tuple[Combination, ...]
     ratio: dict[str, float]
     condition: float
+
+    def briefly(self) -> list[str]:
+        """What is not identified in a few lines: errors by themselves in one, then combinations, of angles and slopes first."""
+        alone = [c.names[0] for c in self.combinations if len(c.names) == 1]
+        several = sorted(
+            (c for c in self.combinations if len(c.names) > 1),
+            key=lambda c: (
+                not {ANGLE_SHAPE, SHAPES[0]} & {shape for _, shape, _ in c.members[:3]},
+                len(c.names),
+            ),
+        )
+        out = (
+            [f"{', '.join(alone)}: no reading depends on {'it' if len(alone) == 1 else 'them'}"]
+            if alone
+            else []
+        )
+        out += [c.brief for c in several[:BRIEF]]
+        return out + ([f"and {len(several) - BRIEF} more such combinations"] if len(several) > BRIEF else [])
 
     def document(self) -> list[dict[str, object]]:
         """What is not identified, for JSON documents."""
@@ -68,9 +98,41 @@ def identified(reduced: Reduced) -> Identified:
         name: float(np.sqrt((np.diag(after)[part] / np.diag(before)[part]).max()))
         for name, part in model.slices.items()
     }
-    names = tuple(n for n in model.names if ratio[n] < WORSE)
-    found = combinations(model, before, after, [n for n in model.names if n not in names])
+    guessed = _by_the_prior(reduced, factor, ratio)
+    names = tuple(n for n in model.names if ratio[n] < WORSE and n not in guessed)
+    doubtful = [n for n in model.names if n not in names and n not in guessed]
+    found = (*combinations(model, before, after, doubtful), *_beside(model, before, after, guessed))
     return Identified(names, found, ratio, _condition(reduced, factor, names))
+
+
+def _by_the_prior(reduced: Reduced, factor: Array, ratio: Mapping[str, float]) -> list[str]:
+    """Squareness and location errors that only the prior of the other errors tells: their u grows as that does."""
+    model = reduced.model
+    near = [p for p in model.pairs if SURE <= ratio[p] < WORSE]
+    if not near:
+        return []
+    wide = WIDER * factor
+    _, half = conditioned_factor(reduced, with_others(wide, len(reduced.b)))
+    after, before = (half**2).sum(axis=1), (wide**2).sum(axis=1)
+    rows = {p: model.slices[p].start for p in near}
+    return [p for p, i in rows.items() if np.sqrt(after[i] / before[i]) > ratio[p] / 2]
+
+
+def _beside(model: ErrorModel, before: Array, after: Array, names: Sequence[str]) -> list[Combination]:
+    """For each of these the combination that is left of it: what changes with it and shows in no reading."""
+    shapes, labels = _shapes(model, model.names)
+    look = np.linalg.pinv(shapes)
+    had = np.sqrt(np.diag(look @ before @ look.T))
+    out = []
+    for name in names:
+        row = model.slices[name].start
+        amount = look @ after[:, row] / np.sqrt(after[row, row])
+        share = np.abs(amount) / had
+        own = labels.index((name, ANGLE_SHAPE))
+        order = [own, *(int(i) for i in np.argsort(-share) if i != own)]
+        members = [(*labels[i], float(amount[i])) for i in order if i == own or share[i] > SHOWN * share[own]]
+        out.append(Combination(tuple(members), _several(members)))
+    return out
 
 
 def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:

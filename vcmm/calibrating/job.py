@@ -305,7 +305,7 @@ def solved(parts: Sequence[Readings], model: ErrorModel, before: Before) -> Erro
     try:
         return solve(parts, model, before)
     except ModelLimit as error:
-        texts = [c.text for c in beforehand(parts, model).combinations]
+        texts = beforehand(parts, model).briefly()
         raise ModelLimit(
             "\n  ".join([f"{error}. Not identified are:", *texts]) if texts else str(error)
         ) from None
@@ -334,7 +334,7 @@ def _refuse_if_nothing(found: Identified) -> None:
     if not found.names:
         raise UsageError(
             "the recordings identify no error of the machine by itself:\n  "
-            + "\n  ".join(c.text for c in found.combinations)
+            + "\n  ".join(found.briefly())
             + "\nAdd such recordings, or name the errors to look for with --errors; the others are then taken as zero"
         )
 
