@@ -65,15 +65,12 @@ class Identified:
     condition: float
 
     def briefly(self) -> list[str]:
-        """What is not identified in a few lines: errors by themselves in one, then combinations, of angles and slopes first."""
+        """What is not identified in a few lines: errors by themselves in one, then combinations, one of slopes and one of angles first."""
         alone = [c.names[0] for c in self.combinations if len(c.names) == 1]
-        several = sorted(
-            (c for c in self.combinations if len(c.names) > 1),
-            key=lambda c: (
-                not {ANGLE_SHAPE, SHAPES[0]} & {shape for _, shape, _ in c.members[:3]},
-                len(c.names),
-            ),
-        )
+        several = sorted((c for c in self.combinations if len(c.names) > 1), key=lambda c: len(c.names))
+        for shape in (ANGLE_SHAPE, SHAPES[0]):
+            first = [c for c in several if shape in {s for _, s, _ in c.members[:3]}][:1]
+            several = first + [c for c in several if c not in first]
         out = (
             [f"{', '.join(alone)}: no reading depends on {'it' if len(alone) == 1 else 'them'}"]
             if alone
