@@ -2,8 +2,8 @@
 
 The question is asked of a prior that knows next to nothing (every error 5 times its usual size), so that
 smoothness does not answer in place of readings. An error is identified where the readings bring its standard uncertainty
-below a fifth of that prior, at every node; a squareness or location whose u grows with the prior is not, for there the
-prior of the other errors answers. What is not is searched in the few shapes that people have words for: slope, bow
+below a fifth of that prior, at every node; a squareness or location that only the prior of the other errors tells is not (its u
+grows with that prior, and is large in the fit). What is not is searched in the few shapes that people have words for: slope, bow
 and S of every curve, and squareness.
 """
 
@@ -22,12 +22,9 @@ from vcmm.core.axes import axis_of, is_location, is_rotary, unit_vector
 from vcmm.core.run import Array
 
 WORSE = 0.2  # u after over u before: below, an error is identified
-SURE, WIDER = (
-    0.05,
-    4.0,
-)  # below, an angle or a location is; between, where a prior so many times wider does not widen it half as much
+WIDER = 4.0  # times: the u of an angle that readings tell follows a prior so much wider less than half
 OPEN = 0.25  # variance after over before, of a combination that is not identified
-SHAPES, ANGLE_SHAPE = ("slope", "bow", "S shape"), "angle"
+SHAPES, ANGLE_SHAPE, FINER = ("slope", "bow", "S shape"), "angle", "finer shape"
 HARMONICS, LEFT = (
     ("once-per-turn", "twice-per-turn"),
     0.1,
@@ -66,7 +63,9 @@ class Identified:
 
     def briefly(self) -> list[str]:
         """What is not identified in a few lines: errors by themselves in one, then combinations, one of slopes and one of angles first."""
-        alone = [c.names[0] for c in self.combinations if len(c.names) == 1]
+        single = [c for c in self.combinations if len(c.names) == 1]
+        coarse = [c.names[0] for c in single if c.members[0][1] == FINER]
+        alone = [c.names[0] for c in single if c.names[0] not in coarse]
         several = sorted((c for c in self.combinations if len(c.names) > 1), key=lambda c: len(c.names))
         for shape in (ANGLE_SHAPE, SHAPES[0]):
             first = [c for c in several if shape in {s for _, s, _ in c.members[:3]}][:1]
@@ -76,6 +75,10 @@ class Identified:
             if alone
             else []
         )
+        if coarse:
+            out.append(
+                f"{', '.join(coarse)}: known in the coarse shape only; read more positions along the axis"
+            )
         out += [c.brief for c in several[:BRIEF]]
         return out + ([f"and {len(several) - BRIEF} more such combinations"] if len(several) > BRIEF else [])
 
@@ -84,8 +87,8 @@ class Identified:
         return [{"combination": list(c.names), "text": c.text} for c in self.combinations]
 
 
-def identified(reduced: Reduced) -> Identified:
-    """See the head of this file; reduced: the readings with the weights of the covariance."""
+def identified(reduced: Reduced, covariance: Array | None = None) -> Identified:
+    """See the head of this file; reduced: the readings with the weights of the covariance. covariance (size, size): of the fit."""
     model = reduced.model
     factor = broad_factor(model)
     _, after = conditioned(reduced, with_others(factor, len(reduced.b)))
@@ -95,24 +98,32 @@ def identified(reduced: Reduced) -> Identified:
         name: float(np.sqrt((np.diag(after)[part] / np.diag(before)[part]).max()))
         for name, part in model.slices.items()
     }
-    guessed = _by_the_prior(reduced, factor, ratio)
+    guessed = [] if covariance is None else _by_the_prior(reduced, factor, ratio, covariance)
     names = tuple(n for n in model.names if ratio[n] < WORSE and n not in guessed)
     doubtful = [n for n in model.names if n not in names and n not in guessed]
-    found = (*combinations(model, before, after, doubtful), *_beside(model, before, after, guessed))
+    found = combinations(model, before, after, doubtful)
+    told = {n for c in found for n in c.names}
+    untold = [*guessed, *(n for n in doubtful if n in model.pairs and n not in told)]
+    found = (*found, *_beside(model, before, after, untold))
     return Identified(names, found, ratio, _condition(reduced, factor, names))
 
 
-def _by_the_prior(reduced: Reduced, factor: Array, ratio: Mapping[str, float]) -> list[str]:
-    """Squareness and location errors that only the prior of the other errors tells: their u grows as that does."""
+def _by_the_prior(
+    reduced: Reduced, factor: Array, ratio: Mapping[str, float], covariance: Array
+) -> list[str]:
+    """Squareness and location errors that only the prior of the other errors tells: their u grows as that does, and in the fit, where
+    the readings chose the sizes of the other errors, it is as large as that of what is not identified.
+    """
     model = reduced.model
-    near = [p for p in model.pairs if SURE <= ratio[p] < WORSE]
+    rows = {p: model.slices[p].start for p in model.pairs}
+    had = (factor**2).sum(axis=1)
+    near = [p for p, i in rows.items() if ratio[p] < WORSE and covariance[i, i] > WORSE**2 * had[i]]
     if not near:
         return []
     wide = WIDER * factor
     _, half = conditioned_factor(reduced, with_others(wide, len(reduced.b)))
-    after, before = (half**2).sum(axis=1), (wide**2).sum(axis=1)
-    rows = {p: model.slices[p].start for p in near}
-    return [p for p, i in rows.items() if np.sqrt(after[i] / before[i]) > ratio[p] / 2]
+    after = (half**2).sum(axis=1)
+    return [p for p in near if np.sqrt(after[rows[p]] / had[rows[p]]) / WIDER > ratio[p] / 2]
 
 
 def _beside(model: ErrorModel, before: Array, after: Array, names: Sequence[str]) -> list[Combination]:
@@ -253,10 +264,10 @@ def _grouped(found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[s
             several.append(Combination(tuple(members), _several(members)))
     out = [Combination(tuple(m), _alone(name, m)) for name, m in alone.items()]
     told = {n for c in [*out, *several] for n in c.names}
-    silent = [n for n in doubtful if n not in told]
+    silent = [n for n in doubtful if n not in told and n[1] != "0"]  # curves
     out += [
         Combination(
-            ((n, "finer shape", 1.0),),
+            ((n, FINER, 1.0),),
             f"{n}: known in its coarse shape only; finer shapes are not resolved by the positions that were read",
         )
         for n in silent

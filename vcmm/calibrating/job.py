@@ -16,6 +16,7 @@ from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, nett
 from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, known_turns, name_of
 from vcmm.calibrating.model import LINEAR, ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
+from vcmm.calibrating.remarks import as_before, noticed
 from vcmm.calibrating.result import Calibration
 from vcmm.calibrating.reversed_readings import read_jointly
 from vcmm.calibrating.rotary import average_line
@@ -113,15 +114,15 @@ def calibrate(
     swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
-    found = beforehand(parts, post.model) if growth else identified(post.information)
+    found = beforehand(parts, post.model) if growth else identified(post.information, post.covariance)
     if not known.names:
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
     remarks = (
         *remarks_on(recordings),
-        *_remarks(parts, post, only, bool(known.names)),
+        *noticed(parts, post, only, bool(known.names)),
         *swinging,
-        *(grown(growth, parts, post.model, known) if growth else _as_before(found, known)),
+        *(grown(growth, parts, post.model, known) if growth else as_before(found, known)),
     )
     return Calibration(
         machine=_travelled(machine, spans | ranges),
@@ -320,16 +321,6 @@ def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identified:
     return identified(reduced([project(p, c, 1.0 / p.u**2) for p, c in zip(parts, columns)], model))
 
 
-def _as_before(found: Identified, known: Known) -> list[str]:
-    """What is taken over from the machine file unchanged."""
-    kept = [n for n in known.names if n not in found.names]
-    if not kept:
-        return []
-    return [
-        f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"
-    ]
-
-
 def _refuse_if_nothing(found: Identified) -> None:
     if not found.names:
         raise UsageError(
@@ -365,32 +356,3 @@ def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Ma
             still = STILL if high - low <= REST else 0.0
             axes[letter] = replace(axis, travel=(low - still, high + still))
     return replace(machine, axes=axes)
-
-
-def _remarks(parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool) -> list[str]:
-    """Sentences about what was assumed and what was found to be otherwise."""
-    out = [a for p in parts for a in p.assumed]
-    if only:
-        rest = "stays as the machine file has it" if stated else "was taken as zero"
-        out.append(f"only {', '.join(only)} were looked for; every other error {rest}")
-    for part, noise in zip(parts, post.noise):
-        name = part.recording.name
-        if not part.stated:
-            unit, scale = ("urad", 1e6) if part.recording.kind == "angle" else ("um", 1e3)
-            out.append(
-                f"{name}: the noise is not stated; the residuals say {noise.u * part.u[0] * scale:.2g} {unit}"
-            )
-        elif noise.scale > 1.0 and np.isinf(noise.dof):
-            out.append(
-                f"{name}: the residuals are {noise.scale:.2f} times the stated noise, which was raised by that"
-            )
-        if noise.outliers.any():
-            out.append(
-                f"{name}: {int(noise.outliers.sum())} outliers carry little weight: {part.recording.places(noise.outliers)}"
-            )
-    for name, value in zip(post.own_names, post.own):
-        if abs(value) > 3:
-            out.append(
-                f"{name}: the readings pull it by {value:+.1f} times its stated u; check its certificate"
-            )
-    return out

@@ -30,6 +30,7 @@ REFINED = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
 FINEST = (
     1e-3  # of the readings: a noise that nobody stated is not taken for smaller, however few the readings
 )
+SMALL = 0.45  # of the stated noise: half way (in ratio) to 1 / 4.848, arcsec taken for urad
 EXCESS, CHANCE = (
     1.15,
     1e-3,
@@ -38,11 +39,15 @@ EXCESS, CHANCE = (
 
 @dataclass(frozen=True, eq=False)
 class ReadingNoise:
-    """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool."""
+    """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool.
+
+    quiet: the residuals over the stated u, where they are smaller than SMALL of it and not by chance; else 1.
+    """
 
     scale: float
     dof: float
     outliers: npt.NDArray[np.bool_]
+    quiet: float = 1.0
 
     @property
     def u(self) -> float:
@@ -229,7 +234,17 @@ def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
     if part.stated and not _too_large(scale, dof, part, left):
         scale = 1.0 if np.isinf(dof) or part.dof is not None else min(scale, 1.0)
     limit = 4.0 if np.isinf(dof) else 4.5
-    return ReadingNoise(scale, dof, np.abs(e) > limit * scale)
+    return ReadingNoise(scale, dof, np.abs(e) > limit * scale, _quiet(e, part, left))
+
+
+def _quiet(e: Array, part: Readings, left: float) -> float:
+    """rms of residuals (m,) in units of the stated u where it is small beyond chance (chi-squared with `left` dof), else 1."""
+    from scipy.special import chdtr
+
+    rms = float(np.sqrt((e**2).mean()))
+    if not part.stated or rms > SMALL or chdtr(left, rms**2 * left) > CHANCE:
+        return 1.0
+    return rms
 
 
 def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:
