@@ -81,6 +81,12 @@ def test_harmonics_are_reported():
     assert 0.05 < second["u"] < 1.0
 
 
+def test_where_the_ball_of_an_r_test_stands():
+    """About (10, -5): from the centre the ball is (200, 5), after a quarter turn of the table the other way (5, -200)."""
+    place = held(bare(TABLE), "C", np.array([0.0, np.pi / 2]), (210.0, 0.0, 50.0), (0.0, 0.0, 0.0)).position
+    assert [place[a].round(9).tolist() for a in "XYZ"] == [[210.0, 15.0], [0.0, -205.0], [50.0, 50.0]]
+
+
 def test_an_r_test_by_hand():
     # table C about (10, -5): X0C = 20 um moves the table by +20 um, the tip against it by -20 um; at C = 90 deg the table has turned by
     # -90 deg, so that the machine's -X is the workpiece's -Y (x machine = R(-q) x workpiece: workpiece = R(q) machine)
