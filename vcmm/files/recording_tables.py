@@ -33,6 +33,12 @@ class SeriesTable(Table):
     data: str = Field(examples=['"temperatures.csv"'])
 
 
+class KnownTable(Table):
+    """What is known to be uncertain in this recording: a table with one column per independent draw, in the rows of the data."""
+
+    data: str = Field(examples=['"part-known.csv"'])
+
+
 class LineTable(Table):
     """Where an axis was measured (formats iso230, rtl, scope): the axis, the other axes, the reflector."""
 
@@ -113,6 +119,7 @@ class RecordingFile(Table):
     down: list[float] | None = Field(default=None, min_length=3, max_length=3, examples=["[0, 0, -1]"])
     nuisance: dict[str, str] = Field(default_factory=dict, examples=['{ rigid = "pose" }'])
     noise: NoiseTable | None = None
+    known: KnownTable | None = None
     series: list[SeriesTable] = Field(default_factory=list)
     line: LineTable | None = None
     pose: PoseTable | None = None
