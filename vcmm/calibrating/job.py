@@ -181,14 +181,16 @@ def _check_frame(machine: Machine, turned: Collection[str]) -> None:
 def _check_reach(
     before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]
 ) -> None:
-    """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated."""
-    for axis, (low, high) in ranges.items():
-        if axis in before and whole_turn(axis, np.array(before[axis])):
+    """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated; a table over a whole turn has no end."""
+    for axis, known in before.items():
+        if axis not in ranges or whole_turn(axis, np.array(known)):
             continue
-        if axis in before and (low < before[axis][0] - REST or high > before[axis][1] + REST):
+        unit, scale = ("deg", 180 / np.pi) if is_rotary(axis) else ("mm", 1.0)
+        (low, high), (first, last) = ranges[axis], known
+        if low < first - REST or high > last + REST:
             raise ModelLimit(
-                f"the readings go from {axis} = {low:g} to {high:g} mm, the tables of the machine file from {before[axis][0]:g} to "
-                f"{before[axis][1]:g} mm: leave out the readings beyond, or calibrate anew with --structure"
+                f"the readings go from {axis} = {low * scale:g} to {high * scale:g} {unit}, the tables of the machine file from "
+                f"{first * scale:g} to {last * scale:g} {unit}: leave out the readings beyond, or calibrate anew with --structure"
             )
 
 
