@@ -31,7 +31,7 @@ from vcmm.effects.squareness import Squareness
 from vcmm.instruments import find
 from vcmm.instruments.artefact import plate
 from vcmm.instruments.instrument import InstrumentCertificate
-from vcmm.instruments.laser import line
+from vcmm.instruments.laser import diagonal, line
 from vcmm.instruments.laying import simulated
 from vcmm.instruments.tracker import lengths_to, moved
 
@@ -211,7 +211,21 @@ def test_body_diagonals_alone_are_refused_with_the_combination():
         calibrate(read, bare())
     text = str(error.value)
     assert "cannot be told apart" in text
-    assert "C0Y" in text
+    assert "slope of E" in text  # scale
+    assert any(pair in text for pair in ("C0Y", "B0Z", "A0Z"))  # and squareness
+    assert len(text) < 800  # what the command line shows of it
+    # read from their corners through the volume, squareness is told to 10 urad by the prior of the other errors alone
+    ends = np.array([TRAVEL[a] for a in "XYZ"])
+    corners = [
+        (ends[range(3), f], ends[range(3), 1 - np.array(f)])
+        for f in ((0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 1))
+    ]
+    meant = [
+        replace(diagonal(bare(), (a.tolist(), b.tolist()), 9, 0.3e-3), name=f"d{k}")
+        for k, (a, b) in enumerate(corners)
+    ]
+    with pytest.raises(UsageError, match="identify no error"):
+        calibrate(recorded(draw(rng), meant, rng), bare())
     # scales and squareness alone, everything else zero: four diagonals tell the squareness, and only one sum of the scales
     found = calibrate(read, bare(), only=("EXX", "EYY", "C0Y"))
     assert found.identified.names == ("C0Y",)

@@ -64,6 +64,7 @@ def test_recordings_to_a_machine_file_and_back(recorded_x, capsys):
     assert 0.1 < found["residual_um"] < 0.4
     assert found["condition"] > 1
     assert "EYX over X" in report.read_text()
+    assert "EAX: residuals and 95 % of the noise" in report.read_text()
     again = load_machine(out)
     assert [i.id for i in again.inputs] == ["calibration_modes[*].modes"]
     # a straightness recording less the file's prediction is the noise of 0.3 um, before and after the round trip

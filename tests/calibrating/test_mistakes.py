@@ -32,7 +32,40 @@ def test_one_station_is_too_few():
     one = recorded(draw(rng), tracers(bare(), step=3)[:1], rng)
     with pytest.raises(UsageError, match="identify no error of the machine by itself") as error:
         calibrate(one, bare())
-    assert "EZZ: no reading depends on it; measure lengths along Z" in str(error.value)
+    alone, *several = str(error.value).splitlines()[1:]
+    assert "EZZ" in alone
+    assert "no reading depends on them" in alone
+    assert "cannot be told apart" in several[0]
+
+
+@pytest.mark.parametrize(
+    ("component", "times", "said"), [("B", 4.848, "arcsec taken"), ("X", 1000.0, "mm taken for um")]
+)
+def test_values_of_a_larger_unit_are_quieter_than_their_stated_noise(component, times, said):
+    """Alone nothing contradicts them; but 0.3 urad or um of noise are read in full units only."""
+    rng = np.random.default_rng(3)
+    read = recorded(
+        draw(rng),
+        [
+            line(
+                bare(),
+                "X",
+                np.linspace(0, 600, 13),
+                MIDDLE,
+                TIP,
+                component,
+                0.3e-6 * (1e3 if component == "X" else 1),
+            )
+        ],
+        rng,
+    )[0]
+    name = f"E{component}X"
+    assert not any(
+        "only" in w and "stated noise" in w for w in calibrate([read], bare(), only=[name]).warnings
+    )
+    small = replace(read, value=read.value / times)
+    (warned,) = (w for w in calibrate([small], bare(), only=[name]).warnings if "stated noise" in w)
+    assert said in warned
 
 
 def test_a_mirrored_straightness_is_named():

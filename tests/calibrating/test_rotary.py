@@ -23,6 +23,7 @@ from tests.calibrating.turning import (
 )
 from vcmm.calibrating.checks import check_agreement
 from vcmm.calibrating.job import calibrate, ranges_of, spans_of
+from vcmm.calibrating.machine_file import machine_texts
 from vcmm.calibrating.model import error_model
 from vcmm.calibrating.readings import readings
 from vcmm.calibrating.rotary import average_line
@@ -78,6 +79,12 @@ def test_harmonics_are_reported():
     assert second["order"] == 2
     assert abs(second["amplitude"] - np.hypot(*waves[2:4]) * 1e6) < 4 * second["u"]
     assert 0.05 < second["u"] < 1.0
+
+
+def test_where_the_ball_of_an_r_test_stands():
+    """About (10, -5): from the centre the ball is (200, 5), after a quarter turn of the table the other way (5, -200)."""
+    place = held(bare(TABLE), "C", np.array([0.0, np.pi / 2]), (210.0, 0.0, 50.0), (0.0, 0.0, 0.0)).position
+    assert [place[a].round(9).tolist() for a in "XYZ"] == [[210.0, 15.0], [0.0, -205.0], [50.0, 50.0]]
 
 
 def test_an_r_test_by_hand():
@@ -169,9 +176,6 @@ def test_rotary_errors_beside_known_linear_ones_on_the_command_line(tmp_path, ca
     left -= nuisance @ np.linalg.lstsq(nuisance, left, rcond=None)[0]
     stated = next(r for r in document["residuals"] if r["recording"] == read[0].name)
     assert np.sqrt((left**2).mean()) * 1e3 == pytest.approx(stated["rms"], rel=0.02)
-    # a file that states errors of C already is not taken as the start of another calibration
-    assert run(["calibrate", *files, "--machine", str(out), "--json"]) == 2
-    assert "states errors of the rotary axis C" in capsys.readouterr().err
     # one that only places C in its table is not made anew without it
     placed = (tmp_path / "bare.toml").read_text() + '[errors]\ntable = "errors.csv"\n'
     (tmp_path / "placed.toml").write_text(placed)
@@ -181,6 +185,71 @@ def test_rotary_errors_beside_known_linear_ones_on_the_command_line(tmp_path, ca
     words = [str(tmp_path / "line.toml"), "--machine", str(tmp_path / "placed.toml"), "--errors", "EXX"]
     assert run(["calibrate", *words, "--out", str(tmp_path / "new.toml")]) == 2
     assert "the error table states X0C" in capsys.readouterr().err
+
+
+def stored(found, folder, prior=None):
+    for name, text in machine_texts(found, folder / "machine.toml", ["r"], prior).items():
+        (folder / name).write_text(text)
+    return load_machine(folder / "machine.toml")
+
+
+def test_a_file_with_rotary_errors_is_recalibrated(tmp_path):
+    """Errors of C, and a lost motion of C beside them. X read again: C stays to the last digit. Then one R-test after C was moved by
+    8 um in X: the location follows, and what nobody says has changed is only known better.
+    """
+    _, _, found = found_on(TABLE, "C")
+    first = stored(found, tmp_path)
+    lost = '\n[[effects]]\neffect = "backlash"\naxis = "C"\ngap = "0.005 um"\n'  # 5 urad
+    (tmp_path / "machine.toml").write_text((tmp_path / "machine.toml").read_text() + lost)
+    known = load_machine(tmp_path / "machine.toml")
+    rng = np.random.default_rng(8)
+    stretched = known.with_effect(ComponentPolynomial("EXX", np.array([0.0, 10e-3])))
+    place = line(known, "X", np.linspace(0, 300, 7), {"Y": 0.0, "Z": 0.0, "C": 0.0}, np.zeros(3), "X", 0.1e-3)
+    (tmp_path / "second").mkdir()
+    linear = calibrate(recorded(stretched, [place], rng), known, only=["EXX"])
+    second = stored(linear, tmp_path / "second", tmp_path / "machine.toml")
+    assert "EXX" in linear.identified.names
+    for name in errors_of("C"):
+        (nodes, value, u), (again, same, later) = found.band(name), linear.band(name)
+        assert again == pytest.approx(nodes, abs=1e-9, nan_ok=True)
+        assert same == pytest.approx(value, abs=1e-9 + 1e-6 * np.abs(value).max())
+        assert later == pytest.approx(u, rel=1e-3)
+    assert (
+        [e.name for e in second.effects if e.where == "C"]
+        == [e.name for e in known.effects if e.where == "C"]
+        != []
+    )
+    turn = np.linspace(-np.pi, np.pi, 9)
+    middle = {
+        a: np.full(9, 150.0 if a == "X" else 0.0) for a in "XYZ"
+    }  # where EXX is nothing, by its convention
+    at = Run(middle | {"C": turn}, np.full((9, 3), 50.0), {"sense_C": np.ones(9)})
+    assert second.tip_error(at) == pytest.approx(known.tip_error(at), abs=0.1e-3)
+    moved = known.with_effect(RotaryLocation("X0C", offset=8e-3))
+    test = set_ups(bare(TABLE), "C")[0]
+    third = calibrate(recorded(moved, [test], rng), known, only=["X0C", "Y0C"])
+    was, now = found.band("X0C"), third.band("X0C")
+    assert now[1][0] - was[1][0] == pytest.approx(8e-3, abs=4 * np.hypot(now[2][0], was[2][0]))
+    assert now[2][0] < 1e-3
+    for name in ("ECC", "EAC", "EZC"):
+        _, before, u = found.band(name)
+        assert np.all(np.abs(third.band(name)[1] - before) < u)  # read again, and better known: not changed
+        assert np.all(third.band(name)[2] < 1.001 * u)
+    assert first.axes["C"] == known.axes["C"]
+
+
+def test_errors_in_a_frame_that_stands_still_are_not_taken_over(tmp_path):
+    _, read, found = found_on(TABLE, "C")
+    stored(found, tmp_path)
+    text = (
+        (tmp_path / "machine.toml")
+        .read_text()
+        .replace('centre = ["10', 'error_frame = "fixed"\ncentre = ["10')
+    )
+    assert "error_frame" in text
+    (tmp_path / "machine.toml").write_text(text)
+    with pytest.raises(ModelLimit, match='error_frame = "fixed", which a recalibration cannot take'):
+        calibrate(read, load_machine(tmp_path / "machine.toml"))
 
 
 def test_known_linear_errors_stay_and_their_uncertainty_counts(tmp_path):

@@ -148,12 +148,12 @@ def check_agreement(parts: Sequence[Readings], model: ErrorModel) -> None:
 
     columns, _ = columns_of(parts, Before.nothing(model))
     white = [project(p, c, 1 / p.u**2) for p, c in zip(parts, columns)]
-    a, b = np.sum([w.gram for w in white], axis=0), np.sum([w.x.T @ w.y for w in white], axis=0)
+    a, b = np.sum([w.gram for w in white], axis=0), np.sum([w.told(w.y) for w in white], axis=0)
     factor = with_others(broad_factor(model, ROUGH), len(b))
     for part, one in zip(parts, white):
         if len(parts) < 2 or not part.stated:
             continue
-        mean, known = conditioned_factor(Reduced(a - one.gram, b - one.x.T @ one.y, model), factor)
+        mean, known = conditioned_factor(Reduced(a - one.gram, b - one.told(one.y), model), factor)
         nothing = np.zeros(len(mean))
         gains, misfits = {}, {}
         factors = TURNED | ARCSEC if part.recording.kind == "angle" else TURNED
@@ -176,8 +176,8 @@ def log_likelihood(one: Whitened, mean: Array, factor: Array, times: float) -> t
     Their covariance is times^2 1 + (x factor)(x factor)'; its inverse and determinant by Woodbury, so that no matrix is as large as the
     readings are many.
     """
-    away = times * one.y - one.x @ mean
-    seen = factor.T @ (one.x.T @ away)
+    away = times * one.y - one.seen(mean)
+    seen = factor.T @ one.told(away)
     inner = factor.T @ one.gram @ factor
     inner[np.diag_indices_from(inner)] += times**2
     m, r = len(away), len(inner)

@@ -60,7 +60,7 @@ def grown(growth: float, parts: Sequence[Readings], model: ErrorModel, known: Kn
     for part in parts:
         own = [c for _, c in part.own]
         white = project(part, np.concatenate([part.errors, *own], axis=1), 1.0 / part.u**2)
-        whole = with_others(factor, white.x.shape[1])
+        whole = with_others(factor, white.columns.shape[1])
         _, misfit = log_likelihood(white, np.zeros(len(whole)), whole, 1.0)
         left = part.m - white.rank
         if part.stated and left > 0 and chdtrc(left, misfit) < CHANCE:

@@ -2,13 +2,14 @@
 
 The question is asked of a prior that knows next to nothing (every error 5 times its usual size), so that
 smoothness does not answer in place of readings. An error is identified where the readings bring its standard uncertainty
-below a fifth of that prior, at every node. What is not is searched in the few shapes that people have words for: slope, bow
+below a fifth of that prior, at every node; a squareness or location that only the prior of the other errors tells is not (its u
+grows with that prior, and is large in the fit). What is not is searched in the few shapes that people have words for: slope, bow
 and S of every curve, and squareness.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,19 +17,20 @@ import numpy as np
 from vcmm.calibrating.evidence import Reduced, with_others
 from vcmm.calibrating.model import Curve, ErrorModel
 from vcmm.calibrating.prior import BROAD, FAR, prior, scaled, usual
-from vcmm.calibrating.solve import conditioned
+from vcmm.calibrating.solve import conditioned, conditioned_factor
 from vcmm.core.axes import axis_of, is_location, is_rotary, unit_vector
 from vcmm.core.run import Array
 
 WORSE = 0.2  # u after over u before: below, an error is identified
+WIDER = 4.0  # times: the u of an angle that readings tell follows a prior so much wider less than half
 OPEN = 0.25  # variance after over before, of a combination that is not identified
-SHAPES, ANGLE_SHAPE = ("slope", "bow", "S shape"), "angle"
+SHAPES, ANGLE_SHAPE, FINER = ("slope", "bow", "S shape"), "angle", "finer shape"
 HARMONICS, LEFT = (
     ("once-per-turn", "twice-per-turn"),
     0.1,
 )  # rms of a wave that the convention nearly takes away
 SHOWN = 0.12  # share of a member of a combination, of its largest
-MOST = 12
+MOST, BRIEF = 12, 3
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,13 @@ class Combination:
     def names(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(name for name, _, _ in self.members))
 
+    @property
+    def brief(self) -> str:
+        """The text without amounts, four members at most."""
+        parts = [n if s == ANGLE_SHAPE else f"{s} of {n}" for n, s, _ in self.members]
+        more = f" and {len(parts) - 4} more" if len(parts) > 4 else ""
+        return f"{', '.join(parts[:4])}{more}: cannot be told apart; {hint(self.names[0])}"
+
 
 @dataclass(frozen=True, eq=False)
 class Identified:
@@ -52,13 +61,34 @@ class Identified:
     ratio: dict[str, float]
     condition: float
 
+    def briefly(self) -> list[str]:
+        """What is not identified in a few lines: errors by themselves in one, then combinations, one of slopes and one of angles first."""
+        single = [c for c in self.combinations if len(c.names) == 1]
+        coarse = [c.names[0] for c in single if c.members[0][1] == FINER]
+        alone = [c.names[0] for c in single if c.names[0] not in coarse]
+        several = sorted((c for c in self.combinations if len(c.names) > 1), key=lambda c: len(c.names))
+        for shape in (ANGLE_SHAPE, SHAPES[0]):
+            first = [c for c in several if shape in {s for _, s, _ in c.members[:3]}][:1]
+            several = first + [c for c in several if c not in first]
+        out = (
+            [f"{', '.join(alone)}: no reading depends on {'it' if len(alone) == 1 else 'them'}"]
+            if alone
+            else []
+        )
+        if coarse:
+            out.append(
+                f"{', '.join(coarse)}: known in the coarse shape only; read more positions along the axis"
+            )
+        out += [c.brief for c in several[:BRIEF]]
+        return out + ([f"and {len(several) - BRIEF} more such combinations"] if len(several) > BRIEF else [])
+
     def document(self) -> list[dict[str, object]]:
         """What is not identified, for JSON documents."""
         return [{"combination": list(c.names), "text": c.text} for c in self.combinations]
 
 
-def identified(reduced: Reduced) -> Identified:
-    """See the head of this file; reduced: the readings with the weights of the covariance."""
+def identified(reduced: Reduced, covariance: Array | None = None) -> Identified:
+    """See the head of this file; reduced: the readings with the weights of the covariance. covariance (size, size): of the fit."""
     model = reduced.model
     factor = broad_factor(model)
     _, after = conditioned(reduced, with_others(factor, len(reduced.b)))
@@ -68,9 +98,49 @@ def identified(reduced: Reduced) -> Identified:
         name: float(np.sqrt((np.diag(after)[part] / np.diag(before)[part]).max()))
         for name, part in model.slices.items()
     }
-    names = tuple(n for n in model.names if ratio[n] < WORSE)
-    found = combinations(model, before, after, [n for n in model.names if n not in names])
+    guessed = [] if covariance is None else _by_the_prior(reduced, factor, ratio, covariance)
+    names = tuple(n for n in model.names if ratio[n] < WORSE and n not in guessed)
+    doubtful = [n for n in model.names if n not in names and n not in guessed]
+    found = combinations(model, before, after, doubtful)
+    told = {n for c in found for n in c.names}
+    untold = [*guessed, *(n for n in doubtful if n in model.pairs and n not in told)]
+    found = (*found, *_beside(model, before, after, untold))
     return Identified(names, found, ratio, _condition(reduced, factor, names))
+
+
+def _by_the_prior(
+    reduced: Reduced, factor: Array, ratio: Mapping[str, float], covariance: Array
+) -> list[str]:
+    """Squareness and location errors that only the prior of the other errors tells: their u grows as that does, and in the fit, where
+    the readings chose the sizes of the other errors, it is as large as that of what is not identified.
+    """
+    model = reduced.model
+    rows = {p: model.slices[p].start for p in model.pairs}
+    had = (factor**2).sum(axis=1)
+    near = [p for p, i in rows.items() if ratio[p] < WORSE and covariance[i, i] > WORSE**2 * had[i]]
+    if not near:
+        return []
+    wide = WIDER * factor
+    _, half = conditioned_factor(reduced, with_others(wide, len(reduced.b)))
+    after = (half**2).sum(axis=1)
+    return [p for p in near if np.sqrt(after[rows[p]] / had[rows[p]]) / WIDER > ratio[p] / 2]
+
+
+def _beside(model: ErrorModel, before: Array, after: Array, names: Sequence[str]) -> list[Combination]:
+    """For each of these the combination that is left of it: what changes with it and shows in no reading."""
+    shapes, labels = _shapes(model, model.names)
+    look = np.linalg.pinv(shapes)
+    had = np.sqrt(np.diag(look @ before @ look.T))
+    out = []
+    for name in names:
+        row = model.slices[name].start
+        amount = look @ after[:, row] / np.sqrt(after[row, row])
+        share = np.abs(amount) / had
+        own = labels.index((name, ANGLE_SHAPE))
+        order = [own, *(int(i) for i in np.argsort(-share) if i != own)]
+        members = [(*labels[i], float(amount[i])) for i in order if i == own or share[i] > SHOWN * share[own]]
+        out.append(Combination(tuple(members), _several(members)))
+    return out
 
 
 def broad_factor(model: ErrorModel, share: float = 0.35) -> Array:
@@ -194,10 +264,10 @@ def _grouped(found: Sequence[list[tuple[str, str, float]]], doubtful: Sequence[s
             several.append(Combination(tuple(members), _several(members)))
     out = [Combination(tuple(m), _alone(name, m)) for name, m in alone.items()]
     told = {n for c in [*out, *several] for n in c.names}
-    silent = [n for n in doubtful if n not in told]
+    silent = [n for n in doubtful if n not in told and n[1] != "0"]  # curves
     out += [
         Combination(
-            ((n, "finer shape", 1.0),),
+            ((n, FINER, 1.0),),
             f"{n}: known in its coarse shape only; finer shapes are not resolved by the positions that were read",
         )
         for n in silent

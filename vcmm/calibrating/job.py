@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,14 +13,15 @@ from vcmm.calibrating.evidence import smoothness
 from vcmm.calibrating.growth import grown, growth_factor
 from vcmm.calibrating.identified import Identified, identified
 from vcmm.calibrating.interpolation import NETS, as_kind, interpolation_of, netted, swings
-from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, name_of
+from vcmm.calibrating.known import Known, known_errors_of, known_nodes, known_ranges, known_turns, name_of
 from vcmm.calibrating.model import LINEAR, ErrorModel, error_model
 from vcmm.calibrating.readings import Readings, read_both_ways, readings
+from vcmm.calibrating.remarks import as_before, noticed
 from vcmm.calibrating.result import Calibration
 from vcmm.calibrating.reversed_readings import read_jointly
 from vcmm.calibrating.rotary import average_line
 from vcmm.calibrating.solve import Before, ErrorPosterior, columns_of, project, reduced, solve
-from vcmm.core.axes import is_rotary
+from vcmm.core.axes import is_rotary, whole_turn
 from vcmm.core.errors import ModelLimit, UsageError
 from vcmm.core.kinematics import Axis, parse_structure
 from vcmm.core.machine import Machine
@@ -41,7 +42,6 @@ REST, STILL = (
     1.0,
 )  # mm: an axis that moves less stands still; travel that it is given then, to either side
 
-TABLES, LOCATION = ("error table", "error curve"), "rotary axis location"  # roles
 NEARLY = np.radians(300.0)  # a rotary axis that turned so far went round
 
 Progress = Callable[[str, float], None]
@@ -98,18 +98,7 @@ def calibrate(
     check_recordings(recordings)
     check_instruments(certificates or {})
     spans = spans_of(recordings)
-    ranges = ranges_of(spans, machine)
-    if not ranges:
-        raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
-    _check_rotary(machine, ranges)
-    before = known_ranges(machine)
-    _check_reach(before, ranges)
-    _check_anew(kind, before)
-    if growth and not any(e.calibrated for e in machine.effects):
-        raise UsageError(
-            "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
-        )
-    ranges = ranges | before
+    ranges = _looked_at(spans, machine, kind, growth)
     job = _Job(
         recordings,
         machine,
@@ -125,15 +114,15 @@ def calibrate(
     swinging = swings(post, job.posterior_of(job.model(FINEST))[1]) if kind == POLYNOMIAL else []
     check_agreement(parts, post.model)
     progress("what is identified", 0.9)
-    found = beforehand(parts, post.model) if growth else identified(post.information)
+    found = beforehand(parts, post.model) if growth else identified(post.information, post.covariance)
     if not known.names:
         _refuse_if_nothing(found)
     kept, theta, covariance = _kept(post, known, (*found.names, *known.names), machine)
     remarks = (
         *remarks_on(recordings),
-        *_remarks(parts, post, only, bool(known.names)),
+        *noticed(parts, post, only, bool(known.names)),
         *swinging,
-        *(grown(growth, parts, post.model, known) if growth else _as_before(found, known)),
+        *(grown(growth, parts, post.model, known) if growth else as_before(found, known)),
     )
     return Calibration(
         machine=_travelled(machine, spans | ranges),
@@ -148,6 +137,28 @@ def calibrate(
     )
 
 
+def _looked_at(
+    spans: Mapping[str, tuple[float, float]], machine: Machine, kind: str, growth: float
+) -> dict[str, tuple[float, float]]:
+    """Over which part of which axes errors are looked for: what was read, and what the machine file tabulates.
+
+    Raises UsageError and ModelLimit where nothing moved, and where what the machine file states cannot be the start.
+    """
+    ranges = ranges_of(spans, machine)
+    if not ranges:
+        raise UsageError("no axis moves in the recordings; a calibration needs readings at several positions")
+    turned = known_turns(machine)
+    _check_frame(machine, turned)
+    before = known_ranges(machine) | {a: (float(q[0]), float(q[-1])) for a, q in turned.items()}
+    _check_reach(before, ranges)
+    _check_anew(kind, before)
+    if growth and not any(e.calibrated for e in machine.effects):
+        raise UsageError(
+            "--growth says by how much known errors may have changed, but the machine file states none; leave --growth out"
+        )
+    return ranges | before
+
+
 def _check_anew(kind: str, before: Mapping[str, tuple[float, float]]) -> None:
     """Raises UsageError where a file of splines would be recalibrated by another interpolation."""
     if kind != SPLINE and before:
@@ -157,28 +168,29 @@ def _check_anew(kind: str, before: Mapping[str, tuple[float, float]]) -> None:
         )
 
 
-def _check_rotary(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> None:
-    """Raises ModelLimit where the machine file tabulates errors of a rotary axis, which would not survive in the new error table, or
-    states the location of one that turned.
-    """
-    rotary = [e for e in machine.effects if is_rotary(e.link)]
-    stated = sorted({e.link for e in rotary if e.role in TABLES or (e.role == LOCATION and e.link in ranges)})
-    if stated:
+def _check_frame(machine: Machine, turned: Collection[str]) -> None:
+    """Raises ModelLimit where the machine file tabulates errors of a rotary axis in a frame that does not turn with it."""
+    fixed = sorted(a for a in turned if machine.axes[a].error_frame == "fixed")
+    if fixed:
         raise ModelLimit(
-            f"the machine file states errors of the rotary axis {' '.join(stated)}, which a recalibration cannot take over yet: take them out of "
-            "its error table, and give the recordings of that axis too"
+            f'the machine file tabulates errors of the rotary axis {" ".join(fixed)} with error_frame = "fixed", which a recalibration cannot take '
+            "over: state them in the frame that turns with the axis, or calibrate anew with --structure"
         )
 
 
 def _check_reach(
     before: Mapping[str, tuple[float, float]], ranges: Mapping[str, tuple[float, float]]
 ) -> None:
-    """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated."""
-    for axis, (low, high) in ranges.items():
-        if axis in before and (low < before[axis][0] - REST or high > before[axis][1] + REST):
+    """Raises ModelLimit where readings lie beyond the tables that are to be recalibrated; a table over a whole turn has no end."""
+    for axis, known in before.items():
+        if axis not in ranges or whole_turn(axis, np.array(known)):
+            continue
+        unit, scale = ("deg", 180 / np.pi) if is_rotary(axis) else ("mm", 1.0)
+        (low, high), (first, last) = ranges[axis], known
+        if low < first - REST or high > last + REST:
             raise ModelLimit(
-                f"the readings go from {axis} = {low:g} to {high:g} mm, the tables of the machine file from {before[axis][0]:g} to "
-                f"{before[axis][1]:g} mm: leave out the readings beyond, or calibrate anew with --structure"
+                f"the readings go from {axis} = {low * scale:g} to {high * scale:g} {unit}, the tables of the machine file from "
+                f"{first * scale:g} to {last * scale:g} {unit}: leave out the readings beyond, or calibrate anew with --structure"
             )
 
 
@@ -200,6 +212,7 @@ class _Job:
         parts, post, known = self.fitted(FINE if known_nodes(self.machine) <= FINE else FINEST)
         fine = post.model.curves and len(post.model.curves[0].nodes) == FINE and not known.names
         if fine and expected_between(post) > BETWEEN:
+            del parts, post  # of 10^5 readings a quarter of a gigabyte
             return self.fitted(FINEST)
         return parts, post, known
 
@@ -223,13 +236,17 @@ class _Job:
     def model(self, nodes: int) -> ErrorModel:
         """All errors that may be looked for, with so many nodes."""
         both = sorted({a for r in self.recordings for a in read_both_ways(r)})
-        stated = bool(known_ranges(self.machine))
+        turns = known_turns(self.machine)
+        stated = bool(known_ranges(self.machine) or turns)
         names = [name_of(e) for e in self.machine.effects if e.calibrated]
         model = error_model(self.ranges, nodes, () if stated else self.only, both, names if stated else ())
         if stated and self.only:
             known_too = [n for n in model.names if n in names]
             model = error_model(self.ranges, nodes, (*self.only, *known_too), both, names)
-        return model
+        moved = ranges_of(spans_of(self.recordings), self.machine)
+        kept = {a: q for a, q in turns.items() if a not in moved or len(q) > 2 * nodes - 1}
+        curves = (replace(c, nodes=kept[c.axis], kept=True) if c.axis in kept else c for c in model.curves)
+        return ErrorModel(tuple(curves), model.pairs)
 
     def read(self, model: ErrorModel) -> list[Readings]:
         """The recordings by a model."""
@@ -261,7 +278,8 @@ class _Job:
         """
         if known.names:
             due = max(known_nodes(self.machine), LEAST)
-            return all(len(c.nodes) >= due for c in coarse.curves)
+            turns = {axis: len(nodes) for axis, nodes in known_turns(self.machine).items()}
+            return all(len(c.nodes) >= (turns.get(c.axis, LEAST) if c.rotary else due) for c in coarse.curves)
         if left_between(best, coarse) > BETWEEN:
             return False
         fewer = smoothness(best.information.lifted(coarse, lift))
@@ -291,7 +309,7 @@ def solved(parts: Sequence[Readings], model: ErrorModel, before: Before) -> Erro
     try:
         return solve(parts, model, before)
     except ModelLimit as error:
-        texts = [c.text for c in beforehand(parts, model).combinations]
+        texts = beforehand(parts, model).briefly()
         raise ModelLimit(
             "\n  ".join([f"{error}. Not identified are:", *texts]) if texts else str(error)
         ) from None
@@ -306,21 +324,11 @@ def beforehand(parts: Sequence[Readings], model: ErrorModel) -> Identified:
     return identified(reduced([project(p, c, 1.0 / p.u**2) for p, c in zip(parts, columns)], model))
 
 
-def _as_before(found: Identified, known: Known) -> list[str]:
-    """What is taken over from the machine file unchanged."""
-    kept = [n for n in known.names if n not in found.names]
-    if not kept:
-        return []
-    return [
-        f"{', '.join(kept)}: no reading of these recordings tells whether they changed; they stay as the machine file has them"
-    ]
-
-
 def _refuse_if_nothing(found: Identified) -> None:
     if not found.names:
         raise UsageError(
             "the recordings identify no error of the machine by itself:\n  "
-            + "\n  ".join(c.text for c in found.combinations)
+            + "\n  ".join(found.briefly())
             + "\nAdd such recordings, or name the errors to look for with --errors; the others are then taken as zero"
         )
 
@@ -351,32 +359,3 @@ def _travelled(machine: Machine, spans: Mapping[str, tuple[float, float]]) -> Ma
             still = STILL if high - low <= REST else 0.0
             axes[letter] = replace(axis, travel=(low - still, high + still))
     return replace(machine, axes=axes)
-
-
-def _remarks(parts: Sequence[Readings], post: ErrorPosterior, only: Sequence[str], stated: bool) -> list[str]:
-    """Sentences about what was assumed and what was found to be otherwise."""
-    out = [a for p in parts for a in p.assumed]
-    if only:
-        rest = "stays as the machine file has it" if stated else "was taken as zero"
-        out.append(f"only {', '.join(only)} were looked for; every other error {rest}")
-    for part, noise in zip(parts, post.noise):
-        name = part.recording.name
-        if not part.stated:
-            unit, scale = ("urad", 1e6) if part.recording.kind == "angle" else ("um", 1e3)
-            out.append(
-                f"{name}: the noise is not stated; the residuals say {noise.u * part.u[0] * scale:.2g} {unit}"
-            )
-        elif noise.scale > 1.0 and np.isinf(noise.dof):
-            out.append(
-                f"{name}: the residuals are {noise.scale:.2f} times the stated noise, which was raised by that"
-            )
-        if noise.outliers.any():
-            out.append(
-                f"{name}: {int(noise.outliers.sum())} outliers carry little weight: {part.recording.places(noise.outliers)}"
-            )
-    for name, value in zip(post.own_names, post.own):
-        if abs(value) > 3:
-            out.append(
-                f"{name}: the readings pull it by {value:+.1f} times its stated u; check its certificate"
-            )
-    return out

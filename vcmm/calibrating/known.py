@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.calibrating.model import Curve, ErrorModel, gauge
-from vcmm.core.axes import LETTERS
+from vcmm.core.axes import LETTERS, is_rotary
 from vcmm.core.effect import COLUMN, Effect, basis
 from vcmm.core.inputs import EVERY, Input
 from vcmm.core.laws import MultivariateNormal, MultivariateSamples
@@ -16,6 +16,7 @@ from vcmm.core.run import Array, Run
 from vcmm.response.observe import lacking
 
 LOST, JOINT = "lost motion table", "joint calibration"  # roles
+TABLES = ("error table", "error curve")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,10 @@ def known_errors_of(machine: Machine, model: ErrorModel) -> Known:
     if not told and not blocks:
         return Known(theta, factor, told)
     convention = gauge(model, machine)
+    for curve in (
+        c for c in model.curves if c.rotary
+    ):  # about the line that the file states: nothing is taken off
+        convention[model.slices[curve.component], model.slices[curve.component]] = np.eye(len(curve.nodes))
     return Known(convention @ theta, convention @ factor, told)
 
 
@@ -56,6 +61,20 @@ def known_ranges(machine: Machine) -> dict[str, tuple[float, float]]:
             if "XYZ"[known.direction] == effect.link:
                 low, high = out.get(effect.link, (-np.inf, np.inf))
                 out[effect.link] = (max(low, known.low), min(high, known.high))
+    return out
+
+
+def known_turns(machine: Machine) -> dict[str, Array]:
+    """Rotary axis -> nodes (k,) rad of the errors that the machine file tabulates over it; of tables that differ the longest."""
+    out: dict[str, Array] = {}
+    for effect in machine.effects:
+        nodes = (
+            effect.own_nodes()
+            if effect.calibrated and is_rotary(effect.link) and effect.role in TABLES
+            else None
+        )
+        if nodes is not None and len(nodes) > len(out.get(effect.link, ())):
+            out[effect.link] = np.asarray(nodes)
     return out
 
 

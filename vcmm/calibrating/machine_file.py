@@ -160,7 +160,7 @@ def _repeatability(found: Calibration) -> str:
 def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
     """A machine file without [errors] and without what it says of these errors elsewhere, as it stands in `folder`."""
     document = editable(prior)
-    _check_locations(document, prior)
+    _check_locations(document, prior, names)
     without_table(document, "errors")
     for key in ("inputs", "effects"):
         stated = document.get(key, [])
@@ -173,11 +173,11 @@ def _without_errors(prior: Path, folder: Path, names: Sequence[str]) -> str:
     return str(document.as_string())
 
 
-def _check_locations(document: Any, prior: Path) -> None:
-    """Raises UsageError where the error table of a machine file places a rotary axis: the new one would not."""
+def _check_locations(document: Any, prior: Path, names: Sequence[str]) -> None:
+    """Raises UsageError where the error table of a machine file places a rotary axis, and the new one of these errors would not."""
     table = document.get("errors", {}).get("table")
     constants = read_error_file(prior.parent / str(table)).constants if table else {}
-    located = [name for name in constants if is_location(name)]
+    located = [name for name in constants if is_location(name) and name not in names]
     if located:
         raise UsageError(
             f"{prior}: the error table states {' '.join(located)}, which the new table would not; state it as "

@@ -46,13 +46,14 @@ SPANS = ((0.0, 0.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0
 class Curve:
     """One error over its axis: component such as EYX, nodes (k,) mm or rad. centred: its once-per-turn part is location.
 
-    kind: what runs between the nodes (vcmm.calibrating.prior).
+    kind: what runs between the nodes (vcmm.calibrating.prior). kept: its nodes are those of the machine file, and stay.
     """
 
     component: str
     nodes: Array
     centred: bool = False
     kind: str = "spline"
+    kept: bool = False
 
     @property
     def axis(self) -> str:
@@ -185,7 +186,8 @@ class ErrorModel:
 
     def coarser(self, step: int) -> tuple[ErrorModel, Array]:
         """Every step-th node only, and the matrix (size, fewer) from its numbers to these: both describe one spline."""
-        model = ErrorModel(tuple(replace(c, nodes=c.nodes[::step]) for c in self.curves), self.pairs)
+        fewer = (c if c.kept else replace(c, nodes=c.nodes[::step]) for c in self.curves)
+        model = ErrorModel(tuple(fewer), self.pairs)
         lift = np.zeros((self.size, model.size))
         for new, old in zip(model.curves, self.curves):
             block = new.weights(old.nodes)

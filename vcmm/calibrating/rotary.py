@@ -26,7 +26,7 @@ def sense(axis: str, machine: Machine) -> float:
 
 
 def average_line(model: ErrorModel, machine: Machine) -> Array:
-    """(size, size): theta as fitted, without once-per-turn part of the first direction, to theta about the axis average line.
+    """(size, size): any theta to the one about the axis average line, whose once-per-turn motion has no mean in the frame at rest.
 
     Only of axes that went round, whose errors move with them (error_frame = "moving"); the described machine is the same.
     """
@@ -40,16 +40,27 @@ def average_line(model: ErrorModel, machine: Machine) -> Array:
         if second is None or machine.axes[axis].error_frame == "fixed":
             continue
         s = sense(axis, machine)
-        cosine, sine = once_per_turn(second)
-        shift = np.stack([s * sine / 2, cosine / 2])  # of the mean in the frame that does not turn
-        here = model.slices[second.component]
-        for name, row in zip(names, shift):
-            if name in model.pairs:  # else it is the placement, as of a head
-                out[model.slices[name], here] += row
         wave = np.stack([np.cos(first.nodes), np.sin(first.nodes)], axis=1)
-        out[model.slices[first.component], here] -= wave @ np.stack([shift[0], -s * shift[1]])
-        out[here, here] -= wave @ np.stack([shift[1], s * shift[0]])
+        one, two = model.slices[first.component], model.slices[second.component]
+        for here, (x, y) in ((one, _mean_of_first(first, s)), (two, _mean_of_second(second, s))):
+            for name, row in zip(names, (x, y)):
+                if name in model.pairs:  # else it is the placement, as of a head
+                    out[model.slices[name], here] += row
+            out[one, here] -= wave @ np.stack([x, -s * y])
+            out[two, here] -= wave @ np.stack([y, s * x])
     return out
+
+
+def _mean_of_first(curve: Curve, s: float) -> Array:
+    """(2, k): what the motion in the first direction brings to the mean over a turn in the frame that does not turn."""
+    cosine, sine = once_per_turn(curve)
+    return np.stack([cosine / 2, -s * sine / 2])
+
+
+def _mean_of_second(curve: Curve, s: float) -> Array:
+    """(2, k): the same of the second direction."""
+    cosine, sine = once_per_turn(curve)
+    return np.stack([s * sine / 2, cosine / 2])
 
 
 def once_per_turn(curve: Curve) -> Array:

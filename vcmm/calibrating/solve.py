@@ -26,10 +26,12 @@ from vcmm.core.run import Array
 DOFS = (3.0, 4.0, 6.0, 10.0)  # Student laws tried beside the normal law
 PAYS = 4.0  # nats that tails must win
 ROUNDS, STILL = 12, 1e-3
+CHUNK = 4096  # readings
 REFINED = (0, 2, 4)  # rounds after which sizes and smoothness are chosen anew
 FINEST = (
     1e-3  # of the readings: a noise that nobody stated is not taken for smaller, however few the readings
 )
+SMALL = 0.45  # of the stated noise: half way (in ratio) to 1 / 4.848, arcsec taken for urad
 EXCESS, CHANCE = (
     1.15,
     1e-3,
@@ -38,11 +40,15 @@ EXCESS, CHANCE = (
 
 @dataclass(frozen=True, eq=False)
 class ReadingNoise:
-    """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool."""
+    """Of one recording: scale times the stated u, dof of the law (inf: normal), outliers (m,) bool.
+
+    quiet: the residuals over the stated u, where they are smaller than SMALL of it and not by chance; else 1.
+    """
 
     scale: float
     dof: float
     outliers: npt.NDArray[np.bool_]
+    quiet: float = 1.0
 
     @property
     def u(self) -> float:
@@ -73,17 +79,35 @@ class ErrorPosterior:
 
 @dataclass(frozen=True, eq=False)
 class Whitened:
-    """A recording under weights: x (m, size + c) and y (m,) whitened, nuisance projected out; gram = x' x."""
+    """A recording under weights: x = P root columns (m, size + c) and y = P root value (m,), P without the nuisance; gram = x' x.
 
-    x: Array
+    x is never made: of 10^5 readings it has as much as all that is known of them.
+    """
+
+    columns: Array
+    basis: Array
     y: Array
     root: Array
     gram: Array
-    rank: int
+
+    @property
+    def rank(self) -> int:
+        return self.basis.shape[1]
+
+    def seen(self, theta: Array) -> Array:
+        """(m,): x theta."""
+        return self._without(self.root * (self.columns @ theta))
+
+    def told(self, whitened: Array) -> Array:
+        """(size + c,): x' of (m,)."""
+        return np.asarray(self.columns.T @ (self.root * self._without(whitened)))
+
+    def _without(self, whitened: Array) -> Array:
+        return np.asarray(whitened - self.basis @ (self.basis.T @ whitened))
 
     def residual(self, mean: Array) -> Array:
         """(m,): what errors, instrument and nuisance leave, mm or rad."""
-        return np.asarray((self.y - self.x @ mean) / self.root)
+        return np.asarray((self.y - self.seen(mean)) / self.root)
 
     def spent(self, covariance: Array) -> float:
         """Degrees of freedom of the readings that the fit has used up."""
@@ -117,22 +141,28 @@ def columns_of(parts: Sequence[Readings], before: Before) -> tuple[list[Array], 
     width = {name: c.shape[1] for p in parts for name, c in p.own}
     start = dict(zip(width, np.cumsum([0, *width.values()])))
     out = []
-    for part in parts:
+    plain = not width and not before.factor.shape[1] and bool((before.changed == 1).all())
+    for part in parts if not plain else ():
         own = np.zeros((part.m, sum(width.values())))
         for name, columns in part.own:
             own[:, start[name] : start[name] + width[name]] = columns
         out.append(np.concatenate([part.errors * before.changed, part.errors @ before.factor, own], axis=1))
     names = (f"{n} {k + 1}" if count > 1 else n for n, count in width.items() for k in range(count))
-    return out, tuple(names)
+    return ([p.errors for p in parts] if plain else out), tuple(names)
 
 
 def project(part: Readings, columns: Array, weight: Array) -> Whitened:
-    """Whiten by the root of the weights (m,) and take the nuisance out."""
+    """Whiten by the root of the weights (m,) and take the nuisance out; gram by CHUNK readings at a time."""
     root = np.sqrt(weight)
-    x, y = columns * root[:, None], part.value * root
+    y = part.value * root
     basis = nuisance_basis(part.nuisance * root[:, None])
-    x -= basis @ (basis.T @ x)
-    return Whitened(x, y - basis @ (basis.T @ y), root, x.T @ x, basis.shape[1])
+    parts = [slice(i, i + CHUNK) for i in range(0, part.m, CHUNK)]
+    taken = np.sum([(basis[i] * root[i, None]).T @ columns[i] for i in parts], axis=0)
+    gram = np.zeros((columns.shape[1], columns.shape[1]))
+    for i in parts:
+        x = columns[i] * root[i, None] - basis[i] @ taken
+        gram += x.T @ x
+    return Whitened(columns, basis, y - basis @ (basis.T @ y), root, gram)
 
 
 def nuisance_basis(nuisance: Array) -> Array:
@@ -148,7 +178,7 @@ def nuisance_basis(nuisance: Array) -> Array:
 def reduced(whitened: Sequence[Whitened], model: ErrorModel) -> Reduced:
     """A and b of all recordings together."""
     a = np.sum([w.gram for w in whitened], axis=0)
-    return Reduced(a, np.sum([w.x.T @ w.y for w in whitened], axis=0), model)
+    return Reduced(a, np.sum([w.told(w.y) for w in whitened], axis=0), model)
 
 
 def solve(parts: Sequence[Readings], model: ErrorModel, known: Before | None = None) -> ErrorPosterior:
@@ -229,7 +259,17 @@ def _noise(part: Readings, residual: Array, spent: float) -> ReadingNoise:
     if part.stated and not _too_large(scale, dof, part, left):
         scale = 1.0 if np.isinf(dof) or part.dof is not None else min(scale, 1.0)
     limit = 4.0 if np.isinf(dof) else 4.5
-    return ReadingNoise(scale, dof, np.abs(e) > limit * scale)
+    return ReadingNoise(scale, dof, np.abs(e) > limit * scale, _quiet(e, part, left))
+
+
+def _quiet(e: Array, part: Readings, left: float) -> float:
+    """rms of residuals (m,) in units of the stated u where it is small beyond chance (chi-squared with `left` dof), else 1."""
+    from scipy.special import chdtr
+
+    rms = float(np.sqrt((e**2).mean()))
+    if not part.stated or rms > SMALL or chdtr(left, rms**2 * left) > CHANCE:
+        return 1.0
+    return rms
 
 
 def _too_large(scale: float, dof: float, part: Readings, left: float) -> bool:

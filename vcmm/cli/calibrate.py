@@ -103,7 +103,7 @@ def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> i
         others = [given[name] for name in ("errors", "report")]
         return reversal_command(wanted.files, wanted.structure, wanted.out, json, others)
     if turned:
-        wanted.without("a reversal", **rest("thermal", "sensors"), compare_interpolations=compare)
+        wanted.without("a reversal", **rest("thermal", "sensors", "nodes"), compare_interpolations=compare)
     wanted.check(given["thermal"], given["sensors"], compare)
     if given["nodes"]:
         from vcmm.cli.calibrate_nodes import nodes_command

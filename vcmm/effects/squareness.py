@@ -83,6 +83,7 @@ class RotaryLocation(Effect):
     cites = "ISO 230-1:2012, 3.7; ISO 230-7"
     role = "rotary axis location"
     special_case_of = ("geometric_change",)
+    calibrated = True
     simple = True
     words = Words(
         seen="the centre line of {where} is not where it should be ({offset}{tilt})",

@@ -7,10 +7,12 @@ import numpy as np
 from vcmm import __version__
 from vcmm import report as r
 from vcmm.calibrating.identified import is_angle
-from vcmm.calibrating.result import Calibration
+from vcmm.calibrating.result import Calibration, rms
 from vcmm.core.axes import is_rotary
-from vcmm.tables.calibrated import residuals
+from vcmm.tables.calibrated import Left, residuals
 from vcmm.tables.table import titled_html
+
+MOST, DOTS = 12, 1000  # recordings whose residuals are drawn, worst first; dots of one
 
 
 def calibration_page(found: Calibration) -> str:
@@ -27,7 +29,13 @@ def calibration_page(found: Calibration) -> str:
             rows.append([pair, f"{value[0] * scale:+.2f} {unit}", f"{u[0] * scale:.2f} {unit}"])
         blocks += [r.heading("Squareness and location"), r.table(["", "value", "u"], rows, numeric=(1, 2))]
     blocks += [r.heading("Not identified"), *missing(found), *titled_html(residuals(found))]
-    footer = f"vcmm {__version__}. Rotations have mean zero, straightness has no slope: the direction of travel is squareness."
+    left = sorted(residuals(found).rows, key=lambda row: -rms(row.residual) / (rms(row.part.u) * row.noise.u))
+    pictures = [scatter(row) for row in left[:MOST]]
+    blocks += [r.columns(*pictures[i : i + 2]) for i in range(0, len(pictures), 2)]
+    footer = (
+        f"vcmm {__version__}. Over the travel rotations have the mean zero and straightness no least-squares line: the direction of travel is "
+        "squareness (ISO 230-1)."
+    )
     return r.page(
         f"Calibration of {found.machine.name}",
         blocks,
@@ -49,6 +57,23 @@ def picture(found: Calibration, name: str) -> str:
         x_label=f"{axis} in {'deg' if turns else 'mm'}",
         y_label=f"{name} in {unit}",
         title=f"{name} over {axis}",
+    )
+
+
+def scatter(row: Left) -> str:
+    """What is left of one recording, reading by reading, over the band of its noise."""
+    step = 1 + (row.part.m - 1) // DOTS
+    number = np.arange(row.part.m)[::step]
+    unit = "µrad" if row.unit == "rad" else "µm"
+    width = 1.96 * rms(row.part.u) * row.noise.u * row.scale
+    every = "" if step == 1 else f", every {step} readings one"
+    return r.curve(
+        [r.PlotSeries(number + 1, row.residual[::step] * row.scale, marker=True, line=False)],
+        x_label=f"reading{every}",
+        y_label=f"left in {unit}",
+        title=f"{row.part.recording.name}: residuals and 95 % of the noise",
+        bands=[r.Band(-width, width)],
+        height=200,
     )
 
 
