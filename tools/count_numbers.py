@@ -2,6 +2,7 @@
 
     python tools/count_numbers.py            # how many, by file
     python tools/count_numbers.py --places   # every one with its place
+    python tools/count_numbers.py --kinds    # what those outside the table are for, by file, in Markdown
     python tools/count_numbers.py --table    # the table of vcmm/diagnosis/constants.py as it stands in docs/diagnose.md
 
 Counted are numeric literals other than 0, 1, -1, 2, 0.5, conversions of units (1e3, 1e6, 60, 3600, 100 per cent), numbers of array
@@ -14,7 +15,7 @@ import argparse
 import ast
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,19 @@ ROOM = Path(__file__).resolve().parent.parent / "vcmm" / "diagnosis"
 TABLE = "constants.py"
 PLAIN = (0, 1, 2, 0.5)
 UNITS = (1e3, 1e6, 60, 3600, 100)
+
+
+KINDS = {  # what the numbers of a file are for
+    "which recording can be read, and in which unit": "sanity machine_match inches signs result",
+    "which shapes are tried: periods that rows can show, polynomials, bumps, lengths, wrong units": (
+        "periods scans closeness courses kernels locate discrepancy field formula candidates mistakes improve"
+    ),
+    "how finely scanned values are searched": "marginal refine sharpen select evidence outlying",
+    "how many recordings are simulated, and of how many rows": (
+        "engine estimates comparison neighbours noise shortfall thinning screening problem pulls several"
+    ),
+    "which measurements are proposed, and how long they take": "nextstep",
+}
 
 
 @dataclass(frozen=True)
@@ -91,17 +105,33 @@ def markdown() -> str:
     return "\n".join(["| constant | value | what it decides, and why so much |", "|---|---|---|", *rows])
 
 
+def kinds(found: Sequence[Number]) -> dict[str, int]:
+    """How many numbers outside the table are of each kind. Raises KeyError for a file that has none."""
+    of_file = {f"{f}.py": kind for kind, files in KINDS.items() for f in files.split()}
+    count = Counter(of_file[n.file] for n in found if n.file != TABLE)
+    return {kind: count[kind] for kind in KINDS}
+
+
+def kinds_markdown(found: Sequence[Number]) -> str:
+    rows = [f"| {kind} | {count} | {KINDS[kind]} |" for kind, count in kinds(found).items()]
+    return "\n".join(["| what for | numbers | modules |", "|---|---|---|", *rows])
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--places", action="store_true", help="every number with its place")
     parser.add_argument("--table", action="store_true", help="the table of constants in Markdown")
+    parser.add_argument("--kinds", action="store_true", help="what the others are for, in Markdown")
     args = parser.parse_args()
     if args.table:
         print(markdown())
         return 0
     found = list(numbers())
+    if args.kinds:
+        print(kinds_markdown(found))
+        return 0
     if args.places:
         for n in found:
             print(f"{n.file}:{n.line}  {n.value:g}  {n.text[:100]}")

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from tests.diagnosis import generator as make
 from vcmm.core.run import Run
-from vcmm.diagnosis.nextstep import _other_side, _other_side_of_touches, closer
-from vcmm.diagnosis.problem import make_problem
+from vcmm.diagnosis.candidates import Family, Option
+from vcmm.diagnosis.confusion import Standing
+from vcmm.diagnosis.nextstep import _other_side, _other_side_of_touches, closer, next_steps
+from vcmm.diagnosis.problem import Problem, make_problem
 from vcmm.diagnosis.result import Unknown
+from vcmm.diagnosis.select import Selection, Setting, Term
+from vcmm.effects import BY_NAME
 
 
 def run_of(normals: list[list[float]]) -> Run:
@@ -50,3 +56,15 @@ def test_what_has_no_name_is_looked_at_closely():
     assert f"measure X from {x.min():.4g} to {x.max():.4g} in steps of" in step.do
     assert closer(problem, None) == ()
     assert "three values" in closer(problem, Unknown(("temp_air",), "", 0.0))[0].do
+
+
+def test_a_rival_that_the_rows_do_not_resolve_has_a_next_step_too():
+    """Lobes that were touched from too few directions are no candidate; the catalogue says what confirms the answer."""
+    option = Option(BY_NAME["tip_form"](), np.ones((3, 1)), np.ones(1), ("a",), 0.0)
+    term = Term(Family("tip_form", {}, (option,)), option, option.columns)
+    alone = Selection((term,), None, np.zeros(3), np.zeros(3))
+    place = Standing(9.0, 0.98, ("probe_lobing",), ())
+    (step,) = next_steps(cast(Problem, None), cast(Setting, None), alone, [place])  # nothing is asked of them
+    assert step.separates == ("tip_form", "probe_lobing")
+    assert step.do == "turn the stylus by 90 degrees and touch a sphere again"
+    assert next_steps(cast(Problem, None), cast(Setting, None), alone, [Standing(9.0, 0.98, (), ())]) == ()

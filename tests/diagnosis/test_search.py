@@ -10,7 +10,7 @@ from vcmm.diagnosis.candidates import Family, Option
 from vcmm.diagnosis.evidence import dictionary
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.search import named
+from vcmm.diagnosis.search import further, named
 from vcmm.diagnosis.select import Setting, cleaned, select
 from vcmm.evaluation.gaussian import whitener
 
@@ -56,3 +56,12 @@ def test_two_bad_readings_are_no_step():
     assert names_of(select(cleaned(setting))) == ["step_of_six"]
     assert names_of(named(setting, None)[0]) == []
     assert names_of(named(setting_of(NOISE + 5.0 * late[:, 0], step_of_six=late), None)[0]) == ["step_of_six"]
+
+
+def test_a_mistake_of_the_table_is_a_name_that_pays_like_any_other():
+    """Beside the same curve it is one name more; in place of two names, one less; alone against a weak name, as many."""
+    curve = named(setting_of(10.0 * NOISE[::-1] + NOISE, it=NOISE[::-1, None]), None)[0].terms
+    assert len(curve) == 1
+    assert further(curve, curve) == 1
+    assert further((), (*curve, *curve)) == -1
+    assert further((), ()) == 0

@@ -24,6 +24,14 @@ def test_tool_deflection_follows_the_force():
     assert machine(ToolDeflection(1e-4)).tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 0], abs=1e-15)
 
 
+def test_a_rod_bends_across_its_axis_alone():
+    # 0.1 um/N x (200, -50, 400) N = (20, -5, 40) um; along z a rod is stiff
+    run = _run(force_x_N=200.0, force_y_N=-50.0, force_z_N=400.0)
+    assert machine(ToolDeflection(1e-4)).tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 40e-3], abs=1e-15)
+    rod = machine(ToolDeflection(1e-4, rod=1))
+    assert rod.tip_error(run)[0] == pytest.approx([20e-3, -5e-3, 0], abs=1e-15)
+
+
 def test_tool_wear_leaves_material():
     # 0.2 um/m x 50 m = 10 um outward along n = (0, 0.6, 0.8)
     error = machine(ToolWear(2e-7)).tip_error(_run(cut_length_mm=5e4))[0]

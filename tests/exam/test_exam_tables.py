@@ -13,7 +13,7 @@ from benchmarks.exam import asking, blocks, calibration, folds, plans, results
 from benchmarks.exam.bars import figures, relative_errors
 from benchmarks.exam.calibration import Claim
 from benchmarks.exam.run import main
-from benchmarks.exam.tables import confusion_table, pages
+from benchmarks.exam.tables import bars_table, confusion_table, pages, set_table
 
 RIGHT = [Claim(0.9, True, "A"), Claim(0.9, False, "A"), Claim(0.6, True, "F")]
 
@@ -34,6 +34,10 @@ def test_the_exam_knows_the_product_by_its_command_only() -> None:
     allowed = {
         "asking.py": {"vcmm.cli"},
         "heldout.py": {"vcmm.files.machine", "vcmm.files.recording", "vcmm.response.observe"},
+        "run.py": {
+            "vcmm.cli.options",
+            "vcmm.core.crew",
+        },  # how many workers there are, nothing of a diagnosis
     }
     for path in Path(calibration.__file__).parent.glob("*.py"):
         named = set(re.findall(r"^\s*(?:from|import) (vcmm[\w.]*)", path.read_text(), re.MULTILINE))
@@ -122,6 +126,9 @@ def test_the_page_holds_what_the_command_prints() -> None:
     folder = Path(calibration.__file__).parent
     page = (folder.parents[1] / "docs" / "exam.md").read_text(encoding="utf-8")
     assert pages(results.read([folder / "results.jsonl.gz"])) in page
+    balanced = results.read([folder / "results_balanced.jsonl.gz"])
+    assert bars_table(balanced) in page
+    assert set_table(balanced) in page
 
 
 def test_next_measurement_is_printed() -> None:

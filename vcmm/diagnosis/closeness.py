@@ -21,7 +21,7 @@ from vcmm.diagnosis.locate import SKIP, path_speed, short
 from vcmm.diagnosis.problem import Problem, generator
 
 ON_A_LINE, PAIRED, IN_SPACE = 50, 100, 200  # rows about which bumps stand
-FINE, MIDDLE, WIDE = 0.02, 0.06, 0.2  # lengths over one covariate
+FINE, MIDDLE, COARSE, WIDE = 0.02, 0.06, 0.15, 0.2  # lengths over one covariate
 NEAR, FAR = 0.1, 0.25  # lengths in space
 STEPS = 60
 CONDITIONS = ("time", "speed")  # beside temperatures: what a place is paired with
@@ -48,7 +48,7 @@ def nearness(problem: Problem) -> Iterator[Nearness]:
     """Every kind of neighbourhood that the columns of the recording know."""
     axes, conditions = _axes(problem), _conditions(problem)
     yield from _over(axes, (FINE, MIDDLE, WIDE))
-    yield from _over(conditions, (FINE, 0.15))
+    yield from _over(conditions, (FINE, COARSE))
     yield from _in_space(axes)
     for what in ("tip", "part"):
         place = _positions(problem, what)
@@ -57,12 +57,12 @@ def nearness(problem: Problem) -> Iterator[Nearness]:
         yield from _in_space(place) if new else ()
     paired = [c for c in conditions if c.name in CONDITIONS or c.name.startswith("temp_")]
     for pair in itertools.product(axes, paired):
-        yield from _bumps(pair, (0.15,), PAIRED)
+        yield from _bumps(pair, (COARSE,), PAIRED)
 
 
 def _in_space(place: Sequence[Axis]) -> Iterator[Nearness]:
     for pair in itertools.combinations(place, 2):
-        yield from _bumps(pair, (MIDDLE, 0.15), IN_SPACE)
+        yield from _bumps(pair, (MIDDLE, COARSE), IN_SPACE)
     if len(place) > 2:
         yield from _bumps(place, (NEAR, FAR), IN_SPACE)
 

@@ -22,6 +22,7 @@ from vcmm.diagnosis.scans import change_points, spectral_lines
 
 DEGREES = 4
 LINES = 80
+HARMONICS = (1, 2, 3, 4)
 ZONE_WIDTHS = (0.12, 0.25)  # of the range
 ZONE_ROWS = 8.0  # that a zone must hold
 LEVELS = 20
@@ -147,7 +148,7 @@ def short(column: str) -> str:
 
 def _of_column(name: str, values: Array) -> list[Array]:
     if name.endswith("_rad"):
-        return [np.concatenate([_wave(values, 2 * np.pi / k) for k in (1, 2, 3, 4)], axis=1)]
+        return [np.concatenate([_wave(values, 2 * np.pi / k) for k in HARMONICS], axis=1)]
     return [polynomials(values)]
 
 
@@ -158,7 +159,7 @@ def polynomials(x: Array, degrees: int = DEGREES) -> Array:
     return np.asarray(np.polynomial.legendre.legvander(scaled, min(degrees, kinds - 1)))
 
 
-def surface(x: Array, y: Array, degree: int = 4) -> Array:
+def surface(x: Array, y: Array, degree: int = DEGREES) -> Array:
     """Products P_i P_j of two positions, i and j at least 1, of degree `degree` together at most (m, 6)."""
     a, b = polynomials(x, degree), polynomials(y, degree)
     pairs = [(i, j) for i in range(1, a.shape[1]) for j in range(1, b.shape[1]) if i + j <= degree]
@@ -180,7 +181,7 @@ def zone_bumps(x: Array, y: Array) -> list[Array]:
 
 def _waves_by(angle: Array, x: Array) -> Array:
     """Harmonics 1 to 4 of an angle times P1 and P2 of a position (m, 16)."""
-    waves = np.concatenate([_wave(angle, 2 * np.pi / k) for k in (1, 2, 3, 4)], axis=1)
+    waves = np.concatenate([_wave(angle, 2 * np.pi / k) for k in HARMONICS], axis=1)
     degrees = polynomials(x, 2)[:, 1:]
     return np.concatenate(
         [waves * degrees[:, [k]] for k in range(degrees.shape[1])] or [waves[:, :0]], axis=1

@@ -23,7 +23,14 @@ from vcmm.effects import of_role
 from vcmm.evaluation.gaussian import Whitener, without_span
 from vcmm.response.observe import baseline
 
-UNIT_FACTORS = (1e3, 1e-3, 10.0, 0.1, 25.4, 1 / 25.4, 4.848136811, 1 / 4.848136811, 180 / np.pi, np.pi / 180)
+TAKEN_FOR = (
+    1e3,
+    10.0,
+    25.4,
+    4.848136811,
+    np.degrees(1.0),
+)  # mm for um, ppm for um in 100 mm, inches, arcsec for urad, deg
+UNIT_FACTORS = (*TAKEN_FOR, *(1.0 / k for k in TAKEN_FOR))
 MISTAKE = "map_mistake"  # the name of an answer: a wrong number in a stored table
 HELD = ("error table", "angle between axes")  # roles of the effects whose numbers a table file holds
 TINY = 1e-7  # mm or rad: a table this small says nothing

@@ -61,7 +61,9 @@ def next_steps(
         rivals = [*place.twins[:1], *place.families[:1]]
         found = [f for j in rivals for f in _for_rival(problem, setting, selection, i, j)]
         if rivals and not found:
-            found = _confirming(selection, i, setting, rivals[0])
+            found = _confirming(selection, i, _pair(selection, i, setting, rivals[0]))
+        elif place.names and not found:  # a rival that these rows do not resolve is no candidate
+            found = _confirming(selection, i, (selection.terms[i].family.name, place.names[0]))
         out += found
     return tuple(out)
 
@@ -86,16 +88,14 @@ def _pair(selection: Selection, i: int, setting: Setting, family: int) -> tuple[
     return (one.id, other.id) if one.name == other.name else (one.name, other.name)
 
 
-def _confirming(selection: Selection, i: int, setting: Setting, family: int) -> list[NextStep]:
+def _confirming(selection: Selection, i: int, pair: tuple[str, str]) -> list[NextStep]:
     """What the catalogue says to do, where no repetition of these rows tells the two apart."""
     effect = selection.terms[i].option.effect
     if effect is None or effect.words is None:
         return []
     known = defaultdict(str, {k: str(v) for k, v in selection.terms[i].family.where.items()})
     known["where"] = " ".join(selection.terms[i].family.where.values())
-    return [
-        NextStep(_pair(selection, i, setting, family), effect.words.confirm.format_map(known), CONFIRMED, 0.0)
-    ]
+    return [NextStep(pair, effect.words.confirm.format_map(known), CONFIRMED, 0.0)]
 
 
 def closer(problem: Problem, unknown: Unknown | None) -> tuple[NextStep, ...]:

@@ -23,6 +23,8 @@ DIGITS = 6  # of mm or rad: closer readings are one place
 NEAR = 0.125  # of a period: places closer than this are one place
 MOST_BINS = 2**20
 MOST_PEAKS = 60
+SAME = 0.05  # of a frequency: closer ones are one
+ROUNDED = 1e-9  # relative, of sums
 FURTHER = 40.0  # an alias is looked for at periods down to this part
 LEAD = 4.0  # mm: shorter leads are rare
 MOST_SHOWN = 12
@@ -105,7 +107,7 @@ def supported(q: Array | None, period: float, least: float | None = None) -> boo
     if q is None:
         return False
     length = float(np.ptp(q))
-    if period * TURNS > length * (1 + 1e-9) or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST:
+    if period * TURNS > length * (1 + ROUNDED) or len(np.unique(np.round(q / (NEAR * period)))) < FEWEST:
         return False
     return period >= (shortest(q, period) if least is None else least) * (1 - 1e-2)
 
@@ -136,7 +138,7 @@ def alias(q: Array | None, period: float) -> float | None:
         return None
     step = 1.0 / g
     near, far = abs(1.0 / step - 1.0 / period), 1.0 / step + 1.0 / period
-    other = near if near > 0.05 / period and abs(near * period - 1.0) > 0.05 else far
+    other = near if near > SAME / period and abs(near * period - 1.0) > SAME else far
     return 1.0 / other
 
 
@@ -177,11 +179,11 @@ def aliases(q: Array, period: float) -> tuple[float, ...]:
     if not np.isfinite(g):
         return ()
     highest = max(
-        1.0 / LEAD if period > LEAD else 0.0, 5.0 / period, 1.0 / (alias(q, period) or np.inf) * (1 + 1e-9)
+        1.0 / LEAD if period > LEAD else 0.0, 5.0 / period, 1.0 / (alias(q, period) or np.inf) * (1 + ROUNDED)
     )
     n = np.arange(1, max(int(highest / g), 1) + 2)
     f = np.concatenate([np.abs(n * g - 1.0 / period), n * g + 1.0 / period])
-    f = f[(f > 0.05 / period) & (np.abs(f * period - 1.0) > 0.05) & (f <= highest)]
+    f = f[(f > SAME / period) & (np.abs(f * period - 1.0) > SAME) & (f <= highest)]
     kept: list[float] = []
     for one in np.sort(f):
         if not kept or one > kept[-1] * 1.001:

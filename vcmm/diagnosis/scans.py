@@ -18,6 +18,9 @@ from vcmm.core.axes import is_rotary
 from vcmm.core.effect import Effect, parameter_fields
 from vcmm.core.run import Array, Run
 from vcmm.diagnosis.periods import (
+    DIGITS,
+    FEWEST,
+    TURNS,
     aliases,
     coordinate,
     of_angle,
@@ -188,9 +191,9 @@ def spectral_lines(q: Array | None) -> list[float]:
     """Periods (units of q) at half the resolution of the travel: frequencies 1.5/L, 2/L ... up to the sampling limit."""
     if q is None:
         return []
-    places = np.unique(np.round(q, 6))
+    places = np.unique(np.round(q, DIGITS))
     length = float(np.ptp(q))
-    if len(places) < 12 or length <= 0:
+    if len(places) < FEWEST or length <= 0:
         return []
-    highest = min(len(places) / 2, MOST_LINES / 2 + 1.5)
-    return [float(length / f) for f in np.arange(1.5, highest, 0.5)]
+    highest = min(len(places) / 2, MOST_LINES / 2 + TURNS)
+    return [float(length / f) for f in np.arange(TURNS, highest, 0.5)]

@@ -17,7 +17,17 @@ from vcmm.diagnosis.null import clipped, draws, upper_quantile
 from vcmm.diagnosis.outlying import excused, owed, worth_of_all_rows
 from vcmm.diagnosis.problem import Problem
 from vcmm.diagnosis.refine import Refiner
-from vcmm.diagnosis.select import Selection, Setting, among, cleaned, fitted_again, numbers, select, worth
+from vcmm.diagnosis.select import (
+    Selection,
+    Setting,
+    Term,
+    among,
+    cleaned,
+    fitted_again,
+    numbers,
+    select,
+    worth,
+)
 from vcmm.diagnosis.sharpen import sharpened
 from vcmm.diagnosis.special_cases import generalises
 from vcmm.evaluation.gaussian import Whitener
@@ -124,7 +134,7 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
     if not _exact(mistake, stage, with_it):
         return Chosen(plain, None, problem, stage)
     best, rival = _free(plain, stage)
-    lead = mistake.score + _evidence(with_it) - best
+    lead = mistake.score + _evidence(with_it) - best - stage.threshold * further(with_it.terms, plain.terms)
     kept = {t.family.id for t in with_it.terms}
     instead = [t.family for t in plain.terms if t.family.id not in kept]
     held = bool(instead) and all(generalises(f.name, MISTAKE) for f in instead)
@@ -132,6 +142,13 @@ def search(problem: Problem, stage: Stage, earlier: Selection | None = None) -> 
         return Chosen(plain, None, problem, stage, tuple(f.id for f in instead) if lead > -STRONG else ())
     free = tuple(dict.fromkeys(f.name for f in instead)) or rival
     return Chosen(with_it, replace(mistake, lead=lead, free=free), repaired, stage)
+
+
+def further(with_it: Sequence[Term], plain: Sequence[Term]) -> int:
+    """How many names an answer with a mistake has more than one without: each pays the threshold, and a mistake is a name. Where
+    nothing is named without it, the best name is what it is compared with.
+    """
+    return 1 + len(with_it) - max(len(plain), 1)
 
 
 def named(setting: Setting, earlier: Selection | None) -> tuple[Selection, Dictionary]:
