@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +25,7 @@ from vcmm.papers.gaska2014.readings import (
     SHOWN_READING,
     ReadingResult,
 )
-from vcmm.papers.gaska2014.twin import Followed, GaskaTwin, Row, order, span_of
+from vcmm.papers.gaska2014.twin import PLAN_MACHINES, Followed, GaskaTwin, OtherPlan, Row, order, span_of
 from vcmm.tables.quantities import fixed, percent
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
@@ -55,6 +57,7 @@ STEPS = (
     ("z from the nearest node", "`residual.field_weights`, vertical"),
     ("n Monte Carlo trials of a measuring point", "`readings.matrix`; distance in closed form"),
     ("Fig. 7: maps of the reproduction error", "`maps.field_map`, at one height; in closed form"),
+    ("probing plan", "unpublished, drawn; `twin.other_plans` shows what more and fewer touches change"),
     ("section 5: form and distance at five places, Table 3", "`twin.places`, `readings.matrix`"),
     ("correction matrix, step gauge and ring", "left out: no data; the systematic part is taken as corrected, as in the paper"),
     ("grid for a neural network, [29]", "left out: the paper names it as an alternative that it does not take"),
@@ -67,7 +70,7 @@ UM = fixed(2, scale=1e3)
 
 def tables(result: GaskaTwin) -> list[ResultTable[Any]]:
     """The same in terminal, report and documentation."""
-    return [followed_table(result), readings_table(result), places_table(result)]
+    return [followed_table(result), readings_table(result), plans_table(result), places_table(result)]
 
 
 FOLLOWED: tuple[Column[Followed], ...] = (
@@ -124,6 +127,29 @@ def readings_table(result: GaskaTwin) -> ResultTable[ReadingResult]:
         "(0.28 um), two-sided. against: p or the share below 5 %, or one p of the spread below 2.5 %."
     )
     return ResultTable("Readings of the model beside Table 3", READ, result.matrix, caption, " ")
+
+
+def _of_result(cell: Callable[[ReadingResult], Any], one: OtherPlan) -> Any:
+    return cell(one.result)
+
+
+def _of_plan(column: Column[ReadingResult]) -> Column[OtherPlan]:
+    assert column.head is not None
+    return Column(column.head, partial(_of_result, column.cell), column.writing)
+
+
+OTHER: tuple[Column[OtherPlan], ...] = (
+    Column("touches on a face, in the bore", lambda one: f"{one.face}, {one.bore}", NUMBER_TEXT),
+    *(_of_plan(c) for c in READ),
+)
+
+
+def plans_table(result: GaskaTwin) -> ResultTable[OtherPlan]:
+    """Four readings with other numbers of touches."""
+    caption = (
+        f"The same for {min(PLAN_MACHINES, result.draws)} machines and three plans; the paper gives none."
+    )
+    return ResultTable("Readings with fewer and more touches", OTHER, result.plans, caption, " ")
 
 
 def places_table(result: GaskaTwin) -> ResultTable[Row]:
