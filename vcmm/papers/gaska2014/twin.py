@@ -142,7 +142,10 @@ def run(
         )
         for k, name in enumerate(scenario.places)
     }
-    return GaskaTwin(draws, tuple(rows), tuple(found), followed, other_plans(scenario, drawn), ranks, shares)
+    return GaskaTwin(
+        draws=draws, rows=tuple(rows), matrix=tuple(found), followed=followed, plans=other_plans(scenario, drawn),
+        ranks=ranks, shares=shares,
+    )  # fmt: skip
 
 
 def follow(drawn: Array, hysteresis: float, lengths: str) -> Followed:
@@ -158,10 +161,16 @@ def follow(drawn: Array, hysteresis: float, lengths: str) -> Followed:
     low, middle, high = (float(v) * 1e3 for v in np.quantile(own, [0, 0.5, 1]))
     few = d < 0.3e-3
     return Followed(
-        hysteresis, lengths, float(np.sqrt(np.mean([f.u**2 for f in found]))) * 1e3, ratio("d"), ratio("single"), (low, middle, high),
-        float((own[few] ** 2).sum() / (d[few] ** 2).sum()), float(np.mean([f.rejected() for f in found])),
-        float(np.mean([untold(f) for f in found])),
-    )  # fmt: skip
+        hysteresis=hysteresis,
+        lengths=lengths,
+        residual=float(np.sqrt(np.mean([f.u**2 for f in found]))) * 1e3,
+        found=ratio("d"),
+        single=ratio("single"),
+        instrument=(low, middle, high),
+        small=float((own[few] ** 2).sum() / (d[few] ** 2).sum()),
+        rejected=float(np.mean([f.rejected() for f in found])),
+        quiet=float(np.mean([untold(f) for f in found])),
+    )
 
 
 def other_plans(scenario: Scenario, drawn: Array) -> tuple[OtherPlan, ...]:
