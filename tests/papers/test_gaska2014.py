@@ -25,7 +25,8 @@ from vcmm.papers.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviat
 from vcmm.papers.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
 from vcmm.tables.table import in_terminal
 
-DOC = (Path(__file__).resolve().parents[2] / "docs" / "gaska2014.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOC = (DOCS / "gaska2014.md").read_text(encoding="utf-8")
 
 
 @cache
@@ -152,6 +153,14 @@ def test_the_machine_that_is_shown_is_from_the_middle():
     ranks = readings.rank(shown.form, SHOWN - 1), readings.rank(shown.distance, SHOWN - 1)
     assert all(abs(r - 100.5) < 10 for r in ranks)
     assert f"ranks {ranks[0]} of 200, by that of the distance {ranks[1]}" in DOC
+
+
+def test_shares_of_best_places_stand_in_the_documentation_of_place():
+    shown = over_machines()
+    one = placement.Ranking("touch", tuple(scenario().places), shown.form, shown.distance)
+    by = [" ".join(f"{100 * share[i]:.0f}" for share in one.shares().values()) for i in range(2)]
+    both = " | ".join(f"{100 * v:.0f} %" for v in one.both_best())
+    assert f"| touch | {by[0]} % | {by[1]} % | {both} |" in (DOCS / "place.md").read_text(encoding="utf-8")
 
 
 def test_u_of_the_distance_by_other_means():

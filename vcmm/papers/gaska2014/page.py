@@ -139,8 +139,9 @@ def _of_plan(column: Column[ReadingResult]) -> Column[OtherPlan]:
 
 
 OTHER: tuple[Column[OtherPlan], ...] = (
-    Column("touches on a face, in the bore", lambda one: f"{one.face}, {one.bore}", NUMBER_TEXT),
-    *(_of_plan(c) for c in READ),
+    Column("touches", lambda one: f"{one.face} + {one.bore}", NUMBER_TEXT),
+    Column("b-spline, per", lambda one: f"{one.result.reading.curve}, {one.result.reading.redraw}"),
+    *(_of_plan(c) for c in READ[1:]),
 )
 
 
@@ -167,7 +168,7 @@ def places_table(result: GaskaTwin) -> ResultTable[Row]:
         Column(f"{n} machines", lambda row: span(row.distance_range), NUMBER_TEXT, csv="distance_U_range_um"),
         Column("paper", lambda row: PAPER_DISTANCE_U[row.place], fixed(1), csv="paper_distance_U_um"),
         Column("best in", lambda row: result.shares[row.place][1], percent(0), csv="distance_best_share"),
-        Column("field's share", lambda row: f"{_field(row.form):.0%}, {_field(row.distance):.0%}", NUMBER_TEXT, csv="field_share"),
+        Column("field's share", lambda row: f"{_field(row.form):.0%}, {_field(row.distance):.0%}", NUMBER_TEXT, csv="field_share", on="terminal"),
     ]  # fmt: skip
     return ResultTable(
         "One machine from the middle, at five places", columns, result.rows, _caption(result), " "
@@ -199,7 +200,7 @@ def twin_page(scenario: Scenario, result: GaskaTwin) -> str:
     for one in tables(result):
         blocks += [*titled_html(one), r.paragraph(one.caption)]
     blocks += [r.heading("U of every reading"), *charts(result)]
-    blocks += [r.heading(f"Maps as in Fig. 7, at z = {HEIGHT:g} mm"), *maps()]
+    blocks += [r.heading(f"Maps as in Fig. 7, at z = {HEIGHT:g} mm"), *maps(scenario)]
     blocks += [r.heading("Machine, part and places"), overview(scenario)]
     shown = next(row for row in result.rows if row.place == "3")
     blocks += [r.heading("Place 3 in detail"), *pictures(shown.result)]
@@ -214,14 +215,17 @@ def twin_page(scenario: Scenario, result: GaskaTwin) -> str:
 HEIGHT = 125.0  # mm, between the two lower layers of nodes
 
 
-def maps() -> list[str]:
-    """Panels a to e of Fig. 7 for the machine that is shown."""
+def maps(scenario: Scenario) -> list[str]:
+    """Panels a to e of Fig. 7 for the machine that is shown, with the five places."""
+    marks = [(name, float(pose.shift[0]), float(pose.shift[1])) for name, pose in scenario.places.items()]
     x, y = grid()
     d, out = draw_deviations(SHOWN), []
     for letter, axis, plane in PANELS:
         values = field_map(d, axis, plane, HEIGHT, SHOWN_READING.curve)
         title = f"{letter}: {'XYZ'[axis]}, {plane}"
-        out.append(r.heat_map(values, x, y, x_label="X / mm", y_label="Y / mm", unit="µm", title=title))
+        out.append(
+            r.heat_map(values, x, y, x_label="X / mm", y_label="Y / mm", unit="µm", title=title, marks=marks)
+        )
     return [r.columns(*out[:2]), r.columns(*out[2:4]), out[4]]
 
 
