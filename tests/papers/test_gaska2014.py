@@ -205,7 +205,7 @@ def test_the_matrix_agrees_with_the_evaluation_of_the_scenario():
     one = replace(scenario(), places={"4": scenario().places["4"]})
     alone = readings.matrix(one, draw_deviations(SHOWN)[None], [SHOWN_READING])[0]
     assert alone.distance[0, 0] == pytest.approx(distance.expanded, rel=0.03)
-    assert alone.form[0, 0] == pytest.approx(twin.by_recipe(form).expanded, rel=0.1)
+    assert alone.form[0, 0] == pytest.approx(twin.by_recipe(form, one.settings.rule).expanded, rel=0.1)
     assert alone.form_sd[0, 0] == pytest.approx(form.summary.u, rel=0.05)
 
 
@@ -335,7 +335,7 @@ def drawn_results(scenario, deviations, asked=readings.READINGS, trials=0, progr
 def test_command(tmp_path, capsys, monkeypatch):
     """One place evaluated and shown at all five; the files are read by the next command."""
     result = evaluated()
-    monkeypatch.setattr(twin, "evaluate", lambda task, settings: result)
+    monkeypatch.setattr(twin, "evaluate", lambda task, settings, read: result)
     monkeypatch.setattr(twin, "HYSTERESIS", (0.5,))
     monkeypatch.setattr(twin, "matrix", drawn_results)
     assert command(["demo", "--draws", "8", "--out", str(tmp_path), "--json"]) == 0

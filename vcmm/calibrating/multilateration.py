@@ -37,7 +37,7 @@ class Lengths:
 
 
 @dataclass(frozen=True, eq=False)
-class Located:
+class Multilaterated:
     """points (I, 3), stations (J, 3), dead paths (J,) mm; residual (m,) w of eq. 2; left: degrees of freedom.
 
     u: of a length, mm, from the residuals.   alone (I, 3, 3): covariance of a point for u = 1 with the stations known.
@@ -58,7 +58,7 @@ class Located:
         return float(np.sqrt((self.residual**2).sum() / max(self.left, 1)))
 
 
-def located(data: Lengths) -> Located:
+def located(data: Lengths) -> Multilaterated:
     """All points, stations and dead paths by Gauss-Newton, the points eliminated one by one (Schur complement).
 
     Raises ModelLimit for too few stations or lengths, and where they do not determine points and stations.
@@ -86,7 +86,7 @@ def located(data: Lengths) -> Located:
     system = _linearised(data, points, stations, dead)
     turn, shift = nearest_pose(points, data.nominal)
     alone, common, station = system.covariances(points)
-    found = Located(
+    found = Multilaterated(
         points=points @ turn.T + shift, stations=stations @ turn.T + shift, dead_paths=dead, residual=system.residual,
         left=len(data.length) - 3 * len(points) - 4 * len(stations) + 6,
         alone=turn @ alone @ turn.T, common=turn @ common @ turn.T, condition=condition,
@@ -190,7 +190,7 @@ class _Linearised:
         return np.asarray(np.einsum("pij,pj->pi", self.inverse, own))
 
     def covariances(self, points: Array) -> tuple[Array, Array, Array]:
-        """See `Located`: of points (I, 3) for u = 1, their own lengths alone, and what the stations add where the whole lies nearest to the
+        """See `Multilaterated`: of points (I, 3) for u = 1, their own lengths alone, and what the stations add where the whole lies nearest to the
         nominal points; largest variance (J,) of a station.
         """
         matrix, _, coupling = self.reduced()

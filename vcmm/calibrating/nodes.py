@@ -16,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-from vcmm.calibrating.multilateration import Ints, Lengths, Located, located
+from vcmm.calibrating.multilateration import Ints, Lengths, Multilaterated, located
 from vcmm.core.errors import UsageError
 from vcmm.core.kinematics import nominal_tip
 from vcmm.core.machine import Machine
@@ -49,7 +49,7 @@ class NodeScatter:
     dof: Ints
     test: Array
     at: Array
-    located: Located
+    located: Multilaterated
 
     @property
     def u(self) -> float:
@@ -159,7 +159,7 @@ def _stated(recording: Recording) -> Array:
     return np.full(recording.m, 0.0 if recording.noise is None else float(np.ravel(recording.noise.u)[0]))
 
 
-def _propagated(data: Lengths, found: Located, variance: Array) -> Array:
+def _propagated(data: Lengths, found: Multilaterated, variance: Array) -> Array:
     """(I, 3) mm²: variance of every point by variances (m,) of its lengths, the stations known."""
     way = found.points[data.point] - found.stations[data.station]
     beam = way / np.linalg.norm(way, axis=1)[:, None]
@@ -169,7 +169,7 @@ def _propagated(data: Lengths, found: Located, variance: Array) -> Array:
     return out
 
 
-def _changing(data: Lengths, found: Located, node: Ints, nodes: int) -> Array:
+def _changing(data: Lengths, found: Multilaterated, node: Ints, nodes: int) -> Array:
     """(K,) mm²: mean square of the residuals at each node for its share of the degrees of freedom."""
     square, count = np.zeros(nodes), np.zeros(nodes)
     np.add.at(square, node[data.point], found.residual**2)

@@ -93,12 +93,15 @@ def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> i
         return {name: given[name] for name in names.split()}
 
     errors, sensors = (given[key].replace(",", " ").split() for key in ("errors", "sensors"))
-    if wanted.reversals():
+    turned = wanted.reversals()
+    if turned and len(turned) == len(wanted.files) and given["machine"] is None:
         from vcmm.cli.calibrate_reversal import reversal_command
 
         wanted.without("a reversal", **rest("test residual thermal sensors interpolation growth nodes"))
-        others = [given[name] for name in ("machine", "errors", "report")]
+        others = [given[name] for name in ("errors", "report")]
         return reversal_command(wanted.files, wanted.structure, wanted.out, json, others)
+    if turned:
+        wanted.without("a reversal", **rest("thermal sensors nodes"), compare_interpolations=compare)
     wanted.check(given["thermal"], given["sensors"], compare)
     if given["nodes"]:
         from vcmm.cli.calibrate_nodes import nodes_command
@@ -196,6 +199,7 @@ def _calibrated(wanted: Any, asked: CalibrationAsked, residual: Path | None) -> 
             show,
             interpolation=kind,
             growth=asked.growth,
+            correlated=given.correlated,
         )
     texts = {}
     if out is not None:

@@ -97,12 +97,13 @@ class Prior:
     """How probable an effect is before anything was recorded, beside the equal share that every name has.
 
     share: of a second shape of a family, against the first, also where it sits at places of its own. rare_in: kinds of recording in which it is ten times rarer;
-    rare_without: it is so where the recording lacks this label.
+    rare_without: it is so where the recording lacks this label; rare_with: where it has this column.
     """
 
     share: float = 1.0
     rare_in: tuple[str, ...] = ()
     rare_without: str = ""
+    rare_with: str = ""
 
 
 @dataclass(frozen=True)

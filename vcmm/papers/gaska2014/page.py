@@ -25,7 +25,16 @@ from vcmm.papers.gaska2014.readings import (
     SHOWN_READING,
     ReadingResult,
 )
-from vcmm.papers.gaska2014.twin import PLAN_MACHINES, Followed, GaskaTwin, OtherPlan, Row, order, span_of
+from vcmm.papers.gaska2014.twin import (
+    PLAN_MACHINES,
+    Followed,
+    GaskaTwin,
+    OtherPlan,
+    Row,
+    in_detail,
+    order,
+    span_of,
+)
 from vcmm.tables.quantities import fixed, percent
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
@@ -203,7 +212,7 @@ def twin_page(scenario: Scenario, result: GaskaTwin) -> str:
     blocks += [r.heading(f"Maps as in Fig. 7, at z = {HEIGHT:g} mm"), *maps(scenario)]
     blocks += [r.heading("Machine, part and places"), overview(scenario)]
     shown = next(row for row in result.rows if row.place == "3")
-    blocks += [r.heading("Place 3 in detail"), *pictures(shown.result)]
+    blocks += [r.heading("Place 3 in detail"), *pictures(in_detail(shown, scenario.settings.rule))]
     blocks += [
         r.heading("The paper, step by step"),
         r.table(["paper", "here"], [[cell.replace("`", "") for cell in row] for row in STEPS]),

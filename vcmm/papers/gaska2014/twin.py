@@ -22,9 +22,11 @@ import numpy as np
 from vcmm.calibrating.machine_file import bare_text
 from vcmm.core.run import Array
 from vcmm.effects.residual import CURVES
+from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.files.recording_writer import recording_texts
+from vcmm.gps.decision import undecided
 from vcmm.measuring.scenario import Scenario
 from vcmm.papers.gaska2014.nodes import SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import (
@@ -42,6 +44,7 @@ from vcmm.papers.gaska2014.readings import (
 from vcmm.papers.gaska2014.tracer import READINGS as LENGTHS
 from vcmm.papers.gaska2014.tracer import Approached, bare, found_by, read, untold
 
+RECIPE = "by the recipe of the paper the spread of a form says nothing of the true one"
 HYSTERESIS = (0.0, 0.5, 1.0)  # share of the variance of the approaches
 CLOSE_RUNS = 4  # machines followed by the LaserTracer for each
 PLANS = (
@@ -188,14 +191,14 @@ def places(scenario: Scenario, over: ReadingResult, trials: int | None, progress
     rows = []
     for k, (name, pose) in enumerate(scenario.places.items()):
         progress(f"place {name}", k / len(scenario.places))
-        result = evaluate(scenario.at(pose).task(), settings)
+        result = evaluate(scenario.at(pose).task(), settings, read=False)
         form, distance = (
             next(c for c in result.characteristics if c.type == t) for t in ("cylindricity", "distance")
         )
         rows.append(
             Row(
                 name,
-                by_recipe(form),
+                by_recipe(form, settings.rule),
                 distance,
                 span_of(over.form[:, k]),
                 span_of(over.distance[:, k]),
@@ -211,12 +214,24 @@ def span_of(u: Array) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def by_recipe(form: CharacteristicResult) -> CharacteristicResult:
+def by_recipe(form: CharacteristicResult, rule: str) -> CharacteristicResult:
     """As the paper takes it: U is half of where 95 % of the indicated values lie, whatever they say of the true one."""
     assert form.summary is not None
     low, high = form.summary.interval(form.p, form.interval_kind)
     u = form.summary.u
-    return replace(form, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u)
+    return replace(
+        form, value=form.indicated, interval=(low, high), half_width=None, u=u, k=(high - low) / 2 / u, coverage_shown=False,
+        why_not_shown=RECIPE, decision=undecided(rule, RECIPE), true_value=None,
+    )  # fmt: skip
+
+
+def in_detail(row: Row, rule: str) -> UncertaintyResult:
+    """The result of a place with what its form says of the true one, which parts are drawn for."""
+    found = [
+        c if c.true_value or not c.extreme else at_indication(c, c.indicated, rule)
+        for c in row.result.characteristics
+    ]
+    return replace(row.result, characteristics=tuple(found))
 
 
 def tracer_files() -> dict[str, str]:
