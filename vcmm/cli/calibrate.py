@@ -13,9 +13,8 @@ from vcmm.cli.options import Seed
 
 def calibrate_command(
     *recordings: Path, structure: str | None = None, machine: Path | None = None, errors: str = "", growth: str | None = None,
-    months: float = 1.0, design: Path | None = None,
-    simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline", compare_interpolations: bool = False,
-    thermal: bool = False, sensors: str = "", nodes: bool = False,
+    months: float = 1.0, design: Path | None = None, simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline",
+    compare_interpolations: bool = False, thermal: bool = False, sensors: str = "", nodes: bool = False,
     test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
     report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
 ) -> int:  # fmt: skip
