@@ -24,6 +24,14 @@ def test_normal_sum_is_exact():
     assert law.scale == pytest.approx(5.0, rel=0.04)
 
 
+def test_a_probability_far_out_is_never_negative():
+    """The difference of two values of the inversion is off by 1e-12 either way, which is no probability."""
+    law = Linear(0.0, [(StudentT(1.0, 13.0), ONE), (StudentT(0.7, 13.0), ONE), (Normal(0.3), ONE)])
+    far = np.linspace(20, 200, 40)
+    assert min(float(law.cdf(x + 0.5)) - float(law.cdf(x)) for x in far) < 0
+    assert all(0 <= law.probability(x, x + 0.5) < 1e-6 for x in far)
+
+
 @pytest.mark.parametrize("dof", [1.0, 1.5, 2.0, 3.0, 4.0, 9.0, 30.0])
 @pytest.mark.parametrize("p", [0.6, 0.975, 0.999])
 def test_lone_t_through_the_inversion(dof: float, p: float):

@@ -25,7 +25,8 @@ from vcmm.papers.gaska2014.nodes import NODES, NU, PUBLISHED, SHOWN, draw_deviat
 from vcmm.papers.gaska2014.readings import SHOWN_READING, Reading, ReadingResult
 from vcmm.tables.table import in_terminal
 
-DOC = (Path(__file__).resolve().parents[2] / "docs" / "gaska2014.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOC = (DOCS / "gaska2014.md").read_text(encoding="utf-8")
 
 
 @cache
@@ -115,7 +116,7 @@ def test_rows_of_the_title_procedure_stand_in_the_documentation():
     assert (
         followed[1].quiet < 0.01 < followed[0].quiet
     )  # all hysteresis would have been seen by the paper's own test
-    table = page.followed_table(twin.GaskaTwin(0, (), (), followed, (0, 0), {}))
+    table = page.followed_table(twin.GaskaTwin(0, (), (), followed, (), (0, 0), {}))
     assert_in_documentation(table)
 
 
@@ -143,7 +144,7 @@ def test_the_shown_reading_stands_in_the_documentation():
     assert sum(shown.hits()) == 9
     assert np.median(shown.form.mean(axis=1)) == pytest.approx(0.79e-3, abs=0.02e-3)
     assert np.median(shown.distance.mean(axis=1)) == pytest.approx(0.42e-3, abs=0.02e-3)
-    assert_in_documentation(page.readings_table(twin.GaskaTwin(200, (), (shown,), (), (0, 0), {})))
+    assert_in_documentation(page.readings_table(twin.GaskaTwin(200, (), (shown,), (), (), (0, 0), {})))
 
 
 def test_the_machine_that_is_shown_is_from_the_middle():
@@ -152,6 +153,14 @@ def test_the_machine_that_is_shown_is_from_the_middle():
     ranks = readings.rank(shown.form, SHOWN - 1), readings.rank(shown.distance, SHOWN - 1)
     assert all(abs(r - 100.5) < 10 for r in ranks)
     assert f"ranks {ranks[0]} of 200, by that of the distance {ranks[1]}" in DOC
+
+
+def test_shares_of_best_places_stand_in_the_documentation_of_place():
+    shown = over_machines()
+    one = placement.Ranking("touch", tuple(scenario().places), shown.form, shown.distance)
+    by = [" ".join(f"{100 * share[i]:.0f}" for share in one.shares().values()) for i in range(2)]
+    both = " | ".join(f"{100 * v:.0f} %" for v in one.both_best())
+    assert f"| touch | {by[0]} % | {by[1]} % | {both} |" in (DOCS / "place.md").read_text(encoding="utf-8")
 
 
 def test_u_of_the_distance_by_other_means():
@@ -223,6 +232,19 @@ def test_fields_drawn_per_run_contradict_table_3():
     one = readings.matrix(scenario(), twin.machines(12), [replace(SHOWN_READING, redraw="run")])[0]
     assert "ratio" in one.against()
     assert "U" in one.against()
+
+
+def test_more_touches_of_a_face_average_per_touch():
+    """16 touches against 4, no field: the distance of two faces has u = 0.15 um sqrt(2 / n), and less lobing of the probe."""
+    still = np.zeros((1, 52, 3))
+    one = replace(scenario(), places={"3": scenario().places["3"]})
+    u = [
+        readings.matrix(readings.with_touches(one, k, 8), still, [SHOWN_READING], 200)[0].distance_sd[0, 0]
+        for k in (2, 4)
+    ]
+    assert readings.with_touches(one, 4, 8).task().touches.run.n == 2 * 16 + 24
+    apart = u[0] ** 2 - u[1] ** 2
+    assert apart == pytest.approx((0.15e-3) ** 2 * (2 / 4 - 2 / 16), rel=0.15)
 
 
 def test_maps_at_a_node_show_its_d():
@@ -303,14 +325,11 @@ def test_readings_are_sixteen_and_named_apart():
     assert StudentT(1.0, NU).u == pytest.approx(np.sqrt(13 / 11))
 
 
-def drawn_results(scenario, deviations, progress):
+def drawn_results(scenario, deviations, asked=readings.READINGS, trials=0, progress=None):
     """U of every reading out of a hat."""
     rng = np.random.default_rng(1)
     shape = len(deviations), len(scenario.places)
-    return [
-        ReadingResult(one, *(1e-3 * rng.uniform(0.3, 1, shape) for _ in range(4)))
-        for one in readings.READINGS
-    ]
+    return [ReadingResult(one, *(1e-3 * rng.uniform(0.3, 1, shape) for _ in range(4))) for one in asked]
 
 
 def test_command(tmp_path, capsys, monkeypatch):
@@ -325,6 +344,11 @@ def test_command(tmp_path, capsys, monkeypatch):
     assert len(found["readings"]) == 16
     assert [one["lengths"] for one in found["tracer"]] == ["station", "length"]
     assert found["machine"]["draw"] == SHOWN
+    assert [(p["touches_face"], p["touches_bore"]) for p in found["plans"][::4]] == [
+        (4, 24),
+        (9, 36),
+        (16, 60),
+    ]
     assert sum(row["form_best_share"] for row in found["rows"]) == pytest.approx(1.0)
     report = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert all(f"{letter}: " in report for letter in "abcde")

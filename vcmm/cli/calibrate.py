@@ -13,9 +13,8 @@ from vcmm.cli.options import Seed
 
 def calibrate_command(
     *recordings: Path, structure: str | None = None, machine: Path | None = None, errors: str = "", growth: str | None = None,
-    months: float = 1.0, design: Path | None = None,
-    simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline", compare_interpolations: bool = False,
-    thermal: bool = False, sensors: str = "", nodes: bool = False,
+    months: float = 1.0, design: Path | None = None, simulate: Path | None = None, seed: Seed = 0, interpolation: str = "spline",
+    compare_interpolations: bool = False, thermal: bool = False, sensors: str = "", nodes: bool = False,
     test: Annotated[list[Path] | None, Parameter(name="--test", negative=())] = None, residual: Path | None = None,
     report: Path | None = None, json: Annotated[bool, Parameter(name="--json")] = False, out: Path | None = None,
 ) -> int:  # fmt: skip
@@ -89,37 +88,35 @@ def _run(wanted: Any, given: dict[str, Any], months: float, compare: bool, json:
 def _special(wanted: Any, given: dict[str, Any], compare: bool, json: bool) -> int | None:
     """The jobs besides a calibration: reversals, the comparison of interpolations, temperatures. given: options of the command."""
 
-    def rest(*names: str) -> dict[str, Any]:
-        return {name: given[name] for name in names}
+    def rest(names: str) -> dict[str, Any]:
+        return {name: given[name] for name in names.split()}
 
     errors, sensors = (given[key].replace(",", " ").split() for key in ("errors", "sensors"))
     turned = wanted.reversals()
     if turned and len(turned) == len(wanted.files) and given["machine"] is None:
         from vcmm.cli.calibrate_reversal import reversal_command
 
-        wanted.without(
-            "a reversal", **rest("test", "residual", "thermal", "sensors", "interpolation", "growth", "nodes")
-        )
+        wanted.without("a reversal", **rest("test residual thermal sensors interpolation growth nodes"))
         others = [given[name] for name in ("errors", "report")]
         return reversal_command(wanted.files, wanted.structure, wanted.out, json, others)
     if turned:
-        wanted.without("a reversal", **rest("thermal", "sensors", "nodes"), compare_interpolations=compare)
+        wanted.without("a reversal", **rest("thermal sensors nodes"), compare_interpolations=compare)
     wanted.check(given["thermal"], given["sensors"], compare)
     if given["nodes"]:
         from vcmm.cli.calibrate_nodes import nodes_command
 
-        idle = rest("test", "residual", "errors", "interpolation", "growth", "thermal", "report")
+        idle = rest("test residual errors interpolation growth thermal report")
         wanted.without("--nodes", **idle, compare_interpolations=compare)
         return nodes_command(wanted, json)
     if compare:
         from vcmm.cli.calibrate_compare import interpolations_command
 
-        wanted.without("--compare-interpolations", **rest("interpolation", "residual", "report", "growth"))
+        wanted.without("--compare-interpolations", **rest("interpolation residual report growth"))
         return interpolations_command(wanted, errors, json)
     if given["thermal"]:
         from vcmm.cli.calibrate_thermal import thermal_command
 
-        wanted.without("--thermal", **rest("errors", "interpolation", "residual", "report", "growth"))
+        wanted.without("--thermal", **rest("errors interpolation residual report growth"))
         return thermal_command(wanted, sensors, json)
     return None
 

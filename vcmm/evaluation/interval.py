@@ -247,7 +247,7 @@ class Linear:
     def probability(self, low: float = -math.inf, high: float = math.inf) -> float:
         """P(low <= Y <= high): the probability of conformity for tolerance limits (JCGM 106, 7)."""
         ends = [float(self.cdf(v)) if math.isfinite(v) else float(v > 0) for v in (low, high)]
-        return ends[1] - ends[0]
+        return min(max(ends[1] - ends[0], 0.0), 1.0)  # far out the inversion leaves rounding of either sign
 
 
 def _reach(x: Array) -> float:

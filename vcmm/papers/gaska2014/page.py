@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +25,16 @@ from vcmm.papers.gaska2014.readings import (
     SHOWN_READING,
     ReadingResult,
 )
-from vcmm.papers.gaska2014.twin import Followed, GaskaTwin, Row, in_detail, order, span_of
+from vcmm.papers.gaska2014.twin import (
+    PLAN_MACHINES,
+    Followed,
+    GaskaTwin,
+    OtherPlan,
+    Row,
+    in_detail,
+    order,
+    span_of,
+)
 from vcmm.tables.quantities import fixed, percent
 from vcmm.tables.table import NUMBER_TEXT, Column, ResultTable, titled_html
 
@@ -55,6 +66,7 @@ STEPS = (
     ("z from the nearest node", "`residual.field_weights`, vertical"),
     ("n Monte Carlo trials of a measuring point", "`readings.matrix`; distance in closed form"),
     ("Fig. 7: maps of the reproduction error", "`maps.field_map`, at one height; in closed form"),
+    ("probing plan", "unpublished, drawn; `twin.other_plans` shows what more and fewer touches change"),
     ("section 5: form and distance at five places, Table 3", "`twin.places`, `readings.matrix`"),
     ("correction matrix, step gauge and ring", "left out: no data; the systematic part is taken as corrected, as in the paper"),
     ("grid for a neural network, [29]", "left out: the paper names it as an alternative that it does not take"),
@@ -67,7 +79,7 @@ UM = fixed(2, scale=1e3)
 
 def tables(result: GaskaTwin) -> list[ResultTable[Any]]:
     """The same in terminal, report and documentation."""
-    return [followed_table(result), readings_table(result), places_table(result)]
+    return [followed_table(result), readings_table(result), plans_table(result), places_table(result)]
 
 
 FOLLOWED: tuple[Column[Followed], ...] = (
@@ -126,6 +138,30 @@ def readings_table(result: GaskaTwin) -> ResultTable[ReadingResult]:
     return ResultTable("Readings of the model beside Table 3", READ, result.matrix, caption, " ")
 
 
+def _of_result(cell: Callable[[ReadingResult], Any], one: OtherPlan) -> Any:
+    return cell(one.result)
+
+
+def _of_plan(column: Column[ReadingResult]) -> Column[OtherPlan]:
+    assert column.head is not None
+    return Column(column.head, partial(_of_result, column.cell), column.writing)
+
+
+OTHER: tuple[Column[OtherPlan], ...] = (
+    Column("touches", lambda one: f"{one.face} + {one.bore}", NUMBER_TEXT),
+    Column("b-spline, per", lambda one: f"{one.result.reading.curve}, {one.result.reading.redraw}"),
+    *(_of_plan(c) for c in READ[1:]),
+)
+
+
+def plans_table(result: GaskaTwin) -> ResultTable[OtherPlan]:
+    """Four readings with other numbers of touches."""
+    caption = (
+        f"The same for {min(PLAN_MACHINES, result.draws)} machines and three plans; the paper gives none."
+    )
+    return ResultTable("Readings with fewer and more touches", OTHER, result.plans, caption, " ")
+
+
 def places_table(result: GaskaTwin) -> ResultTable[Row]:
     """Form and distance at every place beside the paper; the same in the terminal, the CSV and the report."""
     n = result.draws
@@ -141,7 +177,7 @@ def places_table(result: GaskaTwin) -> ResultTable[Row]:
         Column(f"{n} machines", lambda row: span(row.distance_range), NUMBER_TEXT, csv="distance_U_range_um"),
         Column("paper", lambda row: PAPER_DISTANCE_U[row.place], fixed(1), csv="paper_distance_U_um"),
         Column("best in", lambda row: result.shares[row.place][1], percent(0), csv="distance_best_share"),
-        Column("field's share", lambda row: f"{_field(row.form):.0%}, {_field(row.distance):.0%}", NUMBER_TEXT, csv="field_share"),
+        Column("field's share", lambda row: f"{_field(row.form):.0%}, {_field(row.distance):.0%}", NUMBER_TEXT, csv="field_share", on="terminal"),
     ]  # fmt: skip
     return ResultTable(
         "One machine from the middle, at five places", columns, result.rows, _caption(result), " "
@@ -173,7 +209,7 @@ def twin_page(scenario: Scenario, result: GaskaTwin) -> str:
     for one in tables(result):
         blocks += [*titled_html(one), r.paragraph(one.caption)]
     blocks += [r.heading("U of every reading"), *charts(result)]
-    blocks += [r.heading(f"Maps as in Fig. 7, at z = {HEIGHT:g} mm"), *maps()]
+    blocks += [r.heading(f"Maps as in Fig. 7, at z = {HEIGHT:g} mm"), *maps(scenario)]
     blocks += [r.heading("Machine, part and places"), overview(scenario)]
     shown = next(row for row in result.rows if row.place == "3")
     blocks += [r.heading("Place 3 in detail"), *pictures(in_detail(shown, scenario.settings.rule))]
@@ -188,14 +224,17 @@ def twin_page(scenario: Scenario, result: GaskaTwin) -> str:
 HEIGHT = 125.0  # mm, between the two lower layers of nodes
 
 
-def maps() -> list[str]:
-    """Panels a to e of Fig. 7 for the machine that is shown."""
+def maps(scenario: Scenario) -> list[str]:
+    """Panels a to e of Fig. 7 for the machine that is shown, with the five places."""
+    marks = [(name, float(pose.shift[0]), float(pose.shift[1])) for name, pose in scenario.places.items()]
     x, y = grid()
     d, out = draw_deviations(SHOWN), []
     for letter, axis, plane in PANELS:
         values = field_map(d, axis, plane, HEIGHT, SHOWN_READING.curve)
         title = f"{letter}: {'XYZ'[axis]}, {plane}"
-        out.append(r.heat_map(values, x, y, x_label="X / mm", y_label="Y / mm", unit="µm", title=title))
+        out.append(
+            r.heat_map(values, x, y, x_label="X / mm", y_label="Y / mm", unit="µm", title=title, marks=marks)
+        )
     return [r.columns(*out[:2]), r.columns(*out[2:4]), out[4]]
 
 

@@ -26,6 +26,7 @@ from vcmm.effects.residual import CURVES, field_weights
 from vcmm.evaluation.linear import build
 from vcmm.evaluation.streams import draw
 from vcmm.measuring.scenario import Scenario
+from vcmm.measuring.strategies import Grid, Levels, plan_points
 from vcmm.papers.gaska2014.nodes import NODES, NU
 
 PAPER_FORM_U = {"1": 0.6, "2": 0.8, "3": 0.5, "4": 0.9, "5": 0.5}  # Table 3, um
@@ -219,6 +220,17 @@ def matrix(
         form, form_sd, sd = (np.stack(v, axis=1) for v in zip(*places))
         out.append(ReadingResult(one, form, 2 * sd, form_sd, sd))
     return out
+
+
+def with_touches(scenario: Scenario, face: int, level: int) -> Scenario:
+    """The scenario with face x face touches on each plane and `level` touches on each level of the bore; the paper gives no plan."""
+    steps = []
+    for step in scenario.plan.steps:
+        feature = scenario.part.features[step.feature]
+        way = Grid((face, face), 10.0) if feature.kind == "plane" else Levels((10.0, 40.0, 70.0), level)
+        points, normals = plan_points(feature, way)
+        steps.append(replace(step, points=points, normals=normals))
+    return replace(scenario, plan=replace(scenario.plan, steps=tuple(steps)))
 
 
 def central(result: ReadingResult) -> int:

@@ -5,6 +5,7 @@ the results (Table 3). Everything else the paper leaves unpublished is drawn.
 
     1  LaserTracer, five stations, 14 approaches of 52 nodes: what d is, and what of it the instrument makes    tracer.found_by
     2  the model of sections 4 and 5, read sixteen ways, over many machines, beside Table 3                      readings.matrix
+       the same with fewer and more touches                                                                      other_plans
     3  one machine from the middle of them: form and distance at five places                                     places
     4  maps of the simulated reproduction error (Fig. 7)                                                         maps.field_map
 """
@@ -20,6 +21,7 @@ import numpy as np
 
 from vcmm.calibrating.machine_file import bare_text
 from vcmm.core.run import Array
+from vcmm.effects.residual import CURVES
 from vcmm.evaluation.indication import at_indication
 from vcmm.evaluation.result import CharacteristicResult, UncertaintyResult
 from vcmm.evaluation.uncertainty import evaluate
@@ -30,10 +32,14 @@ from vcmm.papers.gaska2014.nodes import SHOWN, draw_deviations
 from vcmm.papers.gaska2014.readings import (
     PAPER_DISTANCE_U,
     PAPER_FORM_U,
+    REDRAWS,
     SHOWN_READING,
+    TRIALS,
+    Reading,
     ReadingResult,
     matrix,
     rank,
+    with_touches,
 )
 from vcmm.papers.gaska2014.tracer import READINGS as LENGTHS
 from vcmm.papers.gaska2014.tracer import Approached, bare, found_by, read, untold
@@ -41,6 +47,13 @@ from vcmm.papers.gaska2014.tracer import Approached, bare, found_by, read, untol
 RECIPE = "by the recipe of the paper the spread of a form says nothing of the true one"
 HYSTERESIS = (0.0, 0.5, 1.0)  # share of the variance of the approaches
 CLOSE_RUNS = 4  # machines followed by the LaserTracer for each
+PLANS = (
+    (2, 8),
+    (3, 12),
+    (4, 20),
+)  # touches along a side of each face, and on each of three levels of the bore
+PLANNED = tuple(Reading(curve, "linear", "deviation", redraw) for curve in CURVES for redraw in REDRAWS)
+PLAN_MACHINES = 60
 Progress = Callable[[str, float], None]
 
 
@@ -77,6 +90,15 @@ class Followed:
 
 
 @dataclass(frozen=True, eq=False)
+class OtherPlan:
+    """One reading with another number of touches on each face and in the bore."""
+
+    face: int
+    bore: int
+    result: ReadingResult
+
+
+@dataclass(frozen=True, eq=False)
 class GaskaTwin:
     """rows: five places of the machine that is shown. matrix: every reading. ranks: of that machine's mean U, from 1, form and distance.
 
@@ -87,6 +109,7 @@ class GaskaTwin:
     rows: tuple[Row, ...]
     matrix: tuple[ReadingResult, ...]
     followed: tuple[Followed, ...]
+    plans: tuple[OtherPlan, ...]
     ranks: tuple[int, int]
     shares: dict[str, tuple[float, float]]
 
@@ -122,7 +145,10 @@ def run(
         )
         for k, name in enumerate(scenario.places)
     }
-    return GaskaTwin(draws, tuple(rows), tuple(found), followed, ranks, shares)
+    return GaskaTwin(
+        draws=draws, rows=tuple(rows), matrix=tuple(found), followed=followed, plans=other_plans(scenario, drawn),
+        ranks=ranks, shares=shares,
+    )  # fmt: skip
 
 
 def follow(drawn: Array, hysteresis: float, lengths: str) -> Followed:
@@ -138,10 +164,25 @@ def follow(drawn: Array, hysteresis: float, lengths: str) -> Followed:
     low, middle, high = (float(v) * 1e3 for v in np.quantile(own, [0, 0.5, 1]))
     few = d < 0.3e-3
     return Followed(
-        hysteresis, lengths, float(np.sqrt(np.mean([f.u**2 for f in found]))) * 1e3, ratio("d"), ratio("single"), (low, middle, high),
-        float((own[few] ** 2).sum() / (d[few] ** 2).sum()), float(np.mean([f.rejected() for f in found])),
-        float(np.mean([untold(f) for f in found])),
-    )  # fmt: skip
+        hysteresis=hysteresis,
+        lengths=lengths,
+        residual=float(np.sqrt(np.mean([f.u**2 for f in found]))) * 1e3,
+        found=ratio("d"),
+        single=ratio("single"),
+        instrument=(low, middle, high),
+        small=float((own[few] ** 2).sum() / (d[few] ** 2).sum()),
+        rejected=float(np.mean([f.rejected() for f in found])),
+        quiet=float(np.mean([untold(f) for f in found])),
+    )
+
+
+def other_plans(scenario: Scenario, drawn: Array) -> tuple[OtherPlan, ...]:
+    """What the tests say with fewer and more touches: the paper gives no plan."""
+    out = []
+    for face, level in PLANS:
+        found = matrix(with_touches(scenario, face, level), drawn[:PLAN_MACHINES], PLANNED, TRIALS // 2)
+        out += [OtherPlan(face**2, 3 * level, one) for one in found]
+    return tuple(out)
 
 
 def places(scenario: Scenario, over: ReadingResult, trials: int | None, progress: Progress) -> list[Row]:
@@ -224,6 +265,7 @@ def figures(result: GaskaTwin) -> dict[str, Any]:
             for row in result.rows
         ],
         "readings": [_reading_json(one) for one in result.matrix],
+        "plans": [{"touches_face": p.face, "touches_bore": p.bore, **_reading_json(p.result)} for p in result.plans],
         "tracer": [asdict(one) for one in result.followed],
     }  # fmt: skip
 
