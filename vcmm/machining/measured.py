@@ -97,12 +97,14 @@ def measured_cut(
     rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
     _, gain = world.contacts.deepest(world.moved)
     size = np.linalg.norm(gain, axis=1)
+    # what the measuring machine is known to err by is no error of the tool: a machine that measures its own part repeats it
+    misread = (world.measuring.errors() * world.measuring.task.touches.run.normal).sum(axis=1)
     return MeasuredCut(
         compared=_compared(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
         mismatch=found,
         scatter=scatter,
         observed=observed,
-        value=(deviation - world.level) / size,
+        value=(deviation - world.level - misread) / size,
         normal=gain / size[:, None],
         in_machine=in_machine,
         noise=float(np.hypot(scatter, np.sqrt(np.mean(np.diag(point_covariance(model, single=True)))))),
