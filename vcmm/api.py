@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import DataError, UsageError, choose_from
-from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.checks import remarks
 from vcmm.evaluation.result import UncertaintyResult
 from vcmm.evaluation.sampling import Progress

@@ -44,6 +44,7 @@ SHAPE_OF_CONTACT = (
     "nz",
     "cut_length_mm",
     "force_x_N",
+    "spindle_load_W",
 )  # needed by effects that a path cannot correct
 
 

@@ -47,12 +47,14 @@ from vcmm.effects.rotary import RotaryCyclic
 from vcmm.effects.scale import ScaleFactor
 from vcmm.effects.scatter import Reindexing, Scatter
 from vcmm.effects.setting import ToolLength, ToolOffset, ToolRadius, WorkOffset
+from vcmm.effects.spindle_load import SpindleLoadGrowth
 from vcmm.effects.squareness import RotaryLocation, Squareness
 from vcmm.effects.thermal import ThermalDrift
 from vcmm.effects.tilt import AxisLean, CentreLineOffset, CentreLineTilt
 from vcmm.effects.tip_form import TipForm
 from vcmm.effects.uniform_scale import UniformScale
 from vcmm.effects.workpiece import WorkpieceHeating
+from vcmm.effects.workpiece_bending import WorkpieceBending
 
 ALL: tuple[type[Effect], ...] = (
     ComponentTable,
@@ -83,6 +85,7 @@ ALL: tuple[type[Effect], ...] = (
     Reindexing,
     GradientBending,
     SpindleGrowth,
+    SpindleLoadGrowth,
     ScrewHeating,
     Backlash,
     BacklashRamp,
@@ -113,6 +116,7 @@ ALL: tuple[type[Effect], ...] = (
     AirIndex,
     DeadPath,
     ToolDeflection,
+    WorkpieceBending,
     ToolWear,
     ToolRunout,
     WorkpieceHeating,

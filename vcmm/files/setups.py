@@ -31,6 +31,7 @@ class SetupTable(Table):
     minutes: float = Field(gt=0, allow_inf_nan=False, examples=["20"])
     u: str = Field(examples=['"0.2 um"'])
     own: dict[str, str] = Field(default_factory=dict, examples=['{ scale = "0.3 um/m" }'])
+    serial: str = Field(default="", examples=['"L-2041"'])
     axis: str = Field(default="", examples=['"X"', '"C"'])
     across_axis: Literal["", "X", "Y", "Z"] = ""
     component: Literal["", "X", "Y", "Z", "A", "B", "C"] = ""
@@ -67,7 +68,7 @@ def planned(table: SetupTable, machine: Machine) -> tuple[Recordings, Instrument
         made = (replace(made[0], name=table.name),)
     else:
         made = tuple(replace(one, name=f"{table.name} {one.name}") for one in made)
-    return made, InstrumentCertificate.of(instrument, table.own)
+    return made, InstrumentCertificate.of(instrument, table.own, serial=table.serial)
 
 
 def _need(table: SetupTable, *keys: str) -> None:

@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from vcmm.core.blocks import Sharing
 from vcmm.core.errors import UsageError
 from vcmm.core.run import Array
 from vcmm.cutting.envelope import CutSurface
-from vcmm.evaluation.blocks import Sharing
 from vcmm.evaluation.sampling import Progress
 from vcmm.evaluation.uncertainty import evaluate
 from vcmm.evaluation.virtual_measurement import Measurement, measure_task
@@ -26,6 +26,7 @@ from vcmm.machining.process import GOUGE, PreparedCut
 from vcmm.machining.recut import Recut, recut
 from vcmm.machining.result import CutResult, batch, extremes, grouped
 from vcmm.machining.scenario import IDEAL, SAME, CutScenario
+from vcmm.machining.threads import threads_of
 from vcmm.machining.world import Cutting
 from vcmm.measuring.task import Task
 
@@ -76,6 +77,7 @@ def cut(
         blank=job.blank,
         recut=again,
         own_reading=reading,
+        threads=threads_of(job),
     )
 
 
