@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,11 @@ from vcmm.cli import run as command
 from vcmm.core.errors import DataError
 from vcmm.files.measured import read_measured_points
 from vcmm.files.recording import load_recording
+from vcmm.inference.given import GivenPoints
+from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.measured import measured_cut
+from vcmm.machining.scenario import SAME, Inspection
+from vcmm.measuring.plan import Stylus
 from vcmm.response.observe import baseline
 
 BACKLASH = '[[effects]]\neffect = "backlash"\naxis = "X"\ngap = "6 um"\n'
@@ -137,3 +142,23 @@ def test_measure_of_a_cut_scenario_cuts_first(tmp_path, capsys):
     assert np.abs(drawn.points - still.points).max() > 1e-4
     found = measured_cut(vcmm.load_cut(file), given, u_point=1e-3)
     assert found.mismatch == ()
+
+
+def test_a_machine_that_measures_its_own_part_does_not_accuse_itself(tmp_path):
+    """Probed on the machine that cut it: of its known errors the reading holds both shares, the recording that of the tool alone."""
+    scenario = vcmm.load_cut(measured_shop.write(tmp_path, BACKLASH))
+    plan = gauge_plan(scenario.part, scenario.plan)
+    styli = {name: Stylus(name, np.array([0.0, 0.0, -100.0]), 0.5) for name in plan.styli}
+    same = replace(scenario, inspection=Inspection(SAME), plan=replace(plan, styli=styli))
+    points = []
+    for one in (scenario, same):
+        read = vcmm.measure(one)
+        points.append(read.points)
+        given = GivenPoints(
+            "", read.points, tuple(f"row {i}" for i in range(len(read.points))), read.features
+        )
+        found = measured_cut(one, given, u_point=0.5e-3)
+        assert found.mismatch == ()
+        assert found.departure == pytest.approx(0.0, abs=0.1e-3)
+    # 20 um/m over 100 mm: the scale that cut the part reads it, so 2 um of the width are missing from the reading, a half on each side
+    assert np.abs(points[1] - points[0]).max() > 0.9e-3

@@ -16,7 +16,8 @@ from vcmm.nc.setup import TemperatureLog
 
 
 def warmed(run: Run, log: TemperatureLog | None) -> Run:
-    """The run (its column time_s counts from the start of the program) with what the sensors log. ModelLimit: the log ends before the cut."""
+    """The run (its column time_s counts from the start of the program) with what the sensors log. ModelLimit: the log ends more than one of its
+    intervals before the cut."""
     if log is None:
         return run
     return _at(run, log, run.column("time_s"))
@@ -33,7 +34,8 @@ def warmed_when_set(run: Run, log: TemperatureLog | None) -> Run:
 def _at(run: Run, log: TemperatureLog, time: Array) -> Run:
     columns: dict[str, Array] = {}
     for sensor, series in log.sensors.items():
-        if time.max(initial=-np.inf) > series.time[-1]:
+        interval = float(np.diff(series.time[-2:], prepend=series.time[-1:]).max())
+        if time.max(initial=-np.inf) > series.time[-1] + interval:
             raise ModelLimit(
                 f"the log of temperatures ends at {series.time[-1]:.0f} s, the program runs to {time.max():.0f} s by the time law; log the whole program"
             )

@@ -13,9 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.calibrating.net import CHOSEN, AxisNet, trained
-from vcmm.core.effect import Effect
 from vcmm.core.run import T0_DEG_C, Array, Series, first_order_lag
-from vcmm.effects.component import ComponentPolynomial
 
 MINUTES = 480
 SENSORS = ("spindle", "column", "screw X", "screw Y", "bed", "air")
@@ -132,11 +130,3 @@ def network(days: Sequence[Day], lags: tuple[int, ...] = (0,), epochs: int = 400
     x = np.concatenate([read_before(d.sensors, lags) for d in days])[::4]
     y = np.concatenate([d.parameters for d in days])[::4]
     return NetworkModel(trained(x, y, CHOSEN, np.random.default_rng(0), epochs), lags)
-
-
-def thermal_effects(parameters: Array) -> tuple[Effect, ...]:
-    """Six numbers in UNITS as effects of a machine with axes X, Y, Z (errors of the carriages' own motion)."""
-    zz, yz, az, x, y, z = (float(p) for p in parameters)
-    made = {"EZZ": (zz, z), "EYZ": (yz, 0.0), "EXX": (0.0, x), "EYY": (0.0, y)}
-    out: list[Effect] = [ComponentPolynomial(n, np.array(c) * 1e-3) for n, c in made.items()]
-    return (*out, ComponentPolynomial("EAZ", np.array([az * 1e-6, 0.0])))

@@ -15,12 +15,18 @@ from vcmm.core.run import Array
 from vcmm.machining.scenario import CutScenario
 from vcmm.papers.marin2004.day import PARAMETERS, SENSORS, UNITS
 from vcmm.papers.marin2004.learnt import ANGLE, LENGTH, LearntGeometry
+from vcmm.papers.marin2004.rewritten import RewrittenProgram
 from vcmm.papers.marin2004.twin import (
-    COLD,
+    AXES,
+    CUT_MINUTES,
+    EVERY,
+    GEOMETRY,
     LEARNED,
-    MODELS,
+    PLAIN,
+    START,
+    TABLE,
+    UPDATED,
     VALIDATED,
-    WARM,
     Agreement,
     MarinTwin,
     ParameterFit,
@@ -52,22 +58,30 @@ SOURCES = (
     ("offsets a, b, c where the errors were measured", "the paper's idea; places drawn"),
     ("parameters by multiple regression on sensors", "the paper's; sensors, days and coefficients drawn"),
     (
+        "correction updated while the cut runs; tables of the control",
+        "the paper's two routes; from a log of the sensors",
+    ),
+    (
         "program: identify positions, correct, rewrite (figure 3)",
-        "the paper's scheme; lines of 10 mm at most",
+        "the paper's scheme, by compensate on NC files",
     ),
     ("error tables, travels, part, tool", "drawn"),
 )
 REWRITTEN = {
-    MODELS[0]: "as programmed",
-    MODELS[1]: "rewritten: geometry",
-    MODELS[2]: "rewritten: geometry, thermal",
+    PLAIN: "as programmed",
+    GEOMETRY: "geometry",
+    START: "state at the start",
+    UPDATED: "updated",
+    TABLE: "full table",
+    AXES: "table of axes",
 }
 
 
 def tables(result: MarinTwin) -> list[ResultTable[Any]]:
     """The same in terminal, report and documentation."""
     return [
-        _agreements(result), _learnt(result), _fits(result), _remainders(result), _cuts(result), _predictions(result)
+        _agreements(result), _learnt(result), _fits(result), _remainders(result), _cuts(result), _programs(result),
+        _predictions(result),
     ]  # fmt: skip
 
 
@@ -87,7 +101,7 @@ def _learnt(result: MarinTwin) -> ResultTable[LearntGeometry]:
     caption = (
         f"Readings at every node with {LENGTH * 1e3:g} µm and {ANGLE * 1e6:g} µrad of noise, {len(result.learnt[0].rms)} draws; what equation 26 then leaves on 343 "
         f"places, where it was {v.mean:.1f} µm in the mean and {v.largest:.1f} µm at most. Equation 20: the workpiece is turned against the tool by {v.turned:.0f} µrad at "
-        f"most, and its translation is the correction vector within {v.moved:.1f} nm. The parts below are cut with the geometry known."
+        f"most, and its translation is the correction vector within {v.moved:.1f} nm. The programs below are rewritten with what the network learnt of the first draw."
     )
     return ResultTable("Geometry learnt from readings", LEARNT, result.learnt, caption)
 
@@ -150,8 +164,8 @@ def _remainders(result: MarinTwin) -> ResultTable[Remainder]:
     return ResultTable("Where the remainder comes from", REMAINDERS, result.remainders, caption)
 
 
-def _of(result: MarinTwin, minute: int, model: str) -> PartCut:
-    return next(c for c in result.cuts if c.state == f"minute {minute}" and c.model == model)
+def _of(result: MarinTwin, minute: int, model: str) -> PartCut | None:
+    return next((c for c in result.cuts if c.state == f"minute {minute}" and c.model == model), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +178,8 @@ class CutFeature:
 
 
 def _mean_and_largest(model: str, row: CutFeature) -> str:
-    d = row.departures[model]
-    return f"{d.mean():+.2f} / {np.abs(d).max():.2f}"
+    d = row.departures.get(model)
+    return "–" if d is None else f"{d.mean():+.2f} / {np.abs(d).max():.2f}"
 
 
 CUTS: tuple[Column[CutFeature], ...] = (
@@ -177,59 +191,83 @@ CUTS: tuple[Column[CutFeature], ...] = (
 
 def _cuts(result: MarinTwin) -> ResultTable[CutFeature]:
     rows = [
-        CutFeature(state, name, {m: _of(result, minute, m).departure[name] for m in MODELS})
-        for state, minute in (("cold", COLD), ("warm", WARM))
-        for name in _of(result, minute, MODELS[0]).departure
+        CutFeature(
+            state, name, {c.model: c.departure[name] for c in result.cuts if c.state == f"minute {minute}"}
+        )
+        for state, minute in (("cold", 0), ("warm", result.warm))
+        for name in result.cuts[0].departure
     ]
     caption = (
-        f"Mean / largest departure from the drawing, µm, along the outward normal. Cold: minute {COLD}; warm: minute {WARM} of the "
-        "validation day; the work zero was set cold. What is left cold comes from the rotations: the edge that cuts is not the tip "
-        "that was corrected. Warm, what the regression misses is added."
+        f"Mean / largest departure from the drawing, µm, along the outward normal. Cold: minute 0; warm: from minute {result.warm} of the "
+        f"validation day, where the head moves most in {CUT_MINUTES:g} minutes; the work zero was set cold. The NC file was rewritten by compensate: for the "
+        "geometry, with the state of the sensors when the cut begins, and updated from their log while it runs. Full table, table of axes: the program "
+        f"stays, and the control takes off a table that is written anew every {EVERY:g} minutes, of all errors or of each axis along itself. What is "
+        "left on the walls cold is geometry that the readings did not tell."
     )
     return ResultTable("The part, cut virtually", CUTS, rows, caption)
 
 
+PROGRAMS: tuple[Column[RewrittenProgram], ...] = (
+    Column("NC file", lambda row: row.name),
+    Column("lines", lambda row: row.lines, fixed(0)),
+    Column("rewritten", lambda row: row.blocks, fixed(0)),
+    Column("off by / µm", lambda row: row.before, fixed(1)),
+    Column("after / µm", lambda row: row.after, fixed(2)),
+)
+
+
+def _programs(result: MarinTwin) -> ResultTable[RewrittenProgram]:
+    caption = (
+        "Files that were not made for this twin, on this mill in the same minutes: largest distance of the tip from the programmed path by the "
+        "model that corrects, before and after. The first has arcs and radius compensation, whose ways in and out are one piece."
+    )
+    return ResultTable("Any program", PROGRAMS, result.programs, caption)
+
+
 @dataclass(frozen=True)
 class PredictedFeature:
-    """rms difference, um, between predicted and true departures of a feature, by minute and model."""
+    """rms difference, um, between predicted and true departures of a feature, by state and model."""
 
     name: str
-    rms: Mapping[tuple[int, str], float]
+    rms: Mapping[tuple[str, str], float]
 
 
-def _rms(minute: int, model: str, row: PredictedFeature) -> float:
-    return row.rms[minute, model]
+def _rms(state: str, model: str, row: PredictedFeature) -> float:
+    return row.rms[state, model]
 
 
 PREDICTIONS: tuple[Column[PredictedFeature], ...] = (
     Column("feature", lambda row: row.name),
     *(
-        Column(f"{state}: {words}", partial(_rms, minute, model), fixed(2))
-        for state, minute in (("cold", COLD), ("warm", WARM))
-        for model, words in zip(MODELS[1:], ("geometry", "and thermal"))
+        Column(f"{state}: {words}", partial(_rms, state, model), fixed(2))
+        for state in ("cold", "warm")
+        for model, words in ((GEOMETRY, "geometry"), (UPDATED, "and thermal"))
+        if (state, model) != ("cold", UPDATED)
     ),
 )
 
 
 def _predictions(result: MarinTwin) -> ResultTable[PredictedFeature]:
+    asked = {("cold", GEOMETRY): 0, ("warm", GEOMETRY): result.warm, ("warm", UPDATED): result.warm}
     rows = [
         PredictedFeature(
-            name, {(t, m): _missed(result, t, m, name) for t in (COLD, WARM) for m in MODELS[1:]}
+            name, {(state, m): _missed(result, minute, m, name) for (state, m), minute in asked.items()}
         )
         for name in result.cuts[0].departure
     ]
     caption = (
-        "rms difference, µm, between the predicted and the true departures of the program as it was. Cold it is zero because the "
-        "predictor has the true error tables."
+        "rms difference, µm, between the predicted and the true departures of the program as it was: geometry as learnt from readings, and the "
+        "regression on the sensors."
     )
     return ResultTable("Predicted without rewriting", PREDICTIONS, rows, caption)
 
 
 def _missed(result: MarinTwin, minute: int, model: str, name: str) -> float:
-    said = _of(result, minute, model).predicted
-    assert said is not None
-    truth = _of(result, minute, MODELS[0]).departure[name]
-    return float(np.sqrt(np.mean((said[name] - truth) ** 2)))
+    guess, real = _of(result, minute, model), _of(result, minute, PLAIN)
+    assert guess is not None
+    assert real is not None
+    assert guess.predicted is not None
+    return float(np.sqrt(np.mean((guess.predicted[name] - real.departure[name]) ** 2)))
 
 
 def twin_page(scenario: CutScenario, result: MarinTwin) -> str:
@@ -283,8 +321,9 @@ def _day(result: MarinTwin) -> str:
 def _scenes(result: MarinTwin) -> str:
     """Departure of all features on one scale each: as programmed and rewritten."""
     charts = []
-    for model in (MODELS[0], MODELS[2]):
-        cut = _of(result, WARM, model)
+    for model in (PLAIN, UPDATED):
+        cut = _of(result, result.warm, model)
+        assert cut is not None
         items = [
             r.SceneMesh(
                 v.net.points,

@@ -9,19 +9,15 @@ The paper prints formulas and no numbers: machine, day, sensors, part and progra
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from vcmm.core.kinematics import Axis
 from vcmm.core.machine import Machine
 from vcmm.core.run import Array, Run
-from vcmm.machining.maps import net
-from vcmm.machining.preparation import set_up
 from vcmm.machining.scenario import CutScenario
 from vcmm.papers.error_tables import shape, table_text
 from vcmm.papers.marin2004.chain import (
@@ -42,10 +38,31 @@ from vcmm.papers.marin2004.day import (
     day,
     network,
     regression,
-    thermal_effects,
 )
-from vcmm.papers.marin2004.learnt import LearntGeometry, learnt_geometry
-from vcmm.papers.virtual_cut import SeenNet, seen, tool_errors
+from vcmm.papers.marin2004.learnt import (
+    METHODS,
+    LearntGeometry,
+    learnt_geometry,
+    readings,
+    smoothed,
+    with_tables,
+)
+from vcmm.papers.marin2004.rewritten import (
+    RewrittenProgram,
+    along_the_axes,
+    by_table,
+    departures,
+    held_between,
+    learnt_effects,
+    looked_at,
+    other_programs,
+    rewritten,
+    sensor_log,
+    steepest,
+    true_effects,
+    true_log,
+)
+from vcmm.papers.virtual_cut import SeenNet
 
 TRAVEL = {"X": (0.0, 800.0), "Y": (0.0, 500.0), "Z": (-500.0, 0.0)}
 LINEAR, CROSS, TURN, SQUARE = 4e-3, 2.5e-3, 10e-6, 12e-6  # mm, rad: scales of the drawn tables
@@ -53,14 +70,18 @@ LEARNED, VALIDATED = (
     (1, 2),
     3,
 )  # seeds of the days on which the regression is made, and of the day that it must predict
-COLD, WARM = 0, 200  # minutes at which the part is cut
+LAGS = (0, 5)  # minutes: the regression sees the sensors of now and of before
+CUT_MINUTES = 6.0  # the program, about
 HALF, DEEP, RADIUS, STEP = (
     (120.0, 80.0),
     12.0,
     16.0,
     10.0,
 )  # mm: half sides, depth of the contour, cutter, longest line
-MODELS = ("as programmed", "geometry", "geometry and thermal")
+PLAIN, GEOMETRY, START, UPDATED = "as programmed", "geometry", "state at the start", "updated meanwhile"
+MODELS = (PLAIN, GEOMETRY, START, UPDATED)
+TABLE, AXES = "full table", "table of the axes"  # of the control, the paper's second route
+EVERY = 2.0  # minutes between two tables
 Progress = Callable[[str, float], None]
 Model = Callable[[list[Day], tuple[int, ...]], Regression | NetworkModel]
 
@@ -86,7 +107,7 @@ class ParameterFit:
 
 @dataclass(frozen=True, eq=False)
 class PartCut:
-    """Departures (um) by feature of one cut: state of the machine, model with which the program was rewritten."""
+    """Departures (um) by feature of one cut: state of the machine, model with which the program was rewritten, or table of the control."""
 
     state: str
     model: str
@@ -131,6 +152,8 @@ class MarinTwin:
     seen: tuple[SeenNet, ...]
     learnt: tuple[LearntGeometry, ...]
     volume: VolumeErrors
+    warm: int  # minute at which the warm cut begins
+    programs: tuple[RewrittenProgram, ...]
 
 
 def draw_tables(seed: int) -> dict[str, Array]:
@@ -265,26 +288,6 @@ def fits(model: Regression | NetworkModel, today: Day) -> tuple[ParameterFit, ..
     )
 
 
-def predicted(machine: Machine, thermal: Array | None, tips: Array, zero: Array, tool: Array) -> Array:
-    """Error (n, 3) mm at tip positions (n, 3), machine axes, by the paper's product; the zero was set cold at `zero` (3,).
-
-    The geometric error at the zero was taken away when it was set; thermal parameters act in full.
-    """
-    warm = (
-        machine
-        if thermal is None
-        else replace(machine, effects=(*machine.effects, *thermal_effects(thermal)))
-    )
-    at_zero = product(carriages(machine, at(zero[None, :], tool)))[0]
-    return product(carriages(warm, at(tips, tool)))[0] - at_zero
-
-
-def at(tips: Array, tool: Array) -> Run:
-    """Run with the tip at `tips` (n, 3): positions of the axes are the tip less the tool."""
-    position = {a: tips[:, i] - tool[i] for i, a in enumerate("XYZ")}
-    return Run(position, np.tile(tool, (len(tips), 1)))
-
-
 def run(scenario: CutScenario, progress: Progress | None = None) -> MarinTwin:
     """Agreement of the engines, regression over a drawn day, and the part cut cold and warm, before and after rewriting."""
     report = progress or (lambda text, share: None)
@@ -294,12 +297,10 @@ def run(scenario: CutScenario, progress: Progress | None = None) -> MarinTwin:
     largest, found = agreements(geometry, tool)
     report("drawn days", 0.1)
     today, model = day(VALIDATED), regression([day(seed) for seed in LEARNED])
-    cuts: list[PartCut] = []
-    views: tuple[SeenNet, ...] = ()
-    for number, minute in enumerate((COLD, WARM)):
-        report(f"cutting at minute {minute}", 0.2 + 0.4 * number)
-        some, views = cuts_at(scenario, geometry, today, model, minute)
-        cuts += some
+    early = regression([day(seed) for seed in LEARNED], LAGS)
+    report("programs", 0.2)
+    cuts, views, warm, programs = rewritten_cuts(scenario, geometry, today, early)
+    report("geometry learnt", 0.7)
     return MarinTwin(
         largest_um=largest,
         agreements=found,
@@ -311,6 +312,8 @@ def run(scenario: CutScenario, progress: Progress | None = None) -> MarinTwin:
         seen=views,
         learnt=learnt_geometry(geometry, places(geometry, tool)),
         volume=volume_errors(geometry, tool),
+        warm=warm,
+        programs=tuple(programs),
     )
 
 
@@ -320,47 +323,47 @@ def kept(machine: Machine) -> Machine:
     return replace(machine, effects=effects)
 
 
-def cuts_at(
-    scenario: CutScenario, geometry: Machine, today: Day, model: Regression, minute: int
-) -> tuple[list[PartCut], tuple[SeenNet, ...]]:
-    """The three programs cut on the true machine of that minute, and the views of the first."""
-    truth, guess = today.parameters[minute], model.at(today.sensors[minute])
-    zero, tool = np.array(scenario.setup.offsets["G54"]), -np.array(scenario.setup.tools[1].offset)
-    out: list[PartCut] = []
-    views: tuple[SeenNet, ...] = ()
-    for name, thermal in zip(MODELS, (None, None, guess)):
-        parts = path()
-        if name != MODELS[0]:
-            parts = [p - predicted(geometry, thermal, p + zero, zero, tool) for p in parts]
-        here = looked_at(scenario, parts)
-        views = views or here
-        said = (
-            None
-            if name == MODELS[0]
-            else departures(views, geometry, np.zeros(6) if thermal is None else thermal)
-        )
-        out.append(PartCut(f"minute {minute}", name, departures(here, geometry, truth), said))
-    return out, views
+def rewritten_cuts(
+    scenario: CutScenario, geometry: Machine, today: Day, model: Regression
+) -> tuple[list[PartCut], tuple[SeenNet, ...], int, list[RewrittenProgram]]:
+    """The NC file cut cold and while the machine warms, before and after rewriting; the minute of the warm cut; programs of others.
+
+    The geometry that corrects is learnt from noisy readings by the network, the thermal parameters by the regression.
+    """
+    truth = geometry.with_effect(*true_effects())
+    known = learnt_machine(geometry)
+    hot = known.with_effect(*learnt_effects(model))
+    file, setup, warm = scenario.program, scenario.setup, steepest(today, CUT_MINUTES)
+    first = looked_at(replace(scenario, machine=truth), true_log(today, warm))
+    said, held = (sensor_log(today, warm, model.lags, held) for held in (False, True))
+    texts = {
+        GEOMETRY: rewritten(file, setup, known, None).data,
+        START: rewritten(file, setup, hot, held).data,
+        UPDATED: rewritten(file, setup, hot, said).data,
+    }
+    views = {PLAIN: first}
+    for name, text in texts.items():
+        views[name] = looked_at(replace(scenario, machine=truth), true_log(today, warm), text)
+    out = []
+    for minute, models in ((0, (PLAIN, GEOMETRY)), (warm, MODELS)):
+        real = (truth, true_log(today, minute))
+        sensed = (hot, sensor_log(today, minute, model.lags))
+        guessed = {GEOMETRY: departures(first, known, real[1]), UPDATED: departures(first, *sensed)}
+        out += [
+            PartCut(f"minute {minute}", name, departures(views[name], *real), guessed.get(name))
+            for name in models
+        ]
+        if minute:
+            stairs = held_between(sensed[1], EVERY)
+            for name, table in ((TABLE, hot), (AXES, along_the_axes(hot))):
+                out.append(PartCut(f"minute {minute}", name, by_table(first, real, (table, stairs)), None))
+    return out, first, warm, other_programs(hot, said)
 
 
-def looked_at(scenario: CutScenario, parts: list[Array]) -> tuple[SeenNet, ...]:
-    """Every feature of the part as the program through these positions cuts it."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "part.nc"
-        file.write_text(program(parts), encoding="utf-8")
-        shop = set_up(replace(scenario, program=file))
-    nets = [net(f, 15) for f in scenario.part.features.values()]
-    return tuple(seen(shop, one) for one in nets if one is not None)
-
-
-def departures(views: tuple[SeenNet, ...], geometry: Machine, thermal: Array) -> dict[str, Array]:
-    """Departure from the drawing (um) by feature: geometry relative to the zero, which was set cold, thermal in full."""
-    warm = replace(geometry, effects=thermal_effects(thermal))
-    out = {}
-    for v in views:
-        moved = tool_errors(v, geometry) + tool_errors(v, warm, zero_set_here=False) + v.tool.known
-        out[v.net.feature] = v.contacts.surface(moved) * 1e3
-    return out
+def learnt_machine(geometry: Machine) -> Machine:
+    """The geometry as one set of noisy readings and the network give it; squareness as it is."""
+    rng = np.random.default_rng([0, 20040522])
+    return with_tables(geometry, smoothed(geometry, readings(geometry, rng), METHODS[2], rng))
 
 
 def figures(result: MarinTwin) -> dict[str, object]:
@@ -371,6 +374,7 @@ def figures(result: MarinTwin) -> dict[str, object]:
         "regression": [vars(f) for f in result.fits],
         "remainders": [vars(r) for r in result.remainders],
         "learnt_geometry": [vars(one) for one in result.learnt],
+        "programs": [vars(p) for p in result.programs],
         "volume": {"mean_um": result.volume.mean, "largest_um": result.volume.largest, "turned_urad": result.volume.turned},
         "cuts": [
             {"state": c.state, "model": c.model, "feature": name, "mean_um": float(v.mean()), "largest_um": float(np.abs(v).max()),
