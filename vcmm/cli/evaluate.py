@@ -23,6 +23,8 @@ def evaluate_command(
     out: Path | None = None,
     export: Path | None = None,
     evidence: Path | None = None,
+    compare: Annotated[bool, Parameter(name="--compare", negative=())] = False,
+    cut: Path | None = None,
 ) -> int:
     """Evaluate what was measured: values, intervals of the true values, decisions, budgets. Exit code 1: one does not conform.
 
@@ -50,12 +52,21 @@ def evaluate_command(
         File for another system, by its ending: .qif (QIF 3.0 with combinedUncertainty), .dfq (Q-DAS), .xml (results of a DCC).
     evidence
         Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
+    compare
+        Say also where the part departs from what was predicted when it was cut; the scenario holds [cut], or --cut names it.
+    cut
+        With --compare, of a scenario of the measurement: the scenario with the table [cut].
     """
     options = {
         "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
         "trials": trials, "seed": seed,
     }  # fmt: skip
-    return _run(scenario, options, json, Places(out, export, evidence))
+    places = Places(out, export, evidence)
+    if compare or cut:
+        from vcmm.cli.evaluate_compare import compare_measured
+
+        return compare_measured(scenario, cut, options, json, places)
+    return _run(scenario, options, json, places)
 
 
 @dataclass(frozen=True)
@@ -87,7 +98,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
         _write(folder, loaded, parts, content, (scenario, measured))
     if places.export:
         _hand_over(places.export, loaded, content)
-    print_json(content) if json else _show(parts, content["warnings"])
+    print_json(content) if json else show_parts(parts, content["warnings"])
     return _code(parts)
 
 
@@ -134,7 +145,8 @@ def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, An
     )
 
 
-def _show(parts: Any, warnings: list[str]) -> None:
+def show_parts(parts: Any, warnings: Collection[str]) -> None:
+    """Values, true values, decisions and contributions of every part."""
     from vcmm.console.terminal import say, show_table
     from vcmm.tables.evaluated import largest, stated_with, undecided_because
     from vcmm.tables.inferred import joint_words, shown
