@@ -30,6 +30,7 @@ from vcmm.files.recording import load_recording
 from vcmm.files.recording_writer import save_recording
 from vcmm.inference.given import GivenPoints
 from vcmm.library import path as example
+from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.job import finished_part
 from vcmm.machining.measured import MeasuredCut, known_columns, measured_cut
 from vcmm.machining.part_recording import part_recording
@@ -119,70 +120,56 @@ EFFECTS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Shop:
-    """The job made ready once, with a dense net of points on every feature."""
+class Points:
+    """Points of one part, as they are predicted: the task of measuring them, the world they are cut in, what is uncertain."""
 
-    job: PreparedCut
     world: Cutting
     model: LinearModel
-    file: Path
 
     @classmethod
-    def ready(cls, scenario: Path) -> Shop:
-        job = set_up(vcmm.load_cut(scenario))
-        task, world, _ = finished_part(job)
-        return cls(job, world, build(task, world), scenario)
+    def some(cls, job: PreparedCut, rng: np.random.Generator) -> Points:
+        """A few of the net of every feature."""
+        part = job.scenario.part
+        plan = gauge_plan(part, None)
+        steps = []
+        for step in plan.steps:
+            count = OF_BORE if part.features[step.feature].kind == "cylinder" else OF_PLANE
+            rows = np.sort(rng.choice(len(step.points), count, replace=False))
+            steps.append(replace(step, points=step.points[rows], normals=step.normals[rows]))
+        scenario = replace(job.scenario, plan=replace(plan, steps=tuple(steps)))
+        task, world, _ = finished_part(replace(job, scenario=scenario))
+        return cls(world, build(task, world))
 
     def concealed(self, effect: Effect | None, rng: np.random.Generator, delta: float) -> GivenPoints:
-        """The measured points of a part."""
+        """What is measured of a part: a draw of all that is uncertain, the effect, scatter."""
         touches = self.model.task.touches
-        some = self._chosen(rng)
         surface = self.world.contacts.surface(self.world.moved)
-        out = surface + self._drawn(rng)
+        known = known_columns(self.model)
+        out = surface + sum(c @ rng.standard_normal(c.shape[1]) for _, c in known.common)
         if effect is not None:
             shape = effect.build(self.world.tool.run, rng)
             row, gain = self.world.contacts.deepest(self.world.moved)
-            linear = np.einsum("pi,pi->p", gain, shape[row])
-            a = delta / self.strength(linear, some)
+            a = delta / self.strength(np.einsum("pi,pi->p", gain, shape[row]))
             out += self.world.contacts.surface(self.world.moved + a * shape) - surface
         out = out + NOISE * rng.standard_normal(len(out))
         points = touches.points + out[:, None] * touches.normals
-        where = tuple(f"points.csv:{i + 2}" for i in range(len(some)))
-        features = tuple(touches.run.labels["feature"][some])
-        return GivenPoints("", points[some], where, features)
+        where = tuple(f"points.csv:{i + 2}" for i in range(len(points)))
+        return GivenPoints("", points, where, tuple(touches.run.labels["feature"].tolist()))
 
-    def _chosen(self, rng: np.random.Generator) -> Array:
-        out = []
-        for name, rows in self.model.task.touches.rows.items():
-            count = OF_BORE if self.model.task.part.features[name].kind == "cylinder" else OF_PLANE
-            out.append(np.sort(rng.choice(rows, count, replace=False)))
-        return np.concatenate(out)
-
-    def _drawn(self, rng: np.random.Generator) -> Array:
-        """A draw (P,) of everything that is uncertain."""
-        n = len(self.model.points)
-        along = replace(self.model, operator=np.eye(n), q0=np.zeros(n))
-        out = np.zeros(n)
-        for term in along.terms():
-            out += term.gain @ (term.law.u * rng.standard_normal(term.gain.shape[1]))
-        return out
-
-    def strength(self, linear: Array, some: Array) -> float:
-        """delta of departures (P,) at the points `some`."""
-        known = known_columns(self.model).covariance[np.ix_(some, some)] + NOISE**2 * np.eye(len(some))
-        t = self.model.task.touches
-        place = t.run.part_point[some]
-        arm = (place - place.mean(axis=0)) / 100.0
-        rigid = np.hstack([t.normals[some], np.cross(arm, t.normals[some])])
+    def strength(self, linear: Array) -> float:
+        """delta of departures (P,)."""
+        touches = self.model.task.touches
+        known = known_columns(self.model).covariance + NOISE**2 * np.eye(len(linear))
+        arm = (touches.points - touches.points.mean(axis=0)) / 100.0
+        rigid = np.hstack([touches.normals, np.cross(arm, touches.normals)])
         lower = np.linalg.cholesky(known)
-        white, base = np.linalg.solve(lower, linear[some]), np.linalg.qr(np.linalg.solve(lower, rigid))[0]
+        white, base = np.linalg.solve(lower, linear), np.linalg.qr(np.linalg.solve(lower, rigid))[0]
         return float(np.linalg.norm(white - base @ (base.T @ white)))
 
 
-def asked(shop: Shop, given: GivenPoints, folder: Path) -> tuple[MeasuredCut, Diagnosis]:
+def asked(job: PreparedCut, machine: Path, given: GivenPoints, folder: Path) -> tuple[MeasuredCut, Diagnosis]:
     """(comparison, diagnosis) of measured points, by way of the files that a user has."""
-    cut = measured_cut(shop.job.scenario, given, u_point=NOISE, job=shop.job)
-    machine = shop.file.parent / "measured_block" / "mill.toml"
+    cut = measured_cut(job.scenario, given, u_point=NOISE, job=job)
     recording = part_recording("part", cut, load_machine(machine), frozenset(run_columns()))
     save_recording(recording, folder / "part.toml", str(machine), apart=True)
     recording, known = load_recording(folder / "part.toml")
@@ -255,7 +242,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=17)
     parser.add_argument("--delta", type=float, default=DELTA)
     options = parser.parse_args()
-    shop = Shop.ready(example("measured_block"))
+    scenario = example("measured_block")
+    job, machine = set_up(vcmm.load_cut(scenario)), scenario.parent / "measured_block" / "mill.toml"
     words = [options.only] if options.only else list(EFFECTS)
     plan = [(i, words[i % len(words)]) for i in range(options.cases)]
     plan += [(options.cases + i, "") for i in range(options.nulls)]
@@ -263,7 +251,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for i, word in sorted(plan, key=lambda one: one[0] % max(options.cases, 1)):  # both kinds in turn
             rng = np.random.default_rng([options.seed, i])
-            cut, found = asked(shop, shop.concealed(EFFECTS.get(word), rng, options.delta), Path(folder))
+            given = Points.some(job, rng).concealed(EFFECTS.get(word), rng, options.delta)
+            cut, found = asked(job, machine, given, Path(folder))
             cases.append(counted(word, cut, found))
             print(i, cases[-1], *found.reasons, file=sys.stderr, flush=True)
     print(table(cases))
