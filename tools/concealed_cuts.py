@@ -11,11 +11,12 @@ read back, `diagnose`. delta: norm of the departure in units of everything that 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -211,6 +212,17 @@ def counted(word: str, cut: MeasuredCut, found: Diagnosis) -> Counted:
     return Counted(word, names, tuple(first), found.verdict, found.unknown is not None, covariate)
 
 
+def kept(path: Path | None) -> dict[int, Counted]:
+    """Cases of an earlier run by their number."""
+    if path is None or not path.exists():
+        return {}
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    return {
+        r["case"]: Counted(**{k: tuple(v) if isinstance(v, list) else v for k, v in r.items() if k != "case"})
+        for r in rows
+    }
+
+
 def table(cases: list[Counted]) -> str:
     """The table of docs/cut.md."""
     out = ["| concealed | right name first | explained | `--measured` names first |", "|---|---|---|---|"]
@@ -232,6 +244,21 @@ def table(cases: list[Counted]) -> str:
     return "\n".join(out)
 
 
+def example_points(job: PreparedCut) -> str:
+    """The points.csv of the example measured_block: a spindle that grows by 14 um with 900 s is concealed in it."""
+    rng = np.random.default_rng(2026)
+    points = Points.some(job, rng)
+
+    def growth(run: Run, rng: np.random.Generator) -> Array:
+        return _moved(run, z=-14e-3 * (1.0 - np.exp(-run.columns["time_s"] / 900.0)))
+
+    row, gain = points.world.contacts.deepest(points.world.moved)
+    linear = np.einsum("pi,pi->p", gain, growth(points.world.tool.run, rng)[row])
+    given = points.concealed(Effect(growth, ()), rng, points.strength(linear))
+    rows = [f"{f},{x:.5f},{y:.5f},{z:.5f}" for f, (x, y, z) in zip(given.features or (), given.points)]
+    return "\n".join(["feature,x_mm,y_mm,z_mm", *rows]) + "\n"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -240,21 +267,38 @@ def main() -> None:
     parser.add_argument("--nulls", type=int, default=60)
     parser.add_argument("--only", choices=list(EFFECTS))
     parser.add_argument("--seed", type=int, default=17)
+    parser.add_argument(
+        "--example", action="store_true", help="write the points of the example measured_block, and no count"
+    )
+    parser.add_argument("--results", type=Path, help="lines of cases that are done; they are not done again")
+    parser.add_argument("--most", type=int, default=0, help="stop when so many are done")
     parser.add_argument("--delta", type=float, default=DELTA)
     options = parser.parse_args()
     scenario = example("measured_block")
     job, machine = set_up(vcmm.load_cut(scenario)), scenario.parent / "measured_block" / "mill.toml"
+    if options.example:
+        (machine.parent / "points.csv").write_text(example_points(job))
+        return
     words = [options.only] if options.only else list(EFFECTS)
     plan = [(i, words[i % len(words)]) for i in range(options.cases)]
     plan += [(options.cases + i, "") for i in range(options.nulls)]
+    done = kept(options.results)
     cases = []
     with tempfile.TemporaryDirectory() as folder:
         for i, word in sorted(plan, key=lambda one: one[0] % max(options.cases, 1)):  # both kinds in turn
+            if i in done:
+                cases.append(done[i])
+                continue
+            if options.most and len(cases) >= options.most:
+                break
             rng = np.random.default_rng([options.seed, i])
             given = Points.some(job, rng).concealed(EFFECTS.get(word), rng, options.delta)
             cut, found = asked(job, machine, given, Path(folder))
             cases.append(counted(word, cut, found))
             print(i, cases[-1], *found.reasons, file=sys.stderr, flush=True)
+            if options.results:
+                with options.results.open("a") as file:
+                    file.write(json.dumps({"case": i, **asdict(cases[-1])}) + "\n")
     print(table(cases))
 
 
