@@ -67,6 +67,7 @@ STATED: tuple[Effect, ...] = (
     *_made("ScaleExpansion", "Y", 8e-6, 7e-6),
     *_made("PartExpansion", 11.5e-6, 10e-6),
     *_made("ThermalDrift", "z", "air", 0.4e-3, 300.0),
+    *_made("ComponentWarming", "EAZ", "air", 1e-2 * _numbers(2), 300.0),
     *_made("ScrewPitch", "X", 0.5e-3, -0.2e-3, 10.0),
     *_made("ProbeLobing", "", 0.4e-3, 0.1e-3),
     *_made("TipRadius", "", 0.3e-3),

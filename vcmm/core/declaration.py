@@ -24,6 +24,7 @@ ROLES: Mapping[str, str] = {
     "Abbe arm": ".from_tables(axis, effects, arm): a mistake of the stored tables",
     "changed component": "(component, nodes): a calibration that is stale",
     "lost motion table": "(axis, nodes, values): what a calibration finds of reversals",
+    "residual field": "(nodes, interpolation, values), Input of `values`: nodes of a machine measured by a LaserTracer",
     "joint calibration": '(component, nodes, loadings, interpolation): [errors] covariance = "..."',
     "repeatability": "(): one touch, Input of `value`; [repeatability]",
     "scale temperature": "(axis, alpha, corrected), Input of `alpha`; [environment] scales",

@@ -14,7 +14,13 @@ from vcmm.core.errors import UsageError, choose_from
 from vcmm.effects.abbe import AbbeCountedTwice, AbbeOffset
 from vcmm.effects.backlash import Backlash
 from vcmm.effects.clamping import Clamping
-from vcmm.effects.component import CalibrationModes, ComponentPolynomial, ComponentSpline, ComponentTable
+from vcmm.effects.component import (
+    CalibrationModes,
+    ComponentPolynomial,
+    ComponentSpline,
+    ComponentTable,
+    ComponentWarming,
+)
 from vcmm.effects.cutting import ToolDeflection, ToolRunout, ToolWear
 from vcmm.effects.drift import LinearDrift, SettlingDrift, StepChange, ThermalDriftTwoLags
 from vcmm.effects.drift_vector import DriftVector, StepVector, ThermalVector
@@ -54,6 +60,7 @@ ALL: tuple[type[Effect], ...] = (
     ComponentTable,
     ComponentSpline,
     ComponentPolynomial,
+    ComponentWarming,
     CalibrationModes,
     ScaleFactor,
     UniformScale,

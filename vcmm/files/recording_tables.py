@@ -72,10 +72,12 @@ class CounterTable(Table):
 class InstrumentTable(Table):
     """With what it was observed: name, standard uncertainties of its own errors, and for which rows these are the same.
 
-    compensated: what its software corrects for; the sensor columns that this needs must be there.
+    compensated: what its software corrects for; the sensor columns that this needs must be there. serial: recordings that state the
+    same were made by one and the same instrument.
     """
 
     name: str = Field(examples=['"laser linear"'])
+    serial: str = Field(default="", examples=['"L-2041"'])
     u: dict[str, str] = Field(default_factory=dict, examples=['{ scale = "0.3 um/m" }'])
     redraw: str = "machine"
     compensated: list[Literal["air", "material"]] = Field(default_factory=list, examples=['["air"]'])
