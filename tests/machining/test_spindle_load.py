@@ -10,7 +10,7 @@ from tests.machining import shop
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.machining.job import finished_part
 from vcmm.machining.preparation import set_up
-from vcmm.machining.spindle_load import modelled_power
+from vcmm.machining.spindle_load import modelled_power, power_log
 
 PROGRAM = """\
 %
@@ -81,6 +81,14 @@ def test_a_logged_power_scales_the_forces(tmp_path):
     assert cut.any()
     assert logged.columns["force_y_N"][cut] / model[cut] == pytest.approx(2.0, rel=0.02)
     assert logged.series["spindle_load_W"].value.tolist() == [985.0, 985.0]
+
+
+def test_the_third_part_in_a_row_has_the_load_of_those_before(tmp_path):
+    job = prepared(tmp_path, SCENARIO.replace("[cut]", "[cut]\nbatch_part = 3"))
+    one, load = modelled_power(job), power_log(job)
+    assert len(load.time) == 3 * len(one.time)
+    assert np.trapezoid(load.value, load.time) == pytest.approx(3.0 * np.trapezoid(one.value, one.time))
+    assert load.time[-1] == pytest.approx(3.0 * job.seconds)
 
 
 def test_a_log_that_is_short_or_lacks_a_column_is_told(tmp_path):

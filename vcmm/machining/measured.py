@@ -101,15 +101,16 @@ def measured_cut(
     values = evaluate_all(task, fit_features(task, points))
     spread = observed.covariance + scatter**2 * np.eye(len(points))
     rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
-    _, gain = world.contacts.deepest(world.moved)
+    row, gain = world.contacts.deepest(world.moved)
     size = np.linalg.norm(gain, axis=1)
+    normal = world.tool.in_workpiece(gain / size[:, None], row)
     return MeasuredCut(
         compared=_compared(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
         mismatch=found,
         scatter=scatter,
         observed=observed,
         departure=(deviation - predicted) / size,
-        normal=gain / size[:, None],
+        normal=normal,
         in_machine=not aligned,
         noise=float(np.hypot(scatter, np.sqrt(np.mean(np.sum(known.single**2, axis=1))))),
         known=tuple((name, columns / size[:, None]) for name, columns in known.common),
