@@ -12,7 +12,7 @@
 # # The part comes back measured
 #
 # The scenario of `vcmm new measured_block`: a block was cut on a machine whose file says only squareness and scale, and
-# measured at 204 points. Where does it depart from what was predicted, what is it, and does the next part come out better?
+# measured at 236 points. Where does it depart from what was predicted, what is it, and does the next part come out better?
 
 # %%
 import matplotlib.pyplot as plt
