@@ -80,6 +80,7 @@ class Places:
 
 def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
     from vcmm.api import evaluate
+    from vcmm.cli.evaluated_parts import show_parts
     from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
@@ -143,23 +144,6 @@ def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, An
         files=[*sources(scenario), measured],
         warnings=list(dict.fromkeys(w for p in parts for w in p.warnings)),
     )
-
-
-def show_parts(parts: Any, warnings: Collection[str]) -> None:
-    """Values, true values, decisions and contributions of every part."""
-    from vcmm.console.terminal import say, show_table
-    from vcmm.tables.evaluated import largest, stated_with, undecided_because
-    from vcmm.tables.inferred import joint_words, shown
-
-    for part in parts:
-        show_table(shown(part))
-        found = [e.result for e in part.characteristics]
-        for sentence in (*stated_with(found), *undecided_because(found), *joint_words(part.joint)):
-            say(sentence)
-    if len(parts) == 1:
-        show_table(largest(e.result for e in parts[0].characteristics))
-    for warning in warnings:
-        say(f"note: {warning}")
 
 
 def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], files: Any) -> None:

@@ -131,7 +131,7 @@ def _unsaid(measuring: Any) -> tuple[str, ...]:
 
 
 def _show(parts: Any, back: Any) -> None:
-    from vcmm.cli.evaluate import show_parts
+    from vcmm.cli.evaluated_parts import show_parts
 
     show_parts(parts, ())
     back.show()
