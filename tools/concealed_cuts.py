@@ -11,11 +11,12 @@ read back, `diagnose`. delta: norm of the departure in units of everything that 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,7 @@ from vcmm.files.recording import load_recording
 from vcmm.files.recording_writer import save_recording
 from vcmm.inference.given import GivenPoints
 from vcmm.library import path as example
+from vcmm.machining.gauge import gauge_plan
 from vcmm.machining.job import finished_part
 from vcmm.machining.measured import MeasuredCut, known_columns, measured_cut
 from vcmm.machining.part_recording import part_recording
@@ -119,70 +121,56 @@ EFFECTS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Shop:
-    """The job made ready once, with a dense net of points on every feature."""
+class Points:
+    """Points of one part, as they are predicted: the task of measuring them, the world they are cut in, what is uncertain."""
 
-    job: PreparedCut
     world: Cutting
     model: LinearModel
-    file: Path
 
     @classmethod
-    def ready(cls, scenario: Path) -> Shop:
-        job = set_up(vcmm.load_cut(scenario))
-        task, world, _ = finished_part(job)
-        return cls(job, world, build(task, world), scenario)
+    def some(cls, job: PreparedCut, rng: np.random.Generator) -> Points:
+        """A few of the net of every feature."""
+        part = job.scenario.part
+        plan = gauge_plan(part, None)
+        steps = []
+        for step in plan.steps:
+            count = OF_BORE if part.features[step.feature].kind == "cylinder" else OF_PLANE
+            rows = np.sort(rng.choice(len(step.points), count, replace=False))
+            steps.append(replace(step, points=step.points[rows], normals=step.normals[rows]))
+        scenario = replace(job.scenario, plan=replace(plan, steps=tuple(steps)))
+        task, world, _ = finished_part(replace(job, scenario=scenario))
+        return cls(world, build(task, world))
 
     def concealed(self, effect: Effect | None, rng: np.random.Generator, delta: float) -> GivenPoints:
-        """The measured points of a part."""
+        """What is measured of a part: a draw of all that is uncertain, the effect, scatter."""
         touches = self.model.task.touches
-        some = self._chosen(rng)
         surface = self.world.contacts.surface(self.world.moved)
-        out = surface + self._drawn(rng)
+        known = known_columns(self.model)
+        out = surface + sum(c @ rng.standard_normal(c.shape[1]) for _, c in known.common)
         if effect is not None:
             shape = effect.build(self.world.tool.run, rng)
             row, gain = self.world.contacts.deepest(self.world.moved)
-            linear = np.einsum("pi,pi->p", gain, shape[row])
-            a = delta / self.strength(linear, some)
+            a = delta / self.strength(np.einsum("pi,pi->p", gain, shape[row]))
             out += self.world.contacts.surface(self.world.moved + a * shape) - surface
         out = out + NOISE * rng.standard_normal(len(out))
         points = touches.points + out[:, None] * touches.normals
-        where = tuple(f"points.csv:{i + 2}" for i in range(len(some)))
-        features = tuple(touches.run.labels["feature"][some])
-        return GivenPoints("", points[some], where, features)
+        where = tuple(f"points.csv:{i + 2}" for i in range(len(points)))
+        return GivenPoints("", points, where, tuple(touches.run.labels["feature"].tolist()))
 
-    def _chosen(self, rng: np.random.Generator) -> Array:
-        out = []
-        for name, rows in self.model.task.touches.rows.items():
-            count = OF_BORE if self.model.task.part.features[name].kind == "cylinder" else OF_PLANE
-            out.append(np.sort(rng.choice(rows, count, replace=False)))
-        return np.concatenate(out)
-
-    def _drawn(self, rng: np.random.Generator) -> Array:
-        """A draw (P,) of everything that is uncertain."""
-        n = len(self.model.points)
-        along = replace(self.model, operator=np.eye(n), q0=np.zeros(n))
-        out = np.zeros(n)
-        for term in along.terms():
-            out += term.gain @ (term.law.u * rng.standard_normal(term.gain.shape[1]))
-        return out
-
-    def strength(self, linear: Array, some: Array) -> float:
-        """delta of departures (P,) at the points `some`."""
-        known = known_columns(self.model).covariance[np.ix_(some, some)] + NOISE**2 * np.eye(len(some))
-        t = self.model.task.touches
-        place = t.run.part_point[some]
-        arm = (place - place.mean(axis=0)) / 100.0
-        rigid = np.hstack([t.normals[some], np.cross(arm, t.normals[some])])
+    def strength(self, linear: Array) -> float:
+        """delta of departures (P,)."""
+        touches = self.model.task.touches
+        known = known_columns(self.model).covariance + NOISE**2 * np.eye(len(linear))
+        arm = (touches.points - touches.points.mean(axis=0)) / 100.0
+        rigid = np.hstack([touches.normals, np.cross(arm, touches.normals)])
         lower = np.linalg.cholesky(known)
-        white, base = np.linalg.solve(lower, linear[some]), np.linalg.qr(np.linalg.solve(lower, rigid))[0]
+        white, base = np.linalg.solve(lower, linear), np.linalg.qr(np.linalg.solve(lower, rigid))[0]
         return float(np.linalg.norm(white - base @ (base.T @ white)))
 
 
-def asked(shop: Shop, given: GivenPoints, folder: Path) -> tuple[MeasuredCut, Diagnosis]:
+def asked(job: PreparedCut, machine: Path, given: GivenPoints, folder: Path) -> tuple[MeasuredCut, Diagnosis]:
     """(comparison, diagnosis) of measured points, by way of the files that a user has."""
-    cut = measured_cut(shop.job.scenario, given, u_point=NOISE, job=shop.job)
-    machine = shop.file.parent / "measured_block" / "mill.toml"
+    cut = measured_cut(job.scenario, given, u_point=NOISE, job=job)
     recording = part_recording("part", cut, load_machine(machine), frozenset(run_columns()))
     save_recording(recording, folder / "part.toml", str(machine), apart=True)
     recording, known = load_recording(folder / "part.toml")
@@ -224,6 +212,17 @@ def counted(word: str, cut: MeasuredCut, found: Diagnosis) -> Counted:
     return Counted(word, names, tuple(first), found.verdict, found.unknown is not None, covariate)
 
 
+def kept(path: Path | None) -> dict[int, Counted]:
+    """Cases of an earlier run by their number."""
+    if path is None or not path.exists():
+        return {}
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    return {
+        r["case"]: Counted(**{k: tuple(v) if isinstance(v, list) else v for k, v in r.items() if k != "case"})
+        for r in rows
+    }
+
+
 def table(cases: list[Counted]) -> str:
     """The table of docs/cut.md."""
     out = ["| concealed | right name first | explained | `--measured` names first |", "|---|---|---|---|"]
@@ -245,6 +244,21 @@ def table(cases: list[Counted]) -> str:
     return "\n".join(out)
 
 
+def example_points(job: PreparedCut) -> str:
+    """The points.csv of the example measured_block: a spindle that grows by 14 um with 900 s is concealed in it."""
+    rng = np.random.default_rng(2026)
+    points = Points.some(job, rng)
+
+    def growth(run: Run, rng: np.random.Generator) -> Array:
+        return _moved(run, z=-14e-3 * (1.0 - np.exp(-run.columns["time_s"] / 900.0)))
+
+    row, gain = points.world.contacts.deepest(points.world.moved)
+    linear = np.einsum("pi,pi->p", gain, growth(points.world.tool.run, rng)[row])
+    given = points.concealed(Effect(growth, ()), rng, points.strength(linear))
+    rows = [f"{f},{x:.5f},{y:.5f},{z:.5f}" for f, (x, y, z) in zip(given.features or (), given.points)]
+    return "\n".join(["feature,x_mm,y_mm,z_mm", *rows]) + "\n"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -253,19 +267,38 @@ def main() -> None:
     parser.add_argument("--nulls", type=int, default=60)
     parser.add_argument("--only", choices=list(EFFECTS))
     parser.add_argument("--seed", type=int, default=17)
+    parser.add_argument(
+        "--example", action="store_true", help="write the points of the example measured_block, and no count"
+    )
+    parser.add_argument("--results", type=Path, help="lines of cases that are done; they are not done again")
+    parser.add_argument("--most", type=int, default=0, help="stop when so many are done")
     parser.add_argument("--delta", type=float, default=DELTA)
     options = parser.parse_args()
-    shop = Shop.ready(example("measured_block"))
+    scenario = example("measured_block")
+    job, machine = set_up(vcmm.load_cut(scenario)), scenario.parent / "measured_block" / "mill.toml"
+    if options.example:
+        (machine.parent / "points.csv").write_text(example_points(job))
+        return
     words = [options.only] if options.only else list(EFFECTS)
     plan = [(i, words[i % len(words)]) for i in range(options.cases)]
     plan += [(options.cases + i, "") for i in range(options.nulls)]
+    done = kept(options.results)
     cases = []
     with tempfile.TemporaryDirectory() as folder:
         for i, word in sorted(plan, key=lambda one: one[0] % max(options.cases, 1)):  # both kinds in turn
+            if i in done:
+                cases.append(done[i])
+                continue
+            if options.most and len(cases) >= options.most:
+                break
             rng = np.random.default_rng([options.seed, i])
-            cut, found = asked(shop, shop.concealed(EFFECTS.get(word), rng, options.delta), Path(folder))
+            given = Points.some(job, rng).concealed(EFFECTS.get(word), rng, options.delta)
+            cut, found = asked(job, machine, given, Path(folder))
             cases.append(counted(word, cut, found))
             print(i, cases[-1], *found.reasons, file=sys.stderr, flush=True)
+            if options.results:
+                with options.results.open("a") as file:
+                    file.write(json.dumps({"case": i, **asdict(cases[-1])}) + "\n")
     print(table(cases))
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vcmm.diagnosis.pulls import _as_normal, calibration_pulls, contradiction
+from vcmm.diagnosis.pulls import _as_normal, calibration_pulls, contradiction, farthest
 from vcmm.evaluation.gaussian import whitener
 
 
@@ -16,7 +16,7 @@ def problem(*stated, inputs=("a", "b")):
     none = np.zeros((m, 0))
     return SimpleNamespace(
         stated=stated, calibration=np.concatenate([c for _, c in stated], axis=1),
-        machine=SimpleNamespace(inputs=[SimpleNamespace(id=i) for i in inputs]),
+        machine=SimpleNamespace(inputs=[SimpleNamespace(id=i) for i in inputs]), recording=SimpleNamespace(known=()),
         without=lambda names: SimpleNamespace(whitener=lambda u, rho: whitener(u, none, none)),
     )  # fmt: skip
 
@@ -44,3 +44,9 @@ def test_what_chance_says_against_a_statement():
     assert contradiction(3.0, 1) == pytest.approx(0.9584, abs=5e-4)
     assert contradiction(3.0, 100) < 0.7
     assert contradiction(-4.0, 3) == pytest.approx(contradiction(4.0, 3))
+
+
+def test_of_many_statements_the_largest_pull_is_allowed_more():
+    """One pull beyond 3 has the chance 0.0027; of eight the largest is beyond 3.58 as often (0.0027 / 8 two-sided)."""
+    assert farthest(1) == pytest.approx(3.0)
+    assert farthest(8) == pytest.approx(3.5847, abs=1e-4)

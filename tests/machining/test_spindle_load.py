@@ -10,7 +10,7 @@ from tests.machining import shop
 from vcmm.core.errors import DataError, ModelLimit
 from vcmm.machining.job import finished_part
 from vcmm.machining.preparation import set_up
-from vcmm.machining.spindle_load import modelled_power
+from vcmm.machining.spindle_load import modelled_power, power_log
 
 PROGRAM = """\
 %
@@ -81,6 +81,28 @@ def test_a_logged_power_scales_the_forces(tmp_path):
     assert cut.any()
     assert logged.columns["force_y_N"][cut] / model[cut] == pytest.approx(2.0, rel=0.02)
     assert logged.series["spindle_load_W"].value.tolist() == [985.0, 985.0]
+
+
+def test_a_wall_that_gives_way_is_left_thicker_towards_its_top(tmp_path):
+    """0.1 um/N at the top, 20 mm over its foot: the wall of the slot keeps 0.1 um/N F_y (1 - depth / 20 mm)^3 along y, seen along -y."""
+    given = '[[effects]]\neffect = "workpiece_bending"\ndirection = "y"\ncompliance = "0.1 um/N"\nfoot = "-20 mm"\nheight = "20 mm"\n'
+    rigid = SCENARIO.replace('tools = { 1 = { compliance = "0.1 um/N" } }\n', "")
+    task, world, _ = finished_part(prepared(tmp_path, rigid.replace("[job]", given + "[job]")))
+    row, _ = world.contacts.deepest(world.moved)
+    run = world.tool.run.take(row)
+    wall = task.touches.rows["wall"]
+    share = (1.0 + task.touches.points[wall, 2] / 20.0) ** 3
+    due = -1e-4 * run.columns["force_y_N"][wall] * share
+    assert np.abs(due).max() > 5e-3
+    assert world.moved[row][wall] @ [0.0, -1.0, 0.0] == pytest.approx(due, rel=1e-6)
+
+
+def test_the_third_part_in_a_row_has_the_load_of_those_before(tmp_path):
+    job = prepared(tmp_path, SCENARIO.replace("[cut]", "[cut]\nbatch_part = 3"))
+    one, load = modelled_power(job), power_log(job)
+    assert len(load.time) == 3 * len(one.time)
+    assert np.trapezoid(load.value, load.time) == pytest.approx(3.0 * np.trapezoid(one.value, one.time))
+    assert load.time[-1] == pytest.approx(3.0 * job.seconds)
 
 
 def test_a_log_that_is_short_or_lacks_a_column_is_told(tmp_path):

@@ -96,3 +96,13 @@ def test_which_effects_cut():
     assert [e.name for e in moves.effects] == ["scale_factor", "scatter"]
     assert [e.name for e in stated.effects] == ["workpiece_heating"]
     assert idle == ()
+
+
+def test_a_direction_of_the_meridian_is_one_of_the_workpiece():
+    """The tool meets the part at 90 deg: outwards in the meridian is +Y of the workpiece, the way of the surface is -X."""
+    turned = side(phi=np.array([np.pi / 2, 0.0]))
+    found = turned.in_workpiece(
+        np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 2.0], [1.0, 0.0, 0.0]]), np.array([0, 0, 1])
+    )
+    assert found == pytest.approx(np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 2.0], [1.0, 0.0, 0.0]]), abs=1e-12)
+    assert side().in_workpiece(np.ones((1, 3)), np.array([0])).tolist() == [[1.0, 1.0, 1.0]]

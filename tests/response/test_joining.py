@@ -9,11 +9,13 @@ import pytest
 
 from tests.diagnosis import generator as make
 from vcmm.core.errors import UsageError
+from vcmm.core.inputs import Input
 from vcmm.core.laws import Normal
 from vcmm.core.run import Run, Series
 from vcmm.response.folds import fold_masks
 from vcmm.response.joining import APART, joined
 from vcmm.response.nuisance import nuisance_columns
+from vcmm.response.observe import calibration_columns, known_here
 from vcmm.response.recording import Recording
 
 
@@ -84,3 +86,24 @@ def test_what_cannot_be_joined():
         joined([recording("A"), recording("B", kind="path")], make.machine())
     with pytest.raises(UsageError, match='two recordings are called "A"'):
         joined([recording("A"), recording("A")], make.machine())
+
+
+def test_what_is_known_of_the_machine_is_common_and_of_a_recording_its_own():
+    """The scale of X is one number of the machine, so one column over all rows; each radius was set for its own part."""
+    scale = Input("scale_factor", "X", "k", Normal(1e-6))
+    machine = replace(make.machine(), inputs=(scale,))
+    given = [
+        replace(
+            recording(name, 2),
+            known=((scale.id, np.full((2, 1), k)), ("tool_radius[1].dr", np.full((2, 1), 2e-3))),
+        )
+        for name, k in (("A", 1e-4), ("B", 3e-4))
+    ]
+    known = dict(joined(given, machine).recording.known)
+    assert known[scale.id].ravel().tolist() == [1e-4, 1e-4, 3e-4, 3e-4]
+    assert known["A: tool_radius[1].dr"].ravel().tolist() == [2e-3, 2e-3, 0.0, 0.0]
+    assert known["B: tool_radius[1].dr"].ravel().tolist() == [0.0, 0.0, 2e-3, 2e-3]
+    both = joined(given, machine).recording
+    assert known_here(both, machine).shape == (4, 2)  # what is no number of the machine
+    stated = [name for name, _ in calibration_columns(both, machine)]
+    assert stated.count(scale.id) == 1  # in place of what the Input itself would do

@@ -105,7 +105,7 @@ def run_cut(
     from vcmm.console.documents import print_json
     from vcmm.console.files import output_folder
 
-    given = None if returned is None else _given(returned[0], returned[2])
+    given = None if returned is None else measured_points(returned[0], returned[2])
     folder = output_folder(out) if out else None
     loaded, result = _cut(scenario, options, sharing)
     back, measured = None, returned[0] if returned else None
@@ -138,8 +138,8 @@ def _content(scenario: Path, loaded: Any, result: Any, measured: Path | None, ba
     return document("vcmm.cut/1", body, seed=seed, files=files, warnings=tuple(warnings))
 
 
-def _given(measured: Path | None, u_point: str) -> Any:
-    """(points, u of a point or None) of a measured part; None without one."""
+def measured_points(measured: Path | None, u_point: str) -> Any:
+    """(points, u of a point or None) of one measured part; None without one. UsageError for several parts."""
     from vcmm.core.errors import UsageError
     from vcmm.core.units import quantity
 

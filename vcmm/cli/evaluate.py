@@ -23,6 +23,8 @@ def evaluate_command(
     out: Path | None = None,
     export: Path | None = None,
     evidence: Path | None = None,
+    compare: Annotated[bool, Parameter(name="--compare", negative=())] = False,
+    cut: Path | None = None,
 ) -> int:
     """Evaluate what was measured: values, intervals of the true values, decisions, budgets. Exit code 1: one does not conform.
 
@@ -50,12 +52,21 @@ def evaluate_command(
         File for another system, by its ending: .qif (QIF 3.0 with combinedUncertainty), .dfq (Q-DAS), .xml (results of a DCC).
     evidence
         Zip with all files, versions, seed, influences covered and the document; `vcmm rerun` runs it again and compares.
+    compare
+        Say also where the part departs from what was predicted when it was cut; the scenario holds [cut], or --cut names it.
+    cut
+        With --compare, of a scenario of the measurement: the scenario with the table [cut].
     """
     options = {
         "points": points, "values": values, "frame": None if values and frame == "part" else frame, "tip_centres": tip_centres,
         "trials": trials, "seed": seed,
     }  # fmt: skip
-    return _run(scenario, options, json, Places(out, export, evidence))
+    places = Places(out, export, evidence)
+    if compare or cut:
+        from vcmm.cli.evaluate_compare import compare_measured
+
+        return compare_measured(scenario, cut, options, json, places)
+    return _run(scenario, options, json, places)
 
 
 @dataclass(frozen=True)
@@ -69,6 +80,7 @@ class Places:
 
 def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) -> int:
     from vcmm.api import evaluate
+    from vcmm.cli.evaluated_parts import show_parts
     from vcmm.cli.options import keep_evidence
     from vcmm.console.complaints import about
     from vcmm.console.documents import print_json
@@ -87,7 +99,7 @@ def _run(scenario: Path, options: dict[str, Any], json: bool, places: Places) ->
         _write(folder, loaded, parts, content, (scenario, measured))
     if places.export:
         _hand_over(places.export, loaded, content)
-    print_json(content) if json else _show(parts, content["warnings"])
+    print_json(content) if json else show_parts(parts, content["warnings"])
     return _code(parts)
 
 
@@ -132,22 +144,6 @@ def _document(parts: Any, scenario: Path, measured: Path | None) -> dict[str, An
         files=[*sources(scenario), measured],
         warnings=list(dict.fromkeys(w for p in parts for w in p.warnings)),
     )
-
-
-def _show(parts: Any, warnings: list[str]) -> None:
-    from vcmm.console.terminal import say, show_table
-    from vcmm.tables.evaluated import largest, stated_with, undecided_because
-    from vcmm.tables.inferred import joint_words, shown
-
-    for part in parts:
-        show_table(shown(part))
-        found = [e.result for e in part.characteristics]
-        for sentence in (*stated_with(found), *undecided_because(found), *joint_words(part.joint)):
-            say(sentence)
-    if len(parts) == 1:
-        show_table(largest(e.result for e in parts[0].characteristics))
-    for warning in warnings:
-        say(f"note: {warning}")
 
 
 def _write(folder: Path, scenario: Any, parts: Any, content: dict[str, Any], files: Any) -> None:

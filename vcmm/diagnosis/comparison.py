@@ -172,10 +172,10 @@ def without_nuisance(
     squares, Aitken 1935).
     """
     if known is not None and known.shape[1]:
-        k = known / u[:, None]
-        value, vector = np.linalg.eigh(np.eye(len(u)) + k @ k.T)
-        root = (vector / np.sqrt(value)) @ vector.T
-        departure, columns = u * (root @ (departure / u)), u[:, None] * (root @ (columns / u[:, None]))
+        left, size, _ = np.linalg.svd(known / u[:, None], full_matrices=False)
+        taken = left * (1.0 - 1.0 / np.sqrt(1.0 + size**2))  # (1 + K K'/u^2)^-1/2 = 1 - taken left'
+        departure = departure - u * (taken @ (left.T @ (departure / u)))
+        columns = columns - u[:, None] * (taken @ (left.T @ (columns / u[:, None])))
     length = np.linalg.norm(columns / u[:, None], axis=0)
     used = columns[:, length > 0] / length[length > 0]
     if used.shape[1] == 0:

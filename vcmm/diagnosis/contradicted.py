@@ -9,9 +9,8 @@ import numpy as np
 
 from vcmm.diagnosis.answers import Named
 from vcmm.diagnosis.confusion import Standing, standing
-from vcmm.diagnosis.constants import FAR
 from vcmm.diagnosis.delivered import Delivered, left_over, replaced, setting_for
-from vcmm.diagnosis.pulls import Pull, calibration_pulls, contradiction
+from vcmm.diagnosis.pulls import Pull, calibration_pulls, contradiction, farthest
 from vcmm.diagnosis.search import Stage
 from vcmm.diagnosis.select import Selection, Term, best_option, fitted_again
 
@@ -23,7 +22,8 @@ def with_contradicted(named: Named) -> Named:
     pulls = calibration_pulls(
         named.problem, left_over(named.problem, selection), sigma, stage.u, stage.noise.rho
     )
-    new = [(p, t) for p in pulls if abs(p.pull) > FAR and (t := _term(p.input, named)) is not None]
+    far = farthest(len(pulls))
+    new = [(p, t) for p in pulls if abs(p.pull) > far and (t := _term(p.input, named)) is not None]
     if not new:
         return named
     terms = [*selection.terms, *(t for _, t in new)]
@@ -96,13 +96,15 @@ def pulls_of(given: Delivered, stage: Stage) -> tuple[Pull, ...]:
 def told_pulls(pulls: Sequence[Pull], given: Delivered) -> tuple[str, ...]:
     """Sentences about statements that are contradicted and have a name."""
     named = _named(given)
-    return tuple(_said(p) for p in pulls if abs(p.pull) > FAR and p.input.rsplit(".", 1)[0] in named)
+    far = farthest(len(pulls))
+    return tuple(_said(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] in named)
 
 
 def unexplained_pulls(pulls: Sequence[Pull], given: Delivered) -> tuple[str, ...]:
     """The same of statements that no name replaces: they speak against "explained"."""
     named = _named(given)
-    return tuple(_said(p) for p in pulls if abs(p.pull) > FAR and p.input.rsplit(".", 1)[0] not in named)
+    far = farthest(len(pulls))
+    return tuple(_said(p) for p in pulls if abs(p.pull) > far and p.input.rsplit(".", 1)[0] not in named)
 
 
 def _named(given: Delivered) -> set[str]:

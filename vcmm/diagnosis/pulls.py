@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vcmm.core.run import Array
-from vcmm.diagnosis.constants import LOWEST, MOSTLY
+from vcmm.diagnosis.constants import FAR, LOWEST, MOSTLY
 from vcmm.diagnosis.problem import Problem
 
 
@@ -63,6 +63,13 @@ def _as_normal(square: float, dof: int) -> float:
     """A chi-square on the scale of the standard normal law."""
     spread = 2.0 / (9.0 * dof)
     return float((np.cbrt(square / dof) - (1.0 - spread)) / np.sqrt(spread))
+
+
+def farthest(asked: int) -> float:
+    """What the largest of `asked` pulls exceeds as rarely as one pull exceeds 3 where every statement is true: 3.6 of 8, 3.8 of 21."""
+    from scipy.special import ndtr, ndtri
+
+    return float(-ndtri(ndtr(-FAR) / max(asked, 1)))
 
 
 def contradiction(pull: float, asked: int) -> float:

@@ -105,13 +105,13 @@ def _cut_run(job: PreparedCut, rows: ContactRows) -> tuple[Run, Array]:
     logged = {
         n: np.interp(states.column("time_s"), log.time, log.value) for n, log in scenario.force_log.items()
     }
+    share = measured_share(job, states.column("time_s"), rows.row, rows.share)
     states = later_in_batch(states, job.path, scenario.batch_part, process.fed_in_part(job))
     columns = process.columns(job, rows)
     if logged:
         columns |= logged
     elif job.blank is not None and job.blank.forces is not None:
         force = process.force(job, rows, job.blank.forces)
-        share = measured_share(job, states.column("time_s"), rows.row, rows.share)
         columns |= by_axis("force_{}_N", force * share[:, None])
     columns |= {name: np.full(states.n, value) for name, value in scenario.constants.items()}
     return logged_states(job, states.with_columns(columns)), known

@@ -28,7 +28,7 @@ from vcmm.machining.job import finished_part
 from vcmm.machining.mismatch import Located, Observed, located
 from vcmm.machining.preparation import set_up
 from vcmm.machining.process import PreparedCut
-from vcmm.machining.scenario import IDEAL, CutScenario
+from vcmm.machining.scenario import IDEAL, OTHER, CutScenario
 from vcmm.machining.world import Cutting
 from vcmm.measuring.plan import Plan, Step
 from vcmm.measuring.scenario import Scenario
@@ -79,13 +79,15 @@ def measured_cut(
     scenario: CutScenario, given: GivenPoints, *, in_machine: bool = False, u_point: float | None = None, seed: int | None = None,
     job: PreparedCut | None = None,
 ) -> MeasuredCut:  # fmt: skip
-    """Compare a measured part with its prediction. in_machine: points in the machine frame, else in the drawing frame.
+    """Compare a measured part with its prediction. in_machine: points in the frame of the machine that measured, else in the drawing
+    frame. Where the part lay on a measuring machine says nothing of how it was cut, so there both are aligned.
 
     u_point: standard uncertainty of one measured point, mm; None: what is left beside everything that is tested. job: the scenario
     made ready before, for several parts of it.
     Raises DataError for points that are not of this part (file and line), UsageError and ModelLimit as `cut` does.
     """
     job = job or set_up(scenario)
+    aligned = not in_machine or scenario.inspection.kind == OTHER
     placed, frame_points = _on_part(job, given, in_machine)
     job, points, notes = _cut_there(job, placed, frame_points, given)
     task, world, more = finished_part(job)
@@ -95,20 +97,21 @@ def measured_cut(
     deviation = ((points - touches.points) * touches.normals).sum(axis=1)
     known = known_columns(model)
     observed = _observed(world, deviation - predicted, known.covariance)
-    found, scatter = located(observed, rigid=not in_machine, u_point=u_point)
+    found, scatter = located(observed, rigid=aligned, u_point=u_point)
     values = evaluate_all(task, fit_features(task, points))
     spread = observed.covariance + scatter**2 * np.eye(len(points))
     rng = np.random.default_rng(scenario.settings.seed if seed is None else seed)
-    _, gain = world.contacts.deepest(world.moved)
+    row, gain = world.contacts.deepest(world.moved)
     size = np.linalg.norm(gain, axis=1)
+    normal = world.tool.in_workpiece(gain / size[:, None], row)
     return MeasuredCut(
         compared=_compared(model, values, rng.multivariate_normal(np.zeros(len(points)), spread, TRIALS)),
         mismatch=found,
         scatter=scatter,
         observed=observed,
         departure=(deviation - predicted) / size,
-        normal=gain / size[:, None],
-        in_machine=in_machine,
+        normal=normal,
+        in_machine=not aligned,
         noise=float(np.hypot(scatter, np.sqrt(np.mean(np.sum(known.single**2, axis=1))))),
         known=tuple((name, columns / size[:, None]) for name, columns in known.common),
         notes=(*notes, *more),
@@ -120,7 +123,8 @@ def _on_part(job: PreparedCut, given: GivenPoints, in_machine: bool) -> tuple[di
     scenario = job.scenario
     plan = gauge_plan(scenario.part, scenario.plan)
     asked = Scenario(scenario.name, ideal_gauge(), scenario.part, plan, job.pose)
-    points = job.pose.inverse().apply(given.points) if in_machine else given.points
+    elsewhere = scenario.inspection.pose if scenario.inspection.kind == OTHER else None
+    points = (elsewhere or job.pose).inverse().apply(given.points) if in_machine else given.points
     placed = surfaces(scenario.part, labelled(asked, given), points)
     check_points(asked, given, points, placed, in_machine)
     return placed, points

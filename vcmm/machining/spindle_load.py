@@ -19,8 +19,16 @@ LOAD = "spindle_load_W"
 
 
 def power_log(job: PreparedCut) -> Series | None:
-    """Cutting power over the time of the program, W; as logged, else of the model; None where neither is known."""
-    return job.scenario.load_log or modelled_power(job)
+    """Cutting power over the time of the program, W; as logged, else of the model; None where neither is known.
+
+    Of the n-th part in a row it begins with the first: each is cut as the first, without a pause.
+    """
+    one = job.scenario.load_log or modelled_power(job)
+    if one is None or job.scenario.batch_part == 1:
+        return one
+    begin = np.repeat(np.arange(job.scenario.batch_part) * job.seconds, len(one.time))
+    time = begin + np.tile(np.minimum(one.time, job.seconds), job.scenario.batch_part)
+    return Series(time, np.tile(one.value, job.scenario.batch_part))
 
 
 def modelled_power(job: PreparedCut) -> Series | None:

@@ -148,6 +148,14 @@ class ToolSide:
             total = total + exact_errors(stated, self.run, quiet)
         return self.zero.off_errors(self._framed(total)) + self.known
 
+    def in_workpiece(self, vectors: Array, row: Ints) -> Array:
+        """Vectors (k, 3) of the frame of the contacts in rows (k,), in workpiece axes: `_framed` undone."""
+        if self.phi is None:
+            return vectors
+        c, s = np.cos(self.phi[row]), np.sin(self.phi[row])
+        x, y, z = vectors.T
+        return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
+
     def _framed(self, vectors: Array) -> Array:
         """Vectors (..., n, 3) of workpiece axes in the frame in which errors are wanted."""
         if self.phi is None:
