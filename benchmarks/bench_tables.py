@@ -42,7 +42,9 @@ def write(folder: Path, rows: int, parquet: bool) -> Path:
 
     def table(at: int, n: int) -> np.ndarray:
         normal = normals[rng.integers(0, 3, n)]
-        return np.column_stack([np.arange(at, at + n), rng.uniform(-500, 500, (n, 3)), normal, rng.normal(0, 1, n)])
+        return np.column_stack(
+            [np.arange(at, at + n), rng.uniform(-500, 500, (n, 3)), normal, rng.normal(0, 1, n)]
+        )
 
     if parquet:
         import pyarrow as pa
