@@ -22,17 +22,20 @@ export JUPYTER_DATA_DIR := $(CACHE)/jupyter/data
 export JUPYTER_RUNTIME_DIR := $(CACHE)/jupyter/runtime
 endif
 
-.PHONY: help demo test lint types docs bench exam audit clean
+.PHONY: help demo test test-all lint types docs bench exam audit clean
 .DEFAULT_GOAL := help
 
 help: ## this list
-	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
 
 demo: .venv/.installed ## install, then measure, evaluate and write a report
 	$(BIN)/vcmm demo
 
 test: lint types ## install, then lint, types, tests, examples of the documentation, notebooks
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadscope
+
+test-all: .venv/.installed-all ## install, then pages and workbench in a browser, documentation, wheel, STEP, long fuzz
+	$(BIN)/python -m pytest -m thorough -n $(JOBS) --dist loadscope
 
 lint: .venv/.installed-dev ## style and formatting
 	$(BIN)/ruff check .
@@ -70,3 +73,6 @@ clean: ## remove .venv, caches and everything that was made
 
 .venv/.installed-dev: pyproject.toml constraints.txt
 	@sh tools/venv.sh $@ "[dev]" "$(PYTHON)"
+
+.venv/.installed-all: .venv/.installed-dev
+	@sh tools/venv.sh $@ "[all]" "$(PYTHON)"

@@ -117,7 +117,7 @@ def wait_until(true, seconds: float = 60.0) -> None:
 EXACT = ("uncertainty", "ring.toml", "--engine", "exact", "--trials", "6000", "--json")
 
 
-@pytest.mark.long
+@pytest.mark.thorough
 def test_a_client_that_is_killed_leaves_no_worker_and_the_next_call_goes_on(folder):
     whole = ask(EXACT).out
     with started("-c", RUN, *EXACT, "--workers", "2") as client:
@@ -133,7 +133,7 @@ def test_a_client_that_is_killed_leaves_no_worker_and_the_next_call_goes_on(fold
     assert not list((folder / "cache").rglob("*-500.json"))
 
 
-@pytest.mark.long
+@pytest.mark.thorough
 def test_a_worker_that_is_killed_costs_only_time(folder):
     whole = ask(EXACT).out
     with started("-c", RUN, *EXACT, "--workers", "2") as client:
@@ -143,7 +143,7 @@ def test_a_worker_that_is_killed_costs_only_time(folder):
     assert (client.returncode, out) == (0, whole), err
 
 
-@pytest.mark.long
+@pytest.mark.thorough
 def test_workers_audit_and_place_as_one_process_does(folder):
     for words in (("audit", "ring.toml", "--parts", "600"), ("audit", "ring.toml", "shop/../ring.toml", "--parts", "250"),
                   ("place", "ring.toml", "--machines", "shop", "--evaluations", "60", "--scan", "40", "--trials", "2000")):  # fmt: skip
@@ -170,7 +170,7 @@ def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.P
                 hand.__exit__(None, None, None)
 
 
-@pytest.mark.long
+@pytest.mark.thorough
 def test_a_cluster_one_worker_of_which_is_killed(folder):
     pytest.importorskip("distributed")
     whole = ask(EXACT).out

@@ -104,6 +104,7 @@ def test_names_bring_no_script(pages):
     assert evil["script"] == plain["script"]
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 def test_a_browser_runs_nothing_of_it(pages):
     page = pages / "uncertainty/report.html"

@@ -78,6 +78,7 @@ def test_lines_without_evidence_are_named(tmp_path: Path) -> None:
     assert shown == int(part.characteristics[0].result.budget[0].input == "squareness[C0Y].angle") == 1
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 def test_every_characteristic_has_one_printed_page(tmp_path: Path) -> None:
     """Two characteristics with long budgets, one page each, and the page of files."""

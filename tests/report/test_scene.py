@@ -67,7 +67,11 @@ def test_every_item_becomes_its_trace() -> None:
     assert [head["u"][0], head["v"][0], head["w"][0]] == pytest.approx(
         [1 / math.sqrt(5), 2 / math.sqrt(5), 0.0], abs=1e-6
     )
-    assert figure["data"][9]["hovertext"] == ["semi-axes 30, 20, 10 um (k = 1)"]
+    assert figure["data"][8]["hovertext"] == ["semi-axes 30, 20, 10 um (k = 1)"]
+    assert figure["data"][8]["meta"] == len(
+        figure["data"][8]["x"]
+    )  # one ellipsoid: all vertices share the text
+    assert figure["data"][9]["hoverinfo"] == "skip"
     assert figure["data"][5]["hovertext"] == ["bore, point 1<br>u = 0.4 um"]
     assert figure["data"][10]["text"] == ["&lt;b&gt;here&lt;/b&gt;"]  # names from files are words, not tags
 
@@ -127,6 +131,7 @@ def test_the_block_holds_figure_poster_and_words() -> None:
     assert len(raw) < 150_000
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(
     not shutil.which("chromium"), reason="chromium is not installed: the script cannot be run"
 )

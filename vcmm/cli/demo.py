@@ -1,9 +1,9 @@
-"""vcmm demo: the Gaska 2014 twin, the main job on published input."""
+"""vcmm demo: the Gaska 2014 twin; the others are in vcmm.cli.twins."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -15,7 +15,7 @@ def demo_command(
         "gaska2014", "abbe_milling", "echerfaoui2017", "marin2004", "test_piece", "worn_cmm", "xcz_lathe"
     ] = "gaska2014",
     draws: int | None = None,
-    trials: int = 50_000,
+    trials: int = 20_000,
     json: Annotated[bool, Parameter(name="--json")] = False,
 ) -> int:
     """Virtually measure a compressor body at five places of a CMM and say how well (Gaska et al. 2014).
@@ -27,7 +27,7 @@ def demo_command(
     Parameters
     ----------
     out
-        Folder for report.html, demo.json and, for gaska2014, demo.csv.
+        Folder for report.html, demo.json and, for gaska2014, demo.csv and the lengths of its LaserTracer.
     twin
         Published job to run.
     draws
@@ -51,31 +51,32 @@ def _gaska(out: Path, draws: int, trials: int, json: bool) -> int:
     from vcmm.files.scenario import load_scenario
     from vcmm.library import path
     from vcmm.papers.gaska2014 import twin as gaska2014
-    from vcmm.papers.gaska2014.page import demo_page, table
+    from vcmm.papers.gaska2014.page import places_table, tables, twin_page
     from vcmm.tables.table import csv_text
 
     folder = output_folder(out)
     source = path("gaska2014")
     scenario = load_scenario(source)
     with progress() as report:
-        rows = gaska2014.run(scenario, draws, trials, report)
-    shown = next(r for r in rows if r.place == "3" and r.redraw == "touch")
-    content = document("vcmm.demo/1", demo_json(rows, draws), seed=scenario.settings.seed, files=[source])
-    shown_table = table(rows, draws)
+        result = gaska2014.run(scenario, draws, trials, report)
+    body = gaska2014.figures(result)
+    content = document("vcmm.demo/1", body, seed=scenario.settings.seed, files=[source])
     texts = {
         "demo.json": json_text(content),
-        "demo.csv": csv_text(shown_table),
-        "report.html": demo_page(scenario, rows, draws, shown.result),
+        "demo.csv": csv_text(places_table(result)),
+        "report.html": twin_page(scenario, result),
+        **gaska2014.tracer_files(),
     }
     write_files(folder, texts)
     if json:
         print_json(content)
         return 0
-    show_table(shown_table)
-    say(f"wrote {folder}/report.html, demo.json, demo.csv")
+    for table in tables(result):
+        show_table(table)
+    say(f"wrote {folder}/{', '.join(texts)}")
     me = _command()
     print(
-        f"Next:\n  open {folder}/report.html\n  {me} new plate\n  {me} uncertainty plate.toml --out plate-report"
+        f"Next:\n  open {folder}/report.html\n  {me} calibrate {folder}/tracer.toml --machine {folder}/cmm.toml --nodes\n  {me} new plate\n  {me} uncertainty plate.toml --out plate-report"
     )
     return 0
 
@@ -87,22 +88,3 @@ def _command() -> str:
     import sys
 
     return "vcmm" if shutil.which("vcmm") else os.path.relpath(sys.argv[0])
-
-
-def demo_json(rows: Any, draws: int) -> dict[str, Any]:
-    """The body of the JSON document."""
-    from vcmm.papers.gaska2014.twin import PAPER_DISTANCE_U, PAPER_FORM_U
-    from vcmm.tables.evaluated import characteristic_json
-
-    return {
-        "draws": draws,
-        "rows": [
-            {
-                "place": r.place, "redraw": r.redraw,
-                "form": characteristic_json(r.form), "form_U_range_mm": list(r.form_range), "paper_form_U_mm": PAPER_FORM_U[r.place] * 1e-3,
-                "distance": characteristic_json(r.distance), "distance_U_range_mm": list(r.distance_range),
-                "paper_distance_U_mm": PAPER_DISTANCE_U[r.place] * 1e-3,
-            }
-            for r in rows
-        ],
-    }  # fmt: skip

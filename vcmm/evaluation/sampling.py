@@ -76,7 +76,10 @@ class Sampler:
     def drawn(self, first: int, trials: int) -> Array:
         """Characteristics (trials, C) of trials from `first` on, by the engine of the settings."""
         if self.settings.engine == "exact":
-            return exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
+            found = exact_values(self.model, draw_inputs(self.model, self.settings.seed, first, trials))
+            return (
+                found if self.terms else np.repeat(found, trials, axis=0)
+            )  # all alike where nothing is drawn
         return self._trials(first, trials)
 
     def tallied(

@@ -17,11 +17,11 @@ import numpy as np
 
 from vcmm.core.blocks import Sharing, blocks_of
 from vcmm.core.run import Array
-from vcmm.evaluation.belts import Inverse, coverage
+from vcmm.evaluation.belts import Inverse, coverage, there
 from vcmm.evaluation.exact import draw_inputs, exact_values
 from vcmm.evaluation.form_family import OTHER
 from vcmm.evaluation.indication import at_indication
-from vcmm.evaluation.inversion import LEAST, LEAST_OTHER, Inversion, Inverted
+from vcmm.evaluation.inversion import LEAST, LEAST_OTHER, CountedInverse, Inversion, Inverted
 from vcmm.evaluation.pairs import Pairs, both, pairs
 from vcmm.evaluation.result import CharacteristicResult
 from vcmm.evaluation.sampling import Progress
@@ -124,7 +124,7 @@ def audited(
     key: str = "",
 ) -> tuple[Audited, ...]:
     report = progress or (lambda text, share: None)
-    known = PreparedTask(task, evaluate(task, settings, progress))
+    known = PreparedTask(task, evaluate(task, settings, progress, read=False))
     extreme = [i for i, c in enumerate(known.result.characteristics) if isinstance(c.truth, Inverted)]
     additive = [i for i in range(len(known.result.characteristics)) if i not in extreme]
     exact: list[Piece] = blocks_of(parts, BLOCK) if additive else []
@@ -169,17 +169,20 @@ def _kind(inversion: Inversion, number: int, parts: int) -> tuple[str, Pairs]:
 
 def _counted(result: CharacteristicResult, inversion: Inversion, i: int, drawn: Pairs, kind: str) -> Audited:
     """Measured by points, whose residuals tell the roughness of every part."""
-    p, one = result.p, inversion.counted(i, 0.0, True)
+    p, one, k = result.p, inversion.counted(i, 0.0, True), inversion.column(i)
+    held, width = 1.0, math.inf  # of an interval without ends
+    if isinstance(one, CountedInverse):
+        held, width = coverage(one.inverse, k, drawn, p), _width(one.inverse, k, drawn, p)
     least = {PRIOR: p - BAND, ANOTHER: p - (0.95 - LEAST_OTHER)}.get(kind, p - (0.95 - LEAST))
     return Audited(
-        name=result.name, unit=result.unit, kind=kind, target=p, attained=coverage(one.inverse, i, drawn, p),
-        parts=len(drawn.true), width=_width(one.inverse, i, drawn, p), claimed=not one.shortfall(p), least=least,
-        most=p + ABOVE if kind == PRIOR else 1.0,
+        name=result.name, unit=result.unit, kind=kind, target=p, attained=held, parts=len(there(k, drawn)[0]), width=width,
+        claimed=not one.shortfall(p), least=least, most=p + ABOVE if kind == PRIOR else 1.0,
     )  # fmt: skip
 
 
-def _width(inverse: Inverse, i: int, drawn: Pairs, p: float) -> float:
-    low, high = inverse.interval(p, drawn.indicated[:, i], drawn.rest[:, i])
+def _width(inverse: Inverse, k: int, drawn: Pairs, p: float) -> float:
+    _, indicated, rest = there(k, drawn)
+    low, high = inverse.interval(p, indicated, rest)
     return float((high - low).mean())
 
 

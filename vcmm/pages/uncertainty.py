@@ -27,17 +27,24 @@ from vcmm.tables.table import SMALL, ResultTable, html, on_page
 def uncertainty_page(scenario: Scenario, result: UncertaintyResult) -> str:
     """One self-contained HTML file."""
     why = [*stated_with(result.characteristics), *undecided_because(result.characteristics)]
-    blocks = [
-        r.heading("Results"),
-        html(results(result)),
-        *(r.note(w) for w in why),
-        *(r.note(w, "warning") for w in result.warnings),
+    leaves = [
+        [
+            r.heading("Results"),
+            html(results(result)),
+            *(r.note(w) for w in why),
+            *(r.note(w, "warning") for w in result.warnings),
+            r.heading("What was assumed"),
+            assumptions(scenario, result),
+        ],
+        [
+            r.heading("Where it was measured"),
+            *pictures(result),
+            r.heading("How it was computed"),
+            html(computed(result)),
+        ],
     ]
-    blocks += [r.heading("What was assumed"), assumptions(scenario, result)]
-    blocks += [r.heading("Where it was measured"), *pictures(result)]
-    for c in result.characteristics:
-        blocks += [r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)]
-    blocks += [r.heading("How it was computed"), html(computed(result))]
+    leaves += [[r.heading(f"{c.name} ({c.type})"), *characteristic_blocks(c)] for c in result.characteristics]
+    blocks = [r.leaf(*leaf) for leaf in leaves]
     footer = f"vcmm {__version__}, seed {result.seed}. Error = indicated - true. Standard uncertainty u, coverage interval for p."
     return r.page(
         f"Measurement uncertainty: {scenario.name}", blocks, subtitle=scenario.machine.name, footer=footer

@@ -21,7 +21,7 @@ from vcmm.report.meshes import (
     torus_mesh,
     tube_mesh,
 )
-from vcmm.report.page import columns, details, heading, note, page, paragraph, write
+from vcmm.report.page import columns, details, heading, leaf, note, page, paragraph, write
 from vcmm.report.polar import polar
 from vcmm.report.scene import scene
 from vcmm.report.scene_items import Arrows, Ellipsoids, Label, Lines, Points, SceneBox, SceneMesh
@@ -54,6 +54,7 @@ __all__ = [
     "heading",
     "heat_map",
     "histogram",
+    "leaf",
     "note",
     "number",
     "page",

@@ -61,9 +61,9 @@ def bars(
     left = min(widest([name for name, _ in items], svg.SIZE) + 14, 0.46 * width)
     end = right - widest([*numbers, unit], svg.SIZE) - 14
     scale = _scale(values, left, end)
-    out = [svg.text(right, 12, unit, "faint", "end", 11.5)]
+    out = [svg.text(right, 12, unit, "muted", "end", 11.5)]
     if shown:
-        out.append(svg.text(width, 12, "share of u²" if share == "square" else "share", "faint", "end", 11.5))
+        out.append(svg.text(width, 12, "share of u²" if share == "square" else "share", "muted", "end", 11.5))
     for i, (name, value) in enumerate(items):
         y = 22 + i * _ROW
         out.append(_bar(name, value, scale, y, left))

@@ -108,3 +108,8 @@ def columns(*blocks: str) -> str:
 def details(summary: str, *blocks: str) -> str:
     """Blocks that the reader opens by a click; printed open."""
     return f"<details><summary>{escape(summary)}</summary>\n{''.join(blocks)}\n</details>"
+
+
+def leaf(*blocks: str) -> str:
+    """Blocks that are printed on a sheet of paper of their own; on the screen they follow each other."""
+    return f'<section class="leaf">\n{"".join(blocks)}\n</section>'

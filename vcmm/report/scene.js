@@ -19,7 +19,17 @@
     if (value && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, coloured(v)]));
     return value;
   };
-  window.vcmmScenes = {load, coloured, options: {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["tableRotation", "resetCameraLastSave3d"]}};
+  const ready = given => {
+    const figure = coloured(given);
+    for (const trace of figure.data) if (trace.meta) trace.hovertext = trace.hovertext.flatMap(text => Array(trace.meta).fill(text));
+    return figure;
+  };
+  // What has nothing to say must not stand between the pointer and what has: plotly draws it into its picking buffer all the same.
+  const silence = live => {
+    const traces = Object.values(live._fullLayout?.scene?._scene?.traces ?? {});
+    for (const trace of traces.filter(t => t.data?.hoverinfo === "skip")) for (const part of Object.values(trace)) if (part?.drawPick) part.drawPick = () => {};
+  };
+  window.vcmmScenes = {load, ready, silence, options: {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["tableRotation", "resetCameraLastSave3d"]}};
   const turned = (eye, around, up) => {
     const r = Math.hypot(eye.x, eye.y, eye.z), a = Math.atan2(eye.y, eye.x) + around;
     const e = Math.min(1.55, Math.max(-1.55, Math.asin(eye.z / r) + up));
@@ -33,8 +43,9 @@
     const draw = async () => {
       if (drawn) return;
       drawn = true;
-      const plotly = await load(), {data, layout} = coloured(given);
+      const plotly = await load(), {data, layout} = ready(given);
       await plotly.newPlot(live, data, layout, vcmmScenes.options);
+      silence(live);
       figure.classList.add("drawn");
     };
     const drop = () => {

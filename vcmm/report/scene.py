@@ -56,7 +56,7 @@ def scene(
     data = json.dumps(figure, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     words = " ".join(w for w in (caption, magnification(items)) if w)
     picture = (
-        f'<div class="scene" tabindex="0" role="img" aria-label="{escape(title)}" style="height:{height}px">'
+        f'<div class="scene" tabindex="0" role="group" aria-label="{escape(title)}" style="height:{height}px">'
         f'<img class="poster" alt="{escape(title)}" src="data:image/png;base64,{still}"><div class="live"></div></div>'
     )
     script = f'<script type="application/json" data-scene>{data}</script>'
@@ -87,7 +87,7 @@ def eye(view: tuple[float, float]) -> dict[str, float]:
 def _layout(view: tuple[float, float], axes: bool, box: tuple[Any, Any]) -> dict[str, Any]:
     def axis(letter: str, k: int) -> dict[str, Any]:
         pad = 0.04 * (float((box[1] - box[0]).max()) or 1.0)
-        shown = {"title": {"text": f"{letter} / mm"}, "color": "role:faint", "gridcolor": "role:grid"}
+        shown = {"title": {"text": f"{letter} / mm"}, "color": "role:muted", "gridcolor": "role:grid"}
         return {
             "visible": axes, "showbackground": False, "showspikes": False, "range": [float(box[0][k] - pad), float(box[1][k] + pad)],
             "zeroline": False, **shown,
@@ -101,7 +101,7 @@ def _layout(view: tuple[float, float], axes: bool, box: tuple[Any, Any]) -> dict
         "scene": scene, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "paper_bgcolor": "rgba(0,0,0,0)", "autosize": True,
         "font": {"color": "role:ink", "size": 12}, "showlegend": True,
         "legend": {"orientation": "h", "x": 0, "y": 0, "yanchor": "top", "bgcolor": "rgba(0,0,0,0)"},
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "role:faint", "activecolor": "role:accent"},
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "role:muted", "activecolor": "role:accent"},
         "hoverlabel": {"bgcolor": "role:surface", "bordercolor": "role:rule", "font": {"color": "role:ink"}},
     }  # fmt: skip
 

@@ -220,7 +220,10 @@ def _lengths(item: Arrows, at: Array, drawn: Array) -> list[str]:
 
 
 def _ellipsoids(item: Ellipsoids) -> list[Trace]:
-    """All ellipsoids as one mesh, a sphere by the square root of each covariance; their centres answer the pointer."""
+    """All ellipsoids as one mesh, a sphere by the square root of each covariance, and their centres.
+
+    `meta` says how many vertices share a text; `scene.js` deals the texts out, so that they stand in the page once.
+    """
     centres, covariances = ellipsoid_arrays(item)
     ball, faces = sphere_mesh(np.zeros(3), 1.0, n=FINE if len(centres) <= MANY else COARSE)
     value, vector = np.linalg.eigh(covariances)
@@ -231,8 +234,8 @@ def _ellipsoids(item: Ellipsoids) -> list[Trace]:
     solid = _solid(
         vertices.reshape(-1, 3), (faces[None] + number).reshape(-1, 3), item.colour, 0.45, item.name
     )
-    middle = _points(Points(centres, item.colour, 2.0)) | {"hovertext": said, "hoverinfo": "text"}
-    return [solid | {"flatshading": False}, middle]
+    solid |= {"flatshading": False, "hovertext": said, "hoverinfo": "text", "meta": len(ball)}
+    return [solid, _points(Points(centres, item.colour, 2.0))]
 
 
 def _axes(semi: Array) -> str:

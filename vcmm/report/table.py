@@ -55,16 +55,12 @@ def table(
     (totals). DataError: a row with more or fewer cells than there are columns.
     """
     _check(columns, [*rows, *foot])
-    head = "".join(
-        f'<th scope="col"{_align(i, numeric)}>{escape(name)}</th>' for i, name in enumerate(columns)
-    )
+    head = "".join(_head(name, _align(i, numeric)) for i, name in enumerate(columns)) if any(columns) else ""
     body = "".join(_row(row, numeric, i in emphasise) for i, row in enumerate(rows))
     last = f"<tfoot>{''.join(_row(row, numeric, False) for row in foot)}</tfoot>" if foot else ""
     name = f"<caption>{escape(caption)}</caption>" if caption else ""
-    return (
-        f'<div class="scroll"><table>{name}<thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody>{last}</table></div>"
-    )
+    top = f"<thead><tr>{head}</tr></thead>" if head else ""
+    return f'<div class="scroll"><table>{name}{top}<tbody>{body}</tbody>{last}</table></div>'
 
 
 def _check(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
@@ -75,6 +71,11 @@ def _check(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
             f"Table row {i + 1} has {len(rows[i])} cells but the table has {len(columns)} columns: "
             "give every row one cell per column."
         )
+
+
+def _head(name: str, align: str) -> str:
+    """A column's name; a corner without one is no header."""
+    return f'<th scope="col"{align}>{escape(name)}</th>' if name else "<td></td>"
 
 
 def _align(column: int, numeric: Collection[int]) -> str:

@@ -13,7 +13,7 @@ STYLE = """
 .bench{display:grid;grid-template-columns:minmax(15rem,20rem) 1fr;gap:1.4rem;align-items:start}
 .knobs{position:sticky;top:1rem;padding:1rem;background:var(--surface);border:1px solid var(--grid);border-radius:10px}
 .knobs label{display:block;margin:.2rem 0 .9rem;font-size:.9rem}.knobs input{width:100%}
-.knobs output{float:right;font-variant-numeric:tabular-nums}.preview td{color:var(--faint)}
+.knobs output{float:right;font-variant-numeric:tabular-nums}.preview td{color:var(--muted)}
 .share{display:inline-block;height:.6rem;background:var(--accent);vertical-align:baseline;margin-right:.5rem}
 .live-scene{margin-top:1.4rem}.drop{border:2px dashed var(--rule);border-radius:10px;padding:1rem;color:var(--muted);margin-top:1.4rem}
 @media(max-width:50rem){.bench{grid-template-columns:1fr}.knobs{position:static}}
@@ -28,7 +28,7 @@ def bench_page(name: str, token: str) -> str:
     """The whole page. The token is for its own questions; no other page can read it."""
     given = json.dumps({"token": token}).replace("<", "\\u003c")
     figures = "".join(
-        f'<figure class="figure live-scene"><figcaption>{escape(title)}</figcaption><div class="picture row"><div class="scene" tabindex="0" '
+        f'<figure class="figure live-scene"><figcaption>{escape(title)}</figcaption><div class="picture row"><div class="scene" tabindex="0" role="group" aria-label="{escape(title)}" '
         f'style="height:420px"><div class="live"></div></div></div></figure>'
         for title in ("Part in the machine", "Touches and their standard uncertainty")
     )

@@ -39,10 +39,11 @@
       document.body.dataset.settled = JSON.stringify(knobs);
       if (window.vcmmScenes) {
         const plotly = await vcmmScenes.load();
-        found.figures.forEach((figure, i) => {
-          const {data, layout} = vcmmScenes.coloured(figure), now = scenes[i].layout;
+        found.figures.forEach(async (figure, i) => {
+          const {data, layout} = vcmmScenes.ready(figure), now = scenes[i].layout;
           if (now) layout.scene.camera = now.scene.camera;
-          plotly.react(scenes[i], data, layout, vcmmScenes.options);
+          await plotly.react(scenes[i], data, layout, vcmmScenes.options);
+          vcmmScenes.silence(scenes[i]);
         });
       }
     } catch (error) { failed(error); }

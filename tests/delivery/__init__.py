@@ -1,0 +1,1 @@
+"""What is handed over: documentation, wheel, sdist, long fuzz. Part of `make test-all`."""
