@@ -277,3 +277,9 @@ def test_a_real_axis_whose_reversal_depends_on_the_place():
         for t in np.unique(runs.target)
     ]
     assert np.array(found) * 1e3 == pytest.approx([-33, 12, 10, -12, -43], abs=3)
+
+
+def test_an_empty_axis_is_not_the_same_as_none(tmp_path):
+    (tmp_path / "runs.csv").write_text(TABLE)
+    with pytest.raises(DataError, match=r"axis is empty; write the letter of the axis"):
+        load(tmp_path, "runs.csv", 'format = "iso230"\n[line]\naxis = ""\n' + LINE.removeprefix("[line]\n"))

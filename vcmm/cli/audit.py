@@ -77,6 +77,7 @@ def counted(scenarios: list[Path], options: dict[str, Any], sharing: Any, shown:
 
 def _counted(scenario: Path, options: dict[str, Any], sharing: Any, shown: bool) -> Any:
     """(rows, seed) of one task; complaints get file and line."""
+    from vcmm.cli.audit_several import seeded
     from vcmm.console.complaints import about
     from vcmm.console.documents import sources
     from vcmm.console.terminal import progress
@@ -92,13 +93,6 @@ def _counted(scenario: Path, options: dict[str, Any], sharing: Any, shown: bool)
             loaded, parts=options["parts"], settings=settings, progress=report, sharing=sharing, key=key
         )
     return rows, settings.seed
-
-
-def seeded(settings: Any, seed: int | None) -> Any:
-    """The settings with another seed, where one is given."""
-    from dataclasses import replace
-
-    return settings if seed is None else replace(settings, seed=seed)
 
 
 def run_audit(

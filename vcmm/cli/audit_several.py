@@ -102,7 +102,6 @@ def _loaded(file: Path) -> tuple[str, Any]:
 
 def record_of(options: Mapping[str, Any], item: tuple[str, Any]) -> dict[str, Any]:
     """One task as plain values: the rows of its audit, or `problem`, why there are none."""
-    from vcmm.cli.audit import seeded
     from vcmm.core.errors import VcmmError, first_of
     from vcmm.inference.audit import audit
 
@@ -121,3 +120,10 @@ def record_of(options: Mapping[str, Any], item: tuple[str, Any]) -> dict[str, An
             "ours": True,
         }
     return {**known, "problem": None, "rows": [asdict(r) for r in rows]}
+
+
+def seeded(settings: Any, seed: int | None) -> Any:
+    """The settings with another seed, where one is given."""
+    from dataclasses import replace
+
+    return settings if seed is None else replace(settings, seed=seed)

@@ -29,9 +29,8 @@ def place_command(
 ) -> int:
     """The pose, among those that the fixture allows, with the smallest objective: gain, map, flatness, certificate.
 
-    [placement] of the scenario says what may move and what is minimised; without it the part slides on the table, turns
-    about the vertical, and U/T of all characteristics counts. A scenario that cuts a part ([cut]) is moved with its work
-    offset to where the deviations are smallest. `vcmm place gaska2014` runs the twin of a published study.
+    [placement] of the scenario says what may move and what is minimised; without it the part slides on the table and turns about the
+    vertical, for U/T of all. A part that is cut moves with its work offset. `vcmm place gaska2014` runs the twin of a published study.
 
     Parameters
     ----------
@@ -42,7 +41,7 @@ def place_command(
     budget
         Measuring time that a plan may take (default: "5 min"); with --plan only.
     machines
-        Machine files to choose from, or folders of them; each takes the place of the scenario's machine.
+        Machine files to choose from, or folders; each takes the place of the scenario's machine.
     seed
         Seed of the search, the scan and the trials (default: the scenario's, else 0).
     evaluations
@@ -62,46 +61,68 @@ def place_command(
     json
         Print one JSON document.
     out
-        Folder for report.html, place.json and placed.toml, the scenario with the new pose; with --plan for report.html,
-        plan.json, plan.toml and the points as CSV files.
+        Folder for report.html, place.json and placed.toml (the new pose); with --plan for plan.json, plan.toml and points as CSV.
     """
+    _check(plan, machines, draws, budget, (evaluations, scan, trials), (workers, cluster, shard))
+    if plan:
+        return _planned(scenario, budget or "5 min", seed, json, out)
+    options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
+    if machines and not (scenario.is_file() and _cuts(scenario)) and str(scenario) != "gaska2014":
+        return _chosen((scenario, machines), options, (workers, cluster, shard), json, out)
+    return _one(scenario, machines, draws, options, json, out)
+
+
+def _check(
+    plan: bool,
+    machines: list[Path] | None,
+    draws: int | None,
+    budget: str | None,
+    search: tuple[int | None, ...],
+    shared: tuple[Any, ...],
+) -> None:
+    """Raises UsageError for options that would be passed over in silence."""
+    if not machines or plan:
+        asked = dict(zip(("--workers", "--cluster", "--shard"), (word is not None for word in shared)))
+        _refuse("only the machines of --machines are shared out", asked)
+    if plan:
+        given = dict(zip(("--evaluations", "--scan", "--trials"), search))
+        _refuse("--plan chooses points at one pose", {**given, "--machines": machines, "--draws": draws})
+    else:
+        _refuse("without --plan no points are chosen", {"--budget": budget})
+    if machines:
+        _refuse("the machines are those of --machines", {"--draws": draws})
+
+
+def _one(
+    scenario: Path,
+    machines: list[Path] | None,
+    draws: int | None,
+    options: dict[str, Any],
+    json: bool,
+    out: Path | None,
+) -> int:
+    """One scenario on its own machine, or the twin."""
     from vcmm.console.files import output_folder
 
-    if not machines or plan:
-        shared = {"--workers": workers, "--cluster": cluster, "--shard": shard}
-        asked = {name: value is not None for name, value in shared.items()}
-        _refuse("only the machines of --machines are shared out", asked)
-    search = {"--evaluations": evaluations, "--scan": scan, "--trials": trials}
-    if plan:
-        _refuse("--plan chooses points at one pose", {**search, "--machines": machines, "--draws": draws})
-        return _planned(scenario, budget or "5 min", seed, json, out)
-    _refuse("without --plan no points are chosen", {"--budget": budget})
-    if machines and not (scenario.is_file() and _cuts(scenario)) and str(scenario) != "gaska2014":
-        _refuse("only gaska2014 draws machines", {"--draws": draws})
-        return _chosen(
-            (scenario, machines), (seed, evaluations, scan, trials), (workers, cluster, shard), json, out
-        )
     folder = output_folder(out) if out else None
-    options = {"seed": seed, "evaluations": evaluations, "scanned": scan, "trials": trials}
-    options = {name: value for name, value in options.items() if value is not None}
+    given = {name: value for name, value in options.items() if value is not None}
     if str(scenario) == "gaska2014" and not scenario.exists():
-        return _twin(machines, draws, options, json, folder)
+        return _twin(machines, draws, given, json, folder)
     _refuse("only gaska2014 draws machines", {"--draws": draws})
-    return _any(scenario, machines, options, json, folder)
+    return _any(scenario, machines, given, json, folder)
 
 
 def _chosen(
     named: tuple[Path, list[Path]],
-    search: tuple[Any, ...],
+    options: dict[str, Any],
     shared: tuple[Any, ...],
     json: bool,
     out: Path | None,
 ) -> int:
-    """A choice of machines. named: scenario, machines; search: seed, evaluations, scan, trials; shared: workers, cluster, shard."""
+    """A choice of machines. named: scenario, machines; options: of the search; shared: workers, cluster, shard."""
     from vcmm.cli.options import sharing_of
     from vcmm.cli.place_machines import choose, shard_of_machines
 
-    options = dict(zip(("seed", "evaluations", "scanned", "trials"), search))
     sharing = sharing_of(*shared)
     if sharing.share is None:
         return choose(*named, options, json, out, sharing=sharing)

@@ -109,8 +109,13 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def raw_bytes(path: Path) -> bytes:
-    """All bytes of a file. Raises DataError: missing, a folder, a device, larger than LARGEST_FILE."""
+def read_head(path: Path) -> None:
+    """Raises DataError where a file cannot be read at all: missing, a folder, a device, larger than LARGEST_FILE."""
+    raw_bytes(path, 1)
+
+
+def raw_bytes(path: Path, most: int = LARGEST_FILE + 1) -> bytes:
+    """All bytes of a file, or the first `most`. Raises DataError: missing, a folder, a device, larger than LARGEST_FILE."""
     try:
         kind = path.stat()
         if stat.S_ISDIR(kind.st_mode):
@@ -120,7 +125,7 @@ def raw_bytes(path: Path) -> bytes:
         if kind.st_size > LARGEST_FILE:
             raise DataError(_too_large(path, f"{kind.st_size:,} bytes"))
         with path.open("rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
+            raw = file.read(most)
     except FileNotFoundError:
         raise DataError(f"{path} does not exist.{_beside(path)}") from None
     except OSError as error:

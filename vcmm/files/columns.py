@@ -71,6 +71,16 @@ class Sheet:
         """'front.csv:12', the place of a row (0 = first)."""
         return f"{self.path}:{self.lines[row]}"
 
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return len(self.rows)
+
+    def texts(self, name: str) -> np.ndarray:
+        """One column (n,) as text."""
+        i = self.header.index(name)
+        return np.array([row[i] for row in self.rows], dtype=np.str_)
+
     def numbers(self, name: str) -> Array:
         """One column (n,). Raises DataError naming every cell that is no finite number."""
         i = self.header.index(name)
@@ -119,25 +129,36 @@ def read_csv(path: str | Path) -> Sheet:
         raise DataError(
             f"{path}:1: the file is empty; its first line names the columns, for example X_mm,Y_mm,Z_mm"
         )
-    head = lines[0][1]
-    delimiter = max(",;\t", key=head.count)
-    table, numbers = _cells(path, lines, delimiter)
-    header = table[0]
-    problems = [
-        f"{path}:{line}: {len(row)} cells where the header names {len(header)}"
-        for line, row in zip(numbers[1:], table[1:])
-        if len(row) != len(header)
-    ]
-    repeated = {name for name in header if header.count(name) > 1}
-    problems += [f'{path}:{numbers[0]}: the column "{name}" is named twice; keep one' for name in repeated]
+    header, delimiter, header_line = header_of(path, lines[0])
+    table, numbers = cells_of(path, lines, delimiter)
+    problems = row_problems(path, header, table[1:], numbers[1:])
     if len(table) == 1:
-        problems.append(f"{path}:{numbers[0]}: there are no rows below the header; add one row per point")
+        problems.append(f"{path}:{header_line}: there are no rows below the header; add one row per point")
     if problems:
         raise DataError(problems)
-    return Sheet(path, header, table[1:], numbers[0], numbers[1:])
+    return Sheet(path, header, table[1:], header_line, numbers[1:])
 
 
-def _cells(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:
+def header_of(path: Path, first: tuple[int, str]) -> tuple[list[str], str, int]:
+    """Names of the columns, what separates them, and their line. Raises DataError for a name that stands twice."""
+    delimiter = max(",;\t", key=first[1].count)
+    (header,), (line,) = cells_of(path, [first], delimiter)
+    repeated = {name for name in header if header.count(name) > 1}
+    if repeated:
+        raise DataError(f'{path}:{line}: the column "{name}" is named twice; keep one' for name in repeated)
+    return header, delimiter, line
+
+
+def row_problems(path: Path, header: list[str], rows: list[list[str]], lines: list[int]) -> list[str]:
+    """Rows of another length than the header."""
+    return [
+        f"{path}:{line}: {len(row)} cells where the header names {len(header)}"
+        for line, row in zip(lines, rows)
+        if len(row) != len(header)
+    ]
+
+
+def cells_of(path: Path, lines: list[tuple[int, str]], delimiter: str) -> tuple[list[list[str]], list[int]]:
     """Rows of cells and the line on which each begins. Raises DataError where a quotation mark is not closed."""
     reader = csv.reader([text + "\n" for _, text in lines], delimiter=delimiter, strict=True)
     table: list[list[str]] = []
@@ -165,7 +186,11 @@ def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
 
     All columns of a recording are read. Raises DataError with every problem: column, line and fix.
     """
-    sheet = read_csv(path)
+    return positions_of(read_csv(path), axes)
+
+
+def positions_of(sheet: Sheet, axes: tuple[str, ...]) -> Run:
+    """The same of a table that was read."""
     problems = []
     for axis in axes:
         if axis_column(axis) not in sheet.header:
@@ -178,7 +203,7 @@ def read_positions(path: str | Path, axes: tuple[str, ...]) -> Run:
     if problems:
         raise DataError(problems)
     position = {a: numbers.pop(axis_column(a)) * (DEG if is_rotary(a) else 1.0) for a in axes}
-    offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(len(sheet.rows))) for c in "xyz"], axis=1)
+    offset = np.stack([numbers.pop(f"offset_{c}_mm", np.zeros(sheet.count)) for c in "xyz"], axis=1)
     others = {n: v for n, v in numbers.items() if n not in {axis_column(a) for a in axes_of(numbers)}}
     return Run(position, offset, canonical_columns(others), labels)
 
@@ -262,9 +287,9 @@ def _typed(sheet: Sheet, problems: list[str]) -> tuple[dict[str, Array], dict[st
     numbers: dict[str, Array] = {}
     labels: dict[str, np.ndarray] = {}
     known = file_columns()
-    for i, name in enumerate(sheet.header):
+    for name in sheet.header:
         if name in LABELS:
-            labels[name] = np.array([row[i] for row in sheet.rows], dtype=np.str_)
+            labels[name] = sheet.texts(name)
         elif not known_column(name, known):
             hint = did_you_mean(name, [*known, *LABELS])
             problems.append(

@@ -17,7 +17,8 @@ from vcmm.core.kinematics import Motion, nominal_tip, tip_motion
 from vcmm.core.machine import Machine
 from vcmm.core.reach import linear_positions
 from vcmm.core.run import Array, Run
-from vcmm.files.columns import Sheet, axes_of, axis_column, read_csv, read_positions
+from vcmm.files.columns import Sheet, axes_of, axis_column, positions_of
+from vcmm.files.large_tables import read_table
 from vcmm.response.pointing import POINTED, pointing_observations
 from vcmm.response.recording import Ints, Recording
 
@@ -38,16 +39,16 @@ class Sense:
 
 
 def read_observations(path: Path, machine: Machine | None, sense: Sense, name: str = "") -> Recording | None:
-    """Read the CSV of a recording; None where the machine is not known, after the file itself was checked.
+    """Read the table of a recording (CSV, Parquet); None where the machine is not known, after the file itself was checked.
 
     Raises DataError with every problem: column, line and fix.
     """
-    sheet = read_csv(path)
+    sheet = read_table(path)
     letters = tuple(axes_of(sheet.header))
     problems = _header_problems(sheet, sense)
     run = None
     try:
-        run = read_positions(path, letters if machine is None else machine.chain.letters)
+        run = positions_of(sheet, letters if machine is None else machine.chain.letters)
     except DataError as error:
         problems = [*error.problems, *problems]
     if run is not None:

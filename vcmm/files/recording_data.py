@@ -46,6 +46,9 @@ def read_data(
         return _read_klipper(model, path, machine, problems)
     runs = read_rtl(path) if model.shape == "rtl" else read_iso230(path)
     line = model.line or LineTable()
+    if "axis" in line.model_fields_set and not line.axis:
+        problems.add(("line", "axis"), "axis is empty; write the letter of the axis, or leave the key out")
+        return None
     axis = line.axis or runs.axis
     if not axis:
         raise UsageError(f'{path.name} does not name its axis; add [line] with axis = "X"')

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -112,6 +115,19 @@ def read_for(
         raise
 
 
+@contextmanager
+def _no_search_for_rings() -> Iterator[None]:
+    """A program becomes very many small objects without rings; to look for rings takes the longer the more there are."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+@_no_search_for_rings()
 def _read(text: str, dialect: str, setup: Setup, *, name: str, trace: bool, flow: MoveFlow | None) -> Program:
     if dialect not in FRONT_ENDS:
         program: Program = late(G_CODE_READER, "run")(text, dialect, setup, name, trace, flow=flow)

@@ -1,0 +1,91 @@
+"""Tables of very many rows: the same columns, and the same words about what is wrong, as from the reader of small ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.hostile.corpus import TOUCHES_CSV
+from vcmm.core.errors import DataError
+from vcmm.files import large_tables
+from vcmm.files.columns import positions_of, read_csv
+from vcmm.files.large_tables import ColumnSheet, read_table
+
+
+@pytest.fixture
+def pieces(monkeypatch):
+    """Files of any size, five rows at a time."""
+    monkeypatch.setattr(large_tables, "LARGE", 0)
+    monkeypatch.setattr(large_tables, "PIECE", 5)
+
+
+def put(folder, text: str):
+    path = folder / "touches.csv"
+    path.write_text(text)
+    return path
+
+
+def same(one, other) -> bool:
+    return (
+        all(np.array_equal(one.position[a], other.position[a]) for a in "XYZ")
+        and one.columns.keys() == other.columns.keys()
+        and all(np.array_equal(one.columns[c], other.columns[c]) for c in one.columns)
+        and all(one.labels[c].tolist() == other.labels[c].tolist() for c in other.labels)
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [TOUCHES_CSV, TOUCHES_CSV.replace(",down,", ',"do,wn",'), TOUCHES_CSV.replace("\n", "\n# said\n\n")],
+)
+def test_pieces_give_the_run_of_the_whole(text, tmp_path, pieces):
+    path = put(tmp_path, text)
+    found, whole = read_table(path), read_csv(path)
+    assert isinstance(found, ColumnSheet)
+    assert found.count == 12
+    assert same(positions_of(found, ("X", "Y", "Z")), positions_of(whole, ("X", "Y", "Z")))
+    assert [found.at(k) for k in (0, 11)] == [whole.at(k) for k in (0, 11)]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("\n50,", "\n5_0,"), ("\n50,", "\n1e400,"), ("\n50,", "\n50,50,"), ("20.5", "-400"), ("time_s,X_mm", "X_mm,X_mm"), (",down,", ',"down,')],
+)  # fmt: skip
+def test_what_is_wrong_is_said_in_the_same_words(old, new, tmp_path, pieces):
+    path = put(tmp_path, TOUCHES_CSV.replace(old, new, 1))
+    said = []
+    for read in (read_table, read_csv):
+        with pytest.raises(DataError) as error:
+            positions_of(read(path), ("X", "Y", "Z"))
+        said.append(error.value.problems[0])
+    assert (
+        said[0] == said[1] or '"' in new
+    )  # a quotation mark that is not closed runs to the end of its piece
+    assert "touches.csv:" in said[0]
+
+
+def test_small_files_are_read_as_before(tmp_path):
+    assert not isinstance(read_table(put(tmp_path, TOUCHES_CSV)), ColumnSheet)
+
+
+def test_parquet_holds_the_same(tmp_path):
+    pyarrow = pytest.importorskip("pyarrow")
+    from pyarrow import csv, parquet
+
+    path = put(tmp_path, TOUCHES_CSV)
+    table = csv.read_csv(path)
+    parquet.write_table(table, tmp_path / "touches.parquet")
+    found = read_table(tmp_path / "touches.parquet")
+    assert same(positions_of(found, ("X", "Y", "Z")), positions_of(read_csv(path), ("X", "Y", "Z")))
+    lacking = table.set_column(1, "X_mm", pyarrow.array([1.0, None, *[2.0] * 10]))
+    far = table.set_column(1, "X_mm", pyarrow.array([1.0] * 11 + [1e300]))
+    for bad, words in (
+        (lacking, "touches.parquet:2: column X_mm has no value"),
+        (far, "touches.parquet:12: 1e\\+300"),
+    ):
+        parquet.write_table(bad, tmp_path / "touches.parquet")
+        with pytest.raises(DataError, match=words):
+            read_table(tmp_path / "touches.parquet")
+    (tmp_path / "touches.parquet").write_text("no")
+    with pytest.raises(DataError, match="no Parquet file"):
+        read_table(tmp_path / "touches.parquet")
