@@ -16,7 +16,7 @@ from vcmm import __version__
 from vcmm.core.errors import UsageError, VcmmError, choose_from
 
 VERBS = {  # the lines of `vcmm --help`: here, so that help imports no verb
-    "demo": "Virtually measure a part on a published machine and say how well (start here).",
+    "demo": "Virtually measure a ring gauge, then a part on a published machine, and say how well (start here).",
     "new": "Write a commented scenario that you can edit.",
     "check": "Check a machine, scenario or set-up file: all problems at once, each with file, line and fix.",
     "field": "Volumetric error map: tip errors, maxima, body diagonals.",

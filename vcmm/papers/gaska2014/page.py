@@ -33,9 +33,14 @@ CAUTION = (
 )
 
 
-def demo_page(scenario: Scenario, rows: Sequence[Row], draws: int, shown: UncertaintyResult) -> str:
-    """One self-contained HTML file."""
+def demo_page(
+    scenario: Scenario, rows: Sequence[Row], draws: int, shown: UncertaintyResult, first: Sequence[str]
+) -> str:
+    """One self-contained HTML file. first: blocks of one plain part, which stand before the published one."""
     blocks = [
+        r.heading("First: one part on one machine"),
+        *first,
+        r.heading("A published part at five places"),
         r.paragraph(WHAT),
         r.note(CAUTION, "warning"),
         r.heading("Results"),
@@ -44,7 +49,7 @@ def demo_page(scenario: Scenario, rows: Sequence[Row], draws: int, shown: Uncert
     blocks += [r.heading("Machine, part and places"), overview(scenario)]
     blocks += [r.heading("One place in detail"), *pictures(shown), *charts(rows)]
     footer = f"vcmm {__version__}, seed {scenario.settings.seed}. Error = indicated - true."
-    return r.page("Gąska 2014, virtually measured", blocks, subtitle=scenario.machine.name, footer=footer)
+    return r.page("Measured virtually: how well", blocks, footer=footer)
 
 
 def table(rows: Sequence[Row], draws: int) -> ResultTable[Row]:
